@@ -1,0 +1,45 @@
+# make run     set up .venv and run a scene into logs/
+# make test    set up .venv and run the tests
+# See the README for the rest.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch])
+
+.PHONY: run test test-all lint clean
+
+run: $(VENV)/.installed
+	$(BIN)/slipmode run two-mode --output logs
+
+test: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m "not slow"
+
+test-all: $(VENV)/.installed-test
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.installed-lint
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+$(BIN)/python:
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'slipmode needs Python 3.11 or newer: make PYTHON=python3.12')"
+	$(PYTHON) -m venv $(VENV)
+
+# The Python sources are live (editable); only a change of the C core or of pyproject reinstalls.
+$(VENV)/.installed: $(CORE) | $(BIN)/python
+	$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	$(PIP) --editable ".[test]"
+	@touch $@
+
+$(VENV)/.installed-lint: $(VENV)/.installed
+	$(PIP) --editable ".[lint]"
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build dist

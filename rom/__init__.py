@@ -1,0 +1,28 @@
+"""From a structure's matrices to a step-able reduced-order model.
+
+structure = rom.two_mass(beta=0.01)
+reduced = rom.reduce(structure, modes=(0, 1))
+model = rom.tabulate(reduced, rom.Tanh(limit=2.0, alpha=0.02), amplitude=(4.0, 4.0))
+a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}))
+"""
+
+from rom.errors import SlipmodeError
+from rom.friction import Coulomb, Friction, Tanh
+from rom.model import Model, Quality, tabulate
+from rom.reduction import Reduced, reduce
+from rom.structure import Structure, load_structure, two_mass
+
+__all__ = [
+    "Coulomb",
+    "Friction",
+    "Model",
+    "Quality",
+    "Reduced",
+    "SlipmodeError",
+    "Structure",
+    "Tanh",
+    "load_structure",
+    "reduce",
+    "tabulate",
+    "two_mass",
+]

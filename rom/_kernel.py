@@ -1,0 +1,189 @@
+"""The C core through ctypes: structures, signatures and status codes of kernel/slipmode.h."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import POINTER, Structure, c_char_p, c_double, c_int32, c_size_t, c_uint64, c_void_p
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom import _core
+from rom.errors import SlipmodeError
+
+MODES = 2
+OUTPUTS_FIXED = 10
+
+OK = 0
+OUTSIDE_TABLE = 5
+
+Floats = NDArray[np.float64]
+
+
+class Contact(Structure):
+    """sm_contact."""
+
+    _fields_ = (
+        ("contacts", c_int32),
+        ("modes", c_int32),
+        ("law", c_int32),
+        ("alpha", c_double),
+        ("limit", c_void_p),
+        ("stiffness", c_void_p),
+        ("damping", c_void_p),
+        ("coupling", c_void_p),
+    )
+
+
+class Table(Structure):
+    """sm_table."""
+
+    _fields_ = (
+        ("modes", c_int32),
+        ("count_a", c_int32),
+        ("count_b", c_int32),
+        ("node_a", c_void_p),
+        ("node_b", c_void_p),
+        ("values", c_void_p),
+    )
+
+
+class SlowFlow(Structure):
+    """sm_slow_flow."""
+
+    _fields_ = (
+        ("paper", c_int32),
+        ("natural", c_double * MODES),
+        ("damping", c_double * MODES),
+        ("table", Table),
+    )
+
+
+class Motion(Structure):
+    """sm_motion."""
+
+    _fields_ = (
+        ("wanted", c_int32),
+        ("elastic", c_int32),
+        ("modes_out", c_void_p),
+        ("contacts_out", c_void_p),
+        ("steps_per_period", c_int32),
+        ("memory_periods", c_double),
+    )
+
+
+# sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
+INPUT_FIELDS = ("force", "force_rate", "frequency", "frequency_rate", "phase")
+INPUTS = np.dtype([(name, float, MODES) for name in INPUT_FIELDS])
+SEGMENT = np.dtype(
+    [
+        ("start", float),
+        ("duration", float),
+        ("amplitude_start", complex, MODES),
+        ("amplitude_end", complex, MODES),
+        ("rate_start", complex, MODES),
+        ("rate_end", complex, MODES),
+        ("angle", float, MODES),
+        ("frequency", float, MODES),
+        ("frequency_rate", float, MODES),
+    ]
+)
+
+_SIGNATURES: dict[str, list[Any]] = {
+    "sm_contact_check": [POINTER(Contact)],
+    "sm_torus_harmonics": [
+        *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
+        *(c_size_t, c_void_p, c_int32, c_void_p, c_void_p, c_void_p, c_void_p),
+    ],
+    "sm_contact_motion": [
+        *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),
+        *(c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
+    ],
+    "sm_table_lookup_many": [POINTER(Table), c_size_t, c_void_p, c_void_p],
+    "sm_slow_flow_rate": [
+        *(POINTER(SlowFlow), c_void_p, c_double),
+        *(c_void_p, c_void_p, POINTER(c_double), POINTER(c_double)),
+    ],
+    "sm_component_create": [
+        *(POINTER(SlowFlow), POINTER(Contact), POINTER(Motion), c_double, POINTER(c_void_p)),
+    ],
+    "sm_component_reset": [c_void_p, c_double, c_void_p],
+    "sm_component_set_inputs": [c_void_p, c_void_p],
+    "sm_component_step": [c_void_p, c_double],
+    "sm_component_outputs": [c_void_p, c_void_p],
+    "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],
+    "sm_component_get_state": [c_void_p, c_void_p],
+    "sm_component_set_state": [c_void_p, c_void_p],
+}
+
+
+def _load() -> ctypes.CDLL:
+    library = ctypes.CDLL(_core.__file__)
+    for name, arguments in _SIGNATURES.items():
+        getattr(library, name).argtypes = arguments
+    for name in ("sm_component_output_count", "sm_component_state_count"):
+        function = getattr(library, name)
+        function.argtypes, function.restype = [c_void_p], c_size_t
+    library.sm_component_free.argtypes, library.sm_component_free.restype = [c_void_p], None
+    library.sm_component_work.argtypes = [c_void_p, POINTER(c_uint64), POINTER(c_uint64)]
+    library.sm_component_work.restype = None
+    library.sm_message.argtypes, library.sm_message.restype = [c_int32], c_char_p
+    return library
+
+
+lib = _load()
+
+
+def message(status: int) -> str:
+    """What a status means, in words."""
+    return str(lib.sm_message(status).decode())
+
+
+def check(status: int, doing: str) -> None:
+    """Raise SlipmodeError unless the status is OK."""
+    if status != OK:
+        raise SlipmodeError(f"{doing}: {message(status)}")
+
+
+def contiguous(values: Any) -> Floats:
+    """A C-contiguous float64 array that the core can read."""
+    return np.ascontiguousarray(values, dtype=float)
+
+
+def contact(
+    stiffness: Floats,
+    damping: Floats,
+    coupling: NDArray[np.complex128],
+    limit: Floats,
+    law: int,
+    alpha: float,
+) -> Contact:
+    """sm_contact over the given contiguous arrays, which it keeps alive."""
+    result = Contact(
+        contacts=stiffness.shape[0],
+        modes=coupling.shape[0],
+        law=law,
+        alpha=alpha,
+        limit=limit.ctypes.data,
+        stiffness=stiffness.ctypes.data,
+        damping=damping.ctypes.data,
+        coupling=coupling.ctypes.data,
+    )
+    result.owned = (stiffness, damping, coupling, limit)
+    return result
+
+
+def table(node_a: Floats, node_b: Floats, values: Floats) -> Table:
+    """sm_table over the given contiguous arrays, which it keeps alive."""
+    modes = values.shape[-1] // 2
+    result = Table(
+        modes=modes,
+        count_a=node_a.size,
+        count_b=node_b.size,
+        node_a=node_a.ctypes.data,
+        node_b=node_b.ctypes.data if modes == 2 else None,
+        values=values.ctypes.data,
+    )
+    result.owned = (node_a, node_b, values)
+    return result

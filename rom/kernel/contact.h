@@ -1,0 +1,199 @@
+/* One implicit step of the contact problem, eq. (12): D x' + K x + g(x') = u(t).
+ *
+ * Two-stage L-stable SDIRK of second order (Alexander 1977, gamma = 1 - 1/sqrt 2): stages at
+ * t + gamma h and t + h, so that a stuck contact stays exactly where it is. Each stage is
+ *   S v + g(v) = r,   S = D + gamma h K,
+ * the minimum of a strictly convex potential. With y_i = S_ii v_i + g_i(v_i) it reads
+ *   y + (S - diag S) v(y) = r,
+ * solved by semismooth Newton. Should Newton not settle, Gauss-Seidel sweeps take over: they
+ * descend on the potential from anywhere, so the step cannot fail.
+ */
+#ifndef SLIPMODE_CONTACT_H
+#define SLIPMODE_CONTACT_H
+
+#include "friction.h"
+
+#define SM_GAMMA 0.29289321881345254
+#define SM_STAGE_TOLERANCE 1e-11 /* of the forces on the contact */
+
+typedef struct {
+    int contacts;
+    double h;            /* step [s] */
+    double *matrix;      /* (N_c, N_c) S */
+    double *stiffness;   /* (N_c, N_c) K */
+    sm_resolvent *laws;  /* (N_c) */
+} sm_stepper;
+
+/* Lane arrays of a march. */
+typedef struct {
+    double *x, *base;    /* displacement; stage base x + h (1 - gamma) v_1 */
+    double *u;           /* forcing of the stage */
+    double *y, *v, *d;   /* unknown, velocity, dv/dy */
+    double *stage_v[2];  /* last velocity of each stage: the first guess of the next step */
+    double *r, *residual;
+    double *factor;      /* (N_c, N_c) per lane, three contacts or more */
+} sm_lanes;
+
+size_t sm_stepper_size(int contacts);                /* doubles */
+void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
+void sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
+size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
+void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
+
+/* Largest |residual_i| / (limit_i + |r_i|) of each lane into norm. */
+SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
+                           double *restrict norm) {
+    const int n = s->contacts;
+    for (int l = 0; l < lanes; l++) norm[l] = 0.0;
+    for (int i = 0; i < n; i++) {
+        double *restrict res = m->residual + (size_t)i * lanes;
+        const double *restrict y = m->y + (size_t)i * lanes, *restrict r = m->r + (size_t)i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) res[l] = y[l] - r[l];
+        for (int j = 0; j < n; j++) {
+            if (j == i) continue;
+            const double s_ij = s->matrix[i * n + j];
+            const double *restrict v = m->v + (size_t)j * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) res[l] += s_ij * v[l];
+        }
+        const double limit = s->laws[i].limit;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) {
+            const double relative = fabs(res[l]) / (limit + fabs(r[l]) + 1e-300);
+            norm[l] = relative > norm[l] ? relative : norm[l];
+        }
+    }
+}
+
+/* Newton update of y. With v = D y (D = dv/dy, diagonal) the symmetric form is
+ *   (I + D^1/2 S_off D^1/2) w = D^1/2 residual,   dy = -residual + S_off D^1/2 w. */
+SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    const int n = s->contacts;
+    if (n == 2) {
+        const double off = s->matrix[1];
+        double *restrict y0 = m->y, *restrict y1 = m->y + lanes;
+        const double *restrict d0 = m->d, *restrict d1 = m->d + lanes;
+        const double *restrict r0 = m->residual, *restrict r1 = m->residual + lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) {
+            const double inv = 1.0 / (1.0 - off * off * d0[l] * d1[l]);
+            y0[l] -= (r0[l] - off * d1[l] * r1[l]) * inv;
+            y1[l] -= (r1[l] - off * d0[l] * r0[l]) * inv;
+        }
+        return;
+    }
+    double *restrict f = m->factor;
+    for (size_t k = 0; k < (size_t)n * (size_t)lanes; k++) m->d[k] = sqrt(m->d[k]);
+    /* Cholesky factor, unit diagonal plus the coupling between sliding contacts */
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++) {
+            double *restrict a = f + ((size_t)i * n + j) * lanes;
+            const double s_ij = i == j ? 0.0 : s->matrix[i * n + j];
+            for (int l = 0; l < lanes; l++) {
+                double sum = i == j ? 1.0 : s_ij * m->d[i * lanes + l] * m->d[j * lanes + l];
+                for (int k = 0; k < j; k++)
+                    sum -= f[((size_t)i * n + k) * lanes + l] * f[((size_t)j * n + k) * lanes + l];
+                a[l] = i == j ? sqrt(sum) : sum / f[((size_t)j * n + j) * lanes + l];
+            }
+        }
+    double *restrict w = m->u; /* free between the forcing and the next stage */
+    for (int l = 0; l < lanes; l++) {
+        for (int i = 0; i < n; i++) {
+            double sum = m->d[i * lanes + l] * m->residual[i * lanes + l];
+            for (int k = 0; k < i; k++) sum -= f[((size_t)i * n + k) * lanes + l] * w[k * lanes + l];
+            w[i * lanes + l] = sum / f[((size_t)i * n + i) * lanes + l];
+        }
+        for (int i = n - 1; i >= 0; i--) {
+            double sum = w[i * lanes + l];
+            for (int k = i + 1; k < n; k++)
+                sum -= f[((size_t)k * n + i) * lanes + l] * w[k * lanes + l];
+            w[i * lanes + l] = sum / f[((size_t)i * n + i) * lanes + l];
+        }
+        for (int i = 0; i < n; i++) {
+            double sum = -m->residual[i * lanes + l];
+            for (int j = 0; j < n; j++)
+                if (j != i) sum += s->matrix[i * n + j] * m->d[j * lanes + l] * w[j * lanes + l];
+            m->y[i * lanes + l] += sum;
+        }
+    }
+}
+
+SM_INLINE void sm_resolve_all(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    for (int i = 0; i < s->contacts; i++)
+        sm_resolve(lanes, &s->laws[i], m->y + (size_t)i * lanes, m->v + (size_t)i * lanes,
+                   m->d + (size_t)i * lanes);
+}
+
+/* One sweep of coordinate descent on the potential: never ascends, converges from anywhere. */
+SM_INLINE void sm_gauss_seidel(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    const int n = s->contacts;
+    for (int i = 0; i < n; i++) {
+        double *restrict y = m->y + (size_t)i * lanes;
+        const double *restrict r = m->r + (size_t)i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) y[l] = r[l];
+        for (int j = 0; j < n; j++) {
+            if (j == i) continue;
+            const double s_ij = s->matrix[i * n + j];
+            const double *restrict v = m->v + (size_t)j * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) y[l] -= s_ij * v[l];
+        }
+        sm_resolve(lanes, &s->laws[i], y, m->v + (size_t)i * lanes, m->d + (size_t)i * lanes);
+    }
+}
+
+/* Solve S v + g(v) = r for the lanes; v holds the first guess. */
+SM_INLINE sm_status sm_solve_stage(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    const int newton_only = 8, mixed = 40, sweeps = 20000;
+    sm_gauss_seidel(lanes, s, m); /* exact for one contact */
+    if (s->contacts == 1) return SM_OK;
+    for (int iteration = 0; iteration < sweeps; iteration++) {
+        double norm[SM_LANES], worst = 0.0;
+        sm_residual(lanes, s, m, norm);
+        for (int l = 0; l < lanes; l++) worst = norm[l] > worst ? norm[l] : worst;
+        if (worst <= SM_STAGE_TOLERANCE) return SM_OK;
+        if (iteration < newton_only || (iteration < mixed && iteration % 2 == 0)) {
+            sm_newton(lanes, s, m);
+            sm_resolve_all(lanes, s, m);
+        } else {
+            sm_gauss_seidel(lanes, s, m);
+        }
+    }
+    return SM_NOT_CONVERGED;
+}
+
+/* r = u - K x */
+SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
+                             const double *restrict x) {
+    const int n = s->contacts;
+    for (int i = 0; i < n; i++) {
+        double *restrict r = m->r + (size_t)i * lanes;
+        const double *restrict u = m->u + (size_t)i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) r[l] = u[l];
+        for (int j = 0; j < n; j++) {
+            const double k_ij = s->stiffness[i * n + j];
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) r[l] -= k_ij * x[(size_t)j * lanes + l];
+        }
+    }
+}
+
+/* One stage: forcing in m->u; velocity into m->v. stage is 0 or 1. */
+SM_INLINE sm_status sm_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    const size_t size = (size_t)s->contacts * (size_t)lanes;
+    sm_stage_load(lanes, s, m, stage == 0 ? m->x : m->base);
+    memcpy(m->v, m->stage_v[stage], size * sizeof(double));
+    const sm_status status = sm_solve_stage(lanes, s, m);
+    memcpy(m->stage_v[stage], m->v, size * sizeof(double));
+    const double first = (1.0 - SM_GAMMA) * s->h, last = SM_GAMMA * s->h;
+    if (stage == 0)
+        for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];
+    else
+        for (size_t k = 0; k < size; k++) m->x[k] = m->base[k] + last * m->v[k];
+    return status;
+}
+
+#endif

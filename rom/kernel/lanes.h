@@ -1,0 +1,81 @@
+/* Lanes: up to SM_LANES independent contact problems side by side, one per vector element.
+ *
+ * Lane arrays are [contact][lane]. The loops over lanes are written for the compiler's
+ * vectoriser: no calls, no branches that differ between lanes. `lanes` is a literal (1 or
+ * SM_LANES) in every top-level caller, so that each loop is compiled for its width.
+ */
+#ifndef SLIPMODE_LANES_H
+#define SLIPMODE_LANES_H
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#define SM_LANES 16
+
+#if defined(__GNUC__)
+#define SM_INLINE static inline __attribute__((always_inline))
+#else
+#define SM_INLINE static inline
+#endif
+
+/* One binary for every x86-64: the loader picks the widest clone the processor has. */
+#if defined(SM_CLONES)
+#define SM_HOT __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define SM_HOT
+#endif
+
+#if defined(SM_OPENMP_SIMD)
+#define SM_SIMD _Pragma("omp simd")
+#define SM_SIMD_MAX(variable) SM_PRAGMA(omp simd reduction(max : variable))
+#define SM_PRAGMA(words) _Pragma(#words)
+#else
+#define SM_SIMD
+#define SM_SIMD_MAX(variable)
+#endif
+
+/* exp(x) for x <= 0, relative error below 3e-16 * 2; underflows to about 1e-304 below -700. */
+SM_INLINE double sm_exp_negative(double x) {
+    const double shifter = 6755399441055744.0; /* 1.5 * 2^52: rounds to an integer when added */
+    x = x < -700.0 ? -700.0 : x;
+    const double shifted = x * 1.4426950408889634 + shifter;
+    const double k = shifted - shifter;
+    const double r = (x - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
+    double p = 1.0 / 39916800.0;
+    p = p * r + 1.0 / 3628800.0;
+    p = p * r + 1.0 / 362880.0;
+    p = p * r + 1.0 / 40320.0;
+    p = p * r + 1.0 / 5040.0;
+    p = p * r + 1.0 / 720.0;
+    p = p * r + 1.0 / 120.0;
+    p = p * r + 1.0 / 24.0;
+    p = p * r + 1.0 / 6.0;
+    p = p * r + 0.5;
+    p = p * r + 1.0;
+    p = p * r + 1.0;
+    int64_t bits;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (int64_t)((uint64_t)(bits + 1023) << 52);
+    double scale;
+    memcpy(&scale, &bits, sizeof scale);
+    return p * scale;
+}
+
+/* log(x) for x > 0 to about 1e-3: enough for a first guess. */
+SM_INLINE double sm_log_rough(double x) {
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    /* exponent as a double without an integer conversion: 2^52 + (bits >> 52), then subtract */
+    uint64_t exponent_bits = (bits >> 52) | 0x4330000000000000u;
+    double exponent;
+    memcpy(&exponent, &exponent_bits, sizeof exponent);
+    exponent -= 4503599627370496.0 + 1023.0;
+    bits = (bits & 0x000fffffffffffffu) | 0x3ff0000000000000u;
+    double m;
+    memcpy(&m, &bits, sizeof m);
+    const double log2_m = ((0.15824870 * m - 1.05187502) * m + 3.04788415) * m - 2.15362070;
+    return (exponent + log2_m) * 0.6931471805599453;
+}
+
+#endif

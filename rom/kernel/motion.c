@@ -1,0 +1,134 @@
+/* Contact motion along a slow trajectory: eq. (12) marched with the slowly varying amplitudes.
+ *
+ * Friction forgets its past within a few periods, so the march may start a few periods before
+ * the first time asked for; there is no need to start at t = 0.
+ */
+#include "motion.h"
+
+#include <stdlib.h>
+
+#define TWO_PI 6.283185307179586
+
+size_t sm_march_size(int contacts) {
+    return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1);
+}
+
+void sm_march_place(sm_march *march, int contacts, double *memory) {
+    sm_stepper_place(&march->stepper, contacts, memory);
+    sm_lanes_place(&march->lane, contacts, 1, memory + sm_stepper_size(contacts));
+}
+
+void sm_march_start(sm_march *march, const double *x, const double *v) {
+    for (int i = 0; i < march->stepper.contacts; i++) {
+        march->lane.x[i] = x ? x[i] : 0.0;
+        march->lane.v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = v ? v[i] : 0.0;
+    }
+}
+
+/* u = -2 Re sum_j L_j a_j exp(i theta_j) at `elapsed` seconds into the segment; a_j by cubic
+ * Hermite interpolation. */
+static void load_forcing(const sm_contact *contact, const sm_segment *g, double elapsed,
+                         double *u) {
+    const int n = contact->contacts;
+    const double h = g->duration, r = elapsed / h, r2 = r * r, r3 = r2 * r;
+    const double end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
+    const double rate_start = h * (r - 2.0 * r2 + r3), rate_end = h * (r3 - r2);
+    for (int i = 0; i < n; i++) u[i] = 0.0;
+    for (int j = 0; j < contact->modes; j++) {
+        double a[2];
+        for (int p = 0; p < 2; p++)
+            a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
+                   + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
+        const double angle =
+            g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
+        const double c = cos(angle), s = sin(angle);
+        const double re = a[0] * c - a[1] * s, im = a[0] * s + a[1] * c;
+        const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
+        for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * re - L[2 * i + 1] * im);
+    }
+}
+
+sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
+                         double from, double to, int steps_per_period) {
+    double fastest = 0.0;
+    for (int j = 0; j < contact->modes; j++) {
+        const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
+        fastest = fmax(fastest, fmax(segment->frequency[j], end));
+    }
+    const double count = ceil((to - from) * fastest * steps_per_period / TWO_PI * (1.0 - 1e-9));
+    const int64_t steps = count < 1.0 ? 1 : (int64_t)count;
+    const double h = (to - from) / (double)steps;
+    sm_stepper_set(&march->stepper, contact, h);
+    for (int64_t k = 0; k < steps; k++) {
+        for (int stage = 0; stage < 2; stage++) {
+            const double c = stage == 0 ? SM_GAMMA : 1.0;
+            load_forcing(contact, segment, from + h * ((double)k + c), march->lane.u);
+            const sm_status status = sm_stage(1, &march->stepper, &march->lane, stage);
+            if (status != SM_OK) return status;
+        }
+    }
+    return SM_OK;
+}
+
+void sm_march_force(const sm_march *march, double *force) {
+    const int n = march->stepper.contacts;
+    /* y = S_ii v + g(v) */
+    for (int i = 0; i < n; i++)
+        force[i] = march->lane.y[i] - march->stepper.matrix[i * n + i] * march->lane.v[i];
+}
+
+static sm_status check(const sm_contact *contact, size_t segments, const sm_segment *segment,
+                       int32_t steps_per_period, size_t samples, const double *times) {
+    const sm_status status = sm_contact_check(contact);
+    if (status != SM_OK) return status;
+    if (segments < 1 || !segment || steps_per_period < 4 || steps_per_period > 65536)
+        return SM_BAD_ARGUMENT;
+    for (size_t k = 0; k < segments; k++) {
+        if (!(segment[k].duration > 0.0) || !isfinite(segment[k].start)) return SM_BAD_ARGUMENT;
+        if (k > 0 && !(segment[k].start > segment[k - 1].start)) return SM_BAD_ARGUMENT;
+        for (int j = 0; j < contact->modes; j++)
+            if (!isfinite(segment[k].frequency[j]) || !isfinite(segment[k].angle[j]))
+                return SM_NOT_FINITE;
+    }
+    if (samples > 0 && !(times[0] > segment[0].start)) return SM_BAD_ARGUMENT;
+    for (size_t k = 0; k < samples; k++)
+        if (!isfinite(times[k]) || (k > 0 && !(times[k] > times[k - 1]))) return SM_BAD_ARGUMENT;
+    const sm_segment *last = segment + segments - 1;
+    if (samples > 0 && times[samples - 1] > last->start + last->duration * (1.0 + 1e-9))
+        return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
+                            const double *start_x, int32_t steps_per_period, size_t samples,
+                            const double *times, double *displacement, double *velocity,
+                            double *force) {
+    sm_status status = check(contact, segments, segment, steps_per_period, samples, times);
+    if (status != SM_OK) return status;
+    const size_t n = (size_t)contact->contacts;
+    double *memory = calloc(sm_march_size(contact->contacts), sizeof(double));
+    if (!memory) return SM_NO_MEMORY;
+    sm_march march;
+    sm_march_place(&march, contact->contacts, memory);
+    sm_march_start(&march, start_x, NULL);
+    size_t g = 0;
+    double now = segment[0].start;
+    for (size_t k = 0; k < samples && status == SM_OK; k++) {
+        while (now < times[k] && status == SM_OK) {
+            const double end = segment[g].start + segment[g].duration;
+            if (now >= end && g + 1 < segments) {
+                g++;
+                continue;
+            }
+            const double to = times[k] < end || g + 1 == segments ? times[k] : end;
+            status = sm_march_along(&march, contact, &segment[g], now - segment[g].start,
+                                    to - segment[g].start, steps_per_period);
+            now = to;
+        }
+        if (displacement) memcpy(displacement + k * n, march.lane.x, n * sizeof(double));
+        if (velocity) memcpy(velocity + k * n, march.lane.v, n * sizeof(double));
+        if (force) sm_march_force(&march, force + k * n);
+    }
+    free(memory);
+    return status;
+}

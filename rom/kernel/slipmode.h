@@ -1,0 +1,180 @@
+/* slipmode: the numerical core shared by the Python packages and the FMU.
+ *
+ * Conventions
+ *   - matrices are row-major; complex numbers are (re, im) pairs of doubles;
+ *   - modal displacement q_j = a_j exp(i theta_j) + c.c., theta_j' = Omega_j;
+ *   - S_j(|a_A|, |a_B|) = Q_j |a_j| is the tabulated friction term of mode j, eq. (20);
+ *   - no globals; memory is taken only by functions whose name ends in _create;
+ *   - every entry returns an sm_status; sm_message() says it in words.
+ */
+#ifndef SLIPMODE_H
+#define SLIPMODE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define SM_API __declspec(dllexport)
+#else
+#define SM_API __attribute__((visibility("default")))
+#endif
+
+#define SM_MODES 2 /* the method treats one or two forced modes */
+
+typedef enum {
+    SM_OK = 0,
+    SM_BAD_ARGUMENT,   /* a size, sign or order that is not allowed */
+    SM_NOT_FINITE,     /* NaN or infinity in an input or in a computed state */
+    SM_NO_MEMORY,
+    SM_NOT_CONVERGED,  /* the implicit contact step did not reach its tolerance */
+    SM_OUTSIDE_TABLE,  /* an amplitude left the tabulated range */
+    SM_STEP_TOO_SMALL  /* the slow flow cannot meet its tolerance */
+} sm_status;
+
+SM_API const char *sm_message(sm_status status);
+
+/* ---- friction and the contact problem ------------------------------------------------ */
+
+typedef enum { SM_TANH = 0, SM_COULOMB = 1 } sm_law;
+
+/* D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with contact damping D. */
+typedef struct {
+    int32_t contacts;        /* N_c */
+    int32_t modes;           /* 1 or 2 */
+    int32_t law;             /* sm_law */
+    double alpha;            /* regularisation velocity of the tanh law [m/s] */
+    const double *limit;     /* (N_c) friction limits mu N [N] */
+    const double *stiffness; /* (N_c, N_c) K */
+    const double *damping;   /* (N_c, N_c) D */
+    const double *coupling;  /* (modes, N_c, 2) L_j */
+} sm_contact;
+
+SM_API sm_status sm_contact_check(const sm_contact *contact);
+
+/* Harmonics P_nm of the periodic contact motion on the torus, eqs. (13) and (14), for many
+ * amplitude pairs, by characteristics: `lines` phase lines of `steps` steps per period of mode A.
+ *   rates      (modes) carrier frequencies [rad/s]
+ *   amplitudes (points, modes), >= 0
+ *   orders     (orders_count, 2) harmonic indices (n, m)
+ *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
+ *              contact displacement at the point, or at smallest_scale (modes) if that is larger
+ *   harmonics  (points, orders_count, N_c, 2)
+ *   residual   (points) estimated distance from periodicity when the march ended; larger than
+ *              the tolerance where max_periods, or the accuracy of the grid, was reached first
+ *   periods    (points) periods marched */
+SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
+                                    int32_t lines, double tolerance, const double *smallest_scale,
+                                    int32_t max_periods, size_t points, const double *amplitudes,
+                                    int32_t orders_count, const int32_t *orders,
+                                    double *harmonics, double *residual, int32_t *periods);
+
+/* ---- motion of the contacts along a slow trajectory ----------------------------------- */
+
+/* A stretch of slow time on which every input is a straight line in time. */
+typedef struct {
+    double start, duration;                    /* [s] */
+    double amplitude_start[2 * SM_MODES];      /* a_j at the start */
+    double amplitude_end[2 * SM_MODES];        /* a_j at the end */
+    double rate_start[2 * SM_MODES];           /* da_j/dt at the start */
+    double rate_end[2 * SM_MODES];             /* da_j/dt at the end */
+    double angle[SM_MODES];                    /* theta_j at the start [rad] */
+    double frequency[SM_MODES];                /* Omega_j at the start [rad/s] */
+    double frequency_rate[SM_MODES];           /* dOmega_j/dt [rad/s^2] */
+} sm_segment;
+
+/* Contact displacement, velocity and force at increasing times inside consecutive segments,
+ * marched from displacement `start_x` (N_c) at the start of the first one.
+ *   displacement, velocity, force: (samples, N_c); any of them may be NULL. */
+SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
+                                   const sm_segment *segment, const double *start_x,
+                                   int32_t steps_per_period, size_t samples, const double *times,
+                                   double *displacement, double *velocity, double *force);
+
+/* ---- friction tables ------------------------------------------------------------------ */
+
+/* Bicubic Hermite surface of S_j. For one mode: count_b = 1 and node_b = NULL.
+ *   values (count_a, count_b, 4, 2 modes): S, dS/da, dS/db, d2S/dadb of (Re, Im) per mode. */
+typedef struct {
+    int32_t modes;
+    int32_t count_a, count_b;
+    const double *node_a, *node_b;
+    const double *values;
+} sm_table;
+
+SM_API sm_status sm_table_check(const sm_table *table);
+/* S_j at amplitudes (a, b): (2 modes). SM_OUTSIDE_TABLE beyond the last node. */
+SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
+/* The same for many points: amplitudes (points, modes), s (points, 2 modes). */
+SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
+                                      const double *amplitudes, double *s);
+
+/* ---- slow flow ------------------------------------------------------------------------ */
+
+/* Amplitude equations (18), (19) in the frame of the forcing:
+ *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j. */
+typedef struct {
+    int32_t paper;            /* 1: carrier at the natural frequency; 0: at the forcing */
+    double natural[SM_MODES]; /* omega_j [rad/s] */
+    double damping[SM_MODES]; /* phi_j^T C phi_j [1/s] */
+    sm_table table;
+} sm_slow_flow;
+
+/* Inputs over a step: value at its start and rate of change during it. */
+typedef struct {
+    double force[SM_MODES], force_rate[SM_MODES];         /* modal F_j [N kg^-1/2] */
+    double frequency[SM_MODES], frequency_rate[SM_MODES]; /* Omega_j [rad/s] */
+    double phase[SM_MODES];                               /* of the force [rad] */
+} sm_inputs;
+
+/* da_j/dt, input power and friction power at `elapsed` seconds after the inputs' start. */
+SM_API sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                   double elapsed, const double *amplitude, double *rate,
+                                   double *input_power, double *friction_power);
+
+/* ---- the step-able component ----------------------------------------------------------- */
+
+typedef struct sm_component sm_component;
+
+/* Motion at the communication point: x = modes_out q + contacts_out x_c. */
+typedef struct {
+    int32_t wanted;              /* 1: contact motion is computed at every communication point */
+    int32_t elastic;             /* number of elastic outputs */
+    const double *modes_out;     /* (elastic, modes) */
+    const double *contacts_out;  /* (elastic, N_c) */
+    int32_t steps_per_period;    /* of the faster carrier */
+    double memory_periods;       /* periods of the slower carrier marched before a communication
+                                    point; a shorter step continues the previous march */
+} sm_motion;
+
+SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                     const sm_motion *motion, double tolerance,
+                                     sm_component **component);
+SM_API void sm_component_free(sm_component *component);
+/* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
+SM_API sm_status sm_component_reset(sm_component *component, double time,
+                                    const double *amplitude);
+SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
+/* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */
+SM_API sm_status sm_component_step(sm_component *component, double duration);
+
+/* Outputs, packed: time, (Re, Im) of a_A and a_B, theta_A, theta_B, input power, power and energy
+ * dissipated at the contacts; with motion.wanted also x_c, v_c, f_c (3 N_c) and the elastic
+ * displacements. A mode that the model does not have reads 0. */
+#define SM_OUTPUTS_FIXED 10
+SM_API size_t sm_component_output_count(const sm_component *component);
+SM_API sm_status sm_component_outputs(const sm_component *component, double *outputs);
+
+/* `steps` steps with inputs[k] over durations[k]; outputs (steps, output_count) after each.
+ * `done` counts the steps that succeeded. */
+SM_API sm_status sm_component_run(sm_component *component, size_t steps, const double *durations,
+                                  const sm_inputs *inputs, double *outputs, size_t *done);
+
+/* State as doubles, position-independent: time, amplitudes, angles, energy, step, contacts. */
+SM_API size_t sm_component_state_count(const sm_component *component);
+SM_API sm_status sm_component_get_state(const sm_component *component, double *state);
+SM_API sm_status sm_component_set_state(sm_component *component, const double *state);
+/* Accepted and rejected internal steps since creation. */
+SM_API void sm_component_work(const sm_component *component, uint64_t *accepted,
+                              uint64_t *rejected);
+
+#endif

@@ -1,0 +1,14 @@
+#include "slipmode.h"
+
+const char *sm_message(sm_status status) {
+    switch (status) {
+    case SM_OK: return "ok";
+    case SM_BAD_ARGUMENT: return "an argument has a size, sign or order that is not allowed";
+    case SM_NOT_FINITE: return "a value is NaN or infinite";
+    case SM_NO_MEMORY: return "out of memory";
+    case SM_NOT_CONVERGED: return "the implicit contact step did not converge";
+    case SM_OUTSIDE_TABLE: return "an amplitude is outside the friction table";
+    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance";
+    }
+    return "unknown status";
+}

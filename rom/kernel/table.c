@@ -1,0 +1,103 @@
+/* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
+#include <math.h>
+
+#include "slipmode.h"
+
+static int increasing(const double *node, int32_t count) {
+    if (!isfinite(node[0]) || node[0] != 0.0) return 0;
+    for (int32_t i = 1; i < count; i++)
+        if (!isfinite(node[i]) || !(node[i] > node[i - 1])) return 0;
+    return 1;
+}
+
+sm_status sm_table_check(const sm_table *table) {
+    if (!table || table->modes < 1 || table->modes > SM_MODES) return SM_BAD_ARGUMENT;
+    if (table->count_a < 2 || table->count_a > 100000 || !table->node_a || !table->values)
+        return SM_BAD_ARGUMENT;
+    if (table->modes == 1 ? table->count_b != 1
+                          : table->count_b < 2 || table->count_b > 100000 || !table->node_b)
+        return SM_BAD_ARGUMENT;
+    if (!increasing(table->node_a, table->count_a)) return SM_BAD_ARGUMENT;
+    if (table->modes == 2 && !increasing(table->node_b, table->count_b)) return SM_BAD_ARGUMENT;
+    const size_t count =
+        (size_t)table->count_a * (size_t)table->count_b * 8 * (size_t)table->modes;
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(table->values[i])) return SM_NOT_FINITE;
+    return SM_OK;
+}
+
+/* Index of the cell that holds x in [node[0], node[count - 1]]. */
+static int32_t find_cell(const double *node, int32_t count, double x) {
+    int32_t low = 0, high = count - 1;
+    while (high - low > 1) {
+        const int32_t middle = (low + high) / 2;
+        if (x < node[middle])
+            high = middle;
+        else
+            low = middle;
+    }
+    return low;
+}
+
+/* Cubic Hermite weights of (value, slope) at the left and right node of a cell of width h. */
+static void hermite(double u, double h, double weight[4]) {
+    const double u2 = u * u, u3 = u2 * u;
+    weight[2] = 3.0 * u2 - 2.0 * u3;
+    weight[0] = 1.0 - weight[2];
+    weight[1] = h * (u - 2.0 * u2 + u3);
+    weight[3] = h * (u3 - u2);
+}
+
+static void lookup_one_mode(const sm_table *table, double a, double *s) {
+    const int32_t i = find_cell(table->node_a, table->count_a, a);
+    const double h = table->node_a[i + 1] - table->node_a[i];
+    double w[4];
+    hermite((a - table->node_a[i]) / h, h, w);
+    const double *left = table->values + (size_t)i * 8, *right = left + 8;
+    for (int f = 0; f < 2; f++)
+        s[f] = w[0] * left[f] + w[1] * left[2 + f] + w[2] * right[f] + w[3] * right[2 + f];
+}
+
+static void lookup_two_modes(const sm_table *table, double a, double b, double *s) {
+    const int32_t i = find_cell(table->node_a, table->count_a, a);
+    const int32_t j = find_cell(table->node_b, table->count_b, b);
+    const double h_a = table->node_a[i + 1] - table->node_a[i];
+    const double h_b = table->node_b[j + 1] - table->node_b[j];
+    double wa[4], wb[4], sum[4] = {0.0, 0.0, 0.0, 0.0};
+    hermite((a - table->node_a[i]) / h_a, h_a, wa);
+    hermite((b - table->node_b[j]) / h_b, h_b, wb);
+    for (int p = 0; p < 2; p++)
+        for (int q = 0; q < 2; q++) {
+            const double *v =
+                table->values + ((size_t)(i + p) * (size_t)table->count_b + (size_t)(j + q)) * 16;
+            const double w = wa[2 * p] * wb[2 * q], w_a = wa[2 * p + 1] * wb[2 * q];
+            const double w_b = wa[2 * p] * wb[2 * q + 1], w_ab = wa[2 * p + 1] * wb[2 * q + 1];
+            for (int f = 0; f < 4; f++)
+                sum[f] += w * v[f] + w_a * v[4 + f] + w_b * v[8 + f] + w_ab * v[12 + f];
+        }
+    for (int f = 0; f < 4; f++) s[f] = sum[f];
+}
+
+sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
+    const double a = amplitudes[0];
+    if (!(a >= 0.0 && a <= table->node_a[table->count_a - 1]))
+        return isfinite(a) ? SM_OUTSIDE_TABLE : SM_NOT_FINITE;
+    if (table->modes == 1) {
+        lookup_one_mode(table, a, s);
+        return SM_OK;
+    }
+    const double b = amplitudes[1];
+    if (!(b >= 0.0 && b <= table->node_b[table->count_b - 1]))
+        return isfinite(b) ? SM_OUTSIDE_TABLE : SM_NOT_FINITE;
+    lookup_two_modes(table, a, b, s);
+    return SM_OK;
+}
+
+sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,
+                               double *s) {
+    sm_status status = sm_table_check(table);
+    const size_t modes = status == SM_OK ? (size_t)table->modes : 0;
+    for (size_t k = 0; k < points && status == SM_OK; k++)
+        status = sm_table_lookup(table, amplitudes + k * modes, s + 2 * k * modes);
+    return status;
+}

@@ -1,0 +1,255 @@
+"""The reduced-order model: reduced matrices, friction law and friction table in one file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from rom.errors import SlipmodeError
+from rom.friction import Coulomb, Friction, Tanh, limits
+from rom.matrices import Floats
+from rom.reduction import Reduced
+from rom.refinement import refine
+from rom.resolution import choose_resolution
+from rom.tables import Complexes, Table
+from rom.torus import Discretisation, friction_terms
+
+FORMAT = 1  # of the file; raised whenever tables computed before must not be used any more
+
+_ARRAYS = (
+    *("frequency", "modal_damping", "mode_shapes", "contact_shapes"),
+    *("stiffness", "damping", "coupling"),
+)
+_POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What the table was measured to be worth, relative to the largest |S_j|.
+
+    Attributes
+    ----------
+    tolerance : float
+        What was asked for.
+    interpolation : float
+        Largest error at 64 points between the nodes.
+    resolution : float
+        Change on doubling steps and lines of the contact problem.
+    periodicity : float
+        Largest distance from a periodic contact motion.
+    steps, lines : int
+        Discretisation of the torus.
+    """
+
+    tolerance: float
+    interpolation: float
+    resolution: float
+    periodicity: float
+    steps: int
+    lines: int
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Everything that a simulation in slow time needs.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    law : Tanh or Coulomb
+    table : Table
+    quality : Quality
+    """
+
+    reduced: Reduced
+    law: Friction
+    table: Table
+    quality: Quality
+
+    @property
+    def modes(self) -> int:
+        """Number of modes, 1 or 2."""
+        return len(self.reduced.modes)
+
+    @property
+    def hash(self) -> str:
+        """Hexadecimal content hash: equal for equal models."""
+        return _digest(self._header(), self._content())
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to one file (an .npz archive), with its content hash."""
+        header = self._header()
+        content = self._content()
+        stored = json.dumps(header | {"hash": _digest(header, content)})
+        target = Path(path)
+        temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
+        try:
+            with temporary.open("wb") as file:
+                np.savez(file, allow_pickle=False, header=np.array(stored), **content)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a model.
+
+        Raises
+        ------
+        SlipmodeError
+            If the file is missing, of another version, or damaged (its hash does not fit).
+        """
+        path = Path(path)
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                content = {name: archive[name] for name in archive.files}
+            header = json.loads(str(content.pop("header")))
+            expected = header.pop("hash")
+        except FileNotFoundError:
+            raise SlipmodeError(f"{path}: no such model file") from None
+        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+            raise SlipmodeError(f"{path}: not a readable model file ({error})") from None
+        if header.get("format") != FORMAT:
+            raise SlipmodeError(
+                f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
+            )
+        if _digest(header, content) != expected:
+            raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
+        reduced = Reduced(
+            formulation=header["formulation"],
+            modes=tuple(header["modes"]),
+            **{name: content[name] for name in _ARRAYS},
+        )
+        limit = [float(value) for value in content["limit"]]
+        law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
+        table = Table(content["node_a"], content["node_b"], content["values"])
+        return cls(reduced, law, table, Quality(**header["quality"]))
+
+    def _header(self) -> dict[str, Any]:
+        return {
+            "format": FORMAT,
+            "formulation": self.reduced.formulation,
+            "modes": list(self.reduced.modes),
+            "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
+            "alpha": self.law.alpha,
+            "quality": asdict(self.quality),
+        }
+
+    def _content(self) -> dict[str, np.ndarray]:
+        arrays = {name: np.asarray(getattr(self.reduced, name)) for name in _ARRAYS}
+        return arrays | {
+            "limit": limits(self.law, self.reduced.n_contacts),
+            "node_a": self.table.node_a,
+            "node_b": self.table.node_b,
+            "values": self.table.values,
+        }
+
+
+def tabulate(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float = 1e-3,
+    *,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Model:
+    """Precompute the friction functions over a range of amplitudes.
+
+    Parameters
+    ----------
+    reduced : Reduced
+    law : Tanh or Coulomb
+    amplitude : sequence of float
+        Largest amplitude |a_j| of each mode [kg^1/2 m].
+    tolerance : float
+        Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
+        contact problem, the whole for the interpolation.
+    threads : int, optional
+        Default: one per processor. The result does not depend on it.
+    progress : bool
+        Show a progress bar on work longer than a second.
+
+    Raises
+    ------
+    SlipmodeError
+        If the tolerance cannot be reached.
+    """
+    limit = np.asarray(amplitude, dtype=float)
+    if limit.shape != (len(reduced.modes),) or not np.all(np.isfinite(limit) & (limit > 0)):
+        raise SlipmodeError(
+            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, got {amplitude}"
+        )
+    if not 1e-6 <= tolerance <= 0.1:
+        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
+    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance)
+    with (
+        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
+        tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
+    ):
+        sampler = _Sampler(reduced, law, resolution.grid, 0.1 * tolerance, 0.1 * limit, pool, bar)
+        table, error = refine(sampler, limit, tolerance)
+    quality = Quality(
+        tolerance=tolerance,
+        interpolation=error,
+        resolution=resolution.error,
+        periodicity=sampler.periodicity,
+        steps=resolution.grid.steps,
+        lines=resolution.grid.lines,
+    )
+    return Model(reduced, law, table, quality)
+
+
+class _Sampler:
+    """Friction terms at many amplitudes, spread over threads in tasks of a fixed size."""
+
+    def __init__(
+        self,
+        reduced: Reduced,
+        law: Friction,
+        grid: Discretisation,
+        tolerance: float,
+        smallest_scale: Floats,
+        pool: ThreadPoolExecutor,
+        bar: tqdm[Any],
+    ) -> None:
+        self._problem = (reduced, law)
+        self._accuracy = (grid, tolerance, smallest_scale)
+        self._pool = pool
+        self._bar = bar
+        self.periodicity = 0.0
+
+    def __call__(self, amplitudes: Floats) -> Complexes:
+        tasks = [
+            amplitudes[start : start + _POINTS_PER_TASK]
+            for start in range(0, len(amplitudes), _POINTS_PER_TASK)
+        ]
+        parts = []
+        for S, residual in self._pool.map(self._solve, tasks):
+            parts.append(S)
+            self.periodicity = max(self.periodicity, float(residual.max()))
+            self._bar.update(len(S))
+        return np.concatenate(parts)
+
+    def _solve(self, amplitudes: Floats) -> tuple[Complexes, Floats]:
+        return friction_terms(*self._problem, amplitudes, *self._accuracy)
+
+
+def _digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
+    digest = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
+    for name in sorted(content):
+        array = np.ascontiguousarray(content[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,159 @@
+"""Friction tables: S_j = Q_j |a_j| over the amplitude plane as bicubic Hermite surfaces.
+
+S_j, not Q_j, is tabulated: it goes smoothly to zero with |a_j|. Slopes come from cubic splines
+that know the symmetry at zero amplitude (S_j is odd in its own amplitude and even in the other).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from rom import _kernel
+from rom.errors import SlipmodeError
+from rom.matrices import Floats
+
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Bicubic Hermite surface of the friction terms.
+
+    Attributes
+    ----------
+    node_a : (n_a,) ndarray
+        Amplitudes |a_A| of the grid lines, from 0 [kg^1/2 m].
+    node_b : (n_b,) ndarray
+        Amplitudes |a_B|; the single entry 0 in a one-mode table.
+    values : (n_a, n_b, 4, 2 modes) ndarray
+        S, dS/da, dS/db, d2S/dadb at the nodes, real and imaginary part of every mode.
+    """
+
+    node_a: Floats
+    node_b: Floats
+    values: Floats
+
+    @property
+    def modes(self) -> int:
+        """Number of modes."""
+        return int(self.values.shape[-1] // 2)
+
+    @property
+    def limit(self) -> Floats:
+        """Largest tabulated amplitude of each mode, (modes,)."""
+        return np.array([self.node_a[-1], self.node_b[-1]][: self.modes])
+
+    def kernel(self) -> _kernel.Table:
+        """The table as the core reads it."""
+        return _kernel.table(
+            _kernel.contiguous(self.node_a),
+            _kernel.contiguous(self.node_b),
+            _kernel.contiguous(self.values),
+        )
+
+    def __call__(self, amplitudes: ArrayLike) -> Complexes:
+        """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table.
+
+        Raises
+        ------
+        SlipmodeError
+            Outside the table: it is never extrapolated.
+        """
+        points = _kernel.contiguous(amplitudes)
+        if points.shape[-1] != self.modes:
+            raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
+        result = np.empty(points.shape, dtype=complex)
+        status = _kernel.lib.sm_table_lookup_many(
+            ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
+        )
+        if status == _kernel.OUTSIDE_TABLE:
+            largest = points.reshape(-1, self.modes).max(axis=0)
+            raise SlipmodeError(
+                f"amplitude: {largest} is outside the friction table, whose limit is {self.limit};"
+                " tabulate a larger range"
+            )
+        _kernel.check(status, "table look-up")
+        return result
+
+
+def make_table(node_a: Floats, node_b: Floats, S: Complexes) -> Table:
+    """Table through samples S (n_a, n_b, modes); n_b = 1 for one mode.
+
+    Where S says that a mode gives energy to the contacts at every node of a cell, so does the
+    surface between them: the slopes of the dissipative parts are limited.
+    """
+    modes = S.shape[-1]
+    values = np.zeros((node_a.size, node_b.size, 4, modes, 2))
+    for mode in range(modes):
+        for part, f in enumerate((S[..., mode].real, S[..., mode].imag)):
+            f_a = _slopes(node_a, f, odd=mode == 0)
+            if modes == 2:
+                f_b = _slopes(node_b, f.T, odd=mode == 1).T
+                f_ab = _slopes(node_b, f_a.T, odd=mode == 1).T
+            else:
+                f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
+            if part == 1:  # -Im S dissipates
+                f_a, f_b, f_ab = _limit_slopes(node_a, node_b, f, f_a, f_b, f_ab)
+            values[..., mode, part] = np.stack((f, f_a, f_b, f_ab), axis=2)
+    return Table(node_a, node_b, values.reshape(node_a.size, node_b.size, 4, 2 * modes))
+
+
+def _slopes(node: Floats, f: Floats, *, odd: bool) -> Floats:
+    """df/dnode along axis 0 by a cubic spline, f odd or even about node = 0."""
+    if node.size < 4:
+        raise SlipmodeError("a friction table needs at least four amplitudes per mode")
+    at_zero = (2, np.zeros(f.shape[1])) if odd else (1, np.zeros(f.shape[1]))
+    # not-a-knot at the far end: scipy has it as a pair only, so give it the cubic's own slope
+    end = CubicSpline(node[-4:], f[-4:], bc_type="not-a-knot")(node[-1], 1)
+    slopes: Floats = CubicSpline(node, f, bc_type=(at_zero, (1, end)))(node, 1)
+    return slopes
+
+
+def _limit_slopes(
+    node_a: Floats, node_b: Floats, f: Floats, f_a: Floats, f_b: Floats, f_ab: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Slopes for which the bicubic through f <= 0 stays <= 0 in every cell.
+
+    A cell is <= 0 if its sixteen Bernstein coefficients are. Those next to a node are
+    f +- h_a f_a / 3, f +- h_b f_b / 3 and f +- h_a f_a / 3 +- h_b f_b / 3 + h_a h_b f_ab / 9
+    (with the signs of the quadrant). Half of f pays for each of f_a and f_b, what is left over
+    for f_ab.
+    """
+    f = np.minimum(f, 0.0)
+    steps_a, steps_b = _neighbour_steps(node_a), _neighbour_steps(node_b)
+    f_a = _clip(f_a, f, steps_a[:, :, np.newaxis])
+    f_b = _clip(f_b, f, steps_b[:, np.newaxis, :])
+    for h_a in steps_a:
+        for h_b in steps_b:
+            room = f + h_a[:, np.newaxis] * f_a / 3.0 + h_b[np.newaxis, :] * f_b / 3.0
+            area = h_a[:, np.newaxis] * h_b[np.newaxis, :] / 9.0
+            room = np.minimum(room, 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                bound = np.where(area == 0.0, np.inf, -room / np.abs(area))
+            # the twist must not lift its quadrant's coefficient above zero
+            f_ab = np.where(area > 0, np.minimum(f_ab, bound), np.maximum(f_ab, -bound))
+    return f_a, f_b, f_ab
+
+
+def _neighbour_steps(node: Floats) -> Floats:
+    """(2, n): signed distance to the next and to the previous node, 0 where there is none."""
+    gaps = np.diff(node)
+    return np.stack((np.append(gaps, 0.0), -np.append(0.0, gaps)))
+
+
+def _clip(slope: Floats, f: Floats, steps: Floats) -> Floats:
+    """Slope with f / 2 + h slope / 3 <= 0 for the steps h to both neighbours."""
+    forward, backward = steps
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper = np.where(forward == 0.0, np.inf, -1.5 * f / forward)
+        lower = np.where(backward == 0.0, -np.inf, -1.5 * f / backward)
+    return np.clip(slope, lower, upper)
+
+
+def _addresses(*arrays: NDArray[np.generic]) -> tuple[int, ...]:
+    return tuple(array.ctypes.data for array in arrays)
