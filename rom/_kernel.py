@@ -74,7 +74,8 @@ class Motion(Structure):
 
 
 # sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
-INPUT_FIELDS = ("force", "force_rate", "frequency", "frequency_rate", "phase")
+INPUT_QUANTITIES = ("force", "frequency", "phase")
+INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
 INPUTS = np.dtype([(name, float, MODES) for name in INPUT_FIELDS])
 SEGMENT = np.dtype(
     [

@@ -19,7 +19,7 @@ from rom.tables import Complexes, Table, make_table
 Sampler = Callable[[Floats], Complexes]
 
 _FIRST_INTERVALS = 8
-_MAX_ROUNDS = 8
+_MAX_ROUNDS = 14
 _CHECK_POINTS = 64
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import errno
+import os
+import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -13,6 +15,7 @@ from typing import IO, Self
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 from mcap.writer import LIBRARY_IDENTIFIER, Writer
 from numpy.typing import ArrayLike, NDArray
 
@@ -32,6 +35,8 @@ SCENE_FILE = "scene.toml"
 
 _CHUNK_BYTES = 1024 * 1024
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
+_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
+_FLUSH_TIMEOUT = 60.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,11 @@ class Header:
 
 
 class Sink(ABC):
-    """Where samples go: one file, or several of them."""
+    """Where samples go: one file, or several of them.
+
+    Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced, a
+    directory is refused with SlipmodeError, a file that cannot be written with OSError.
+    """
 
     @abstractmethod
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
@@ -107,21 +116,16 @@ class Sink(ABC):
 class McapSink(Sink):
     """Writes an MCAP file: protobuf samples, units, run metadata and the scene.
 
+    A chunk of samples is in the file as soon as it is full, whatever happens later.
+
     Parameters
     ----------
     path : path
-        File to write; an existing one is replaced.
+        File to write.
     header : Header
         What the recording says of itself.
     channels : sequence of Channel
         What will be written.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` is a directory.
-    OSError
-        If the file cannot be written.
     """
 
     def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
@@ -207,39 +211,20 @@ class RerunSink(Sink):
     Parameters
     ----------
     path : path or None
-        File to write, an existing one is replaced; None opens the viewer instead.
-    header : Header
-        What the recording says of itself.
-    channels : sequence of Channel
-        What will be written.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` is a directory.
-    OSError
-        If the file cannot be written.
+        File to write; None opens the viewer instead.
+    header, channels
+        As for `McapSink`.
     """
 
     def __init__(
         self, path: str | Path | None, header: Header, channels: Sequence[Channel]
     ) -> None:
-        self._path = path
+        self._path = None if path is None else Path(path)
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = views.Paths(channels)
         self._stream = rr.RecordingStream("slipmode")
         self._closed = False
-        blueprint = views.blueprint(channels, views.Extent())
-        if path is None:
-            rr.spawn(
-                executable_path=views.VIEWER,
-                default_blueprint=blueprint,
-                recording=self._stream,
-            )
-        else:
-            _create(Path(path)).close()  # Rerun reports no errno of its own
-            with self._complaining():
-                self._stream.save(path, default_blueprint=blueprint)
+        self._open(views.blueprint(channels, views.Extent()))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
 
@@ -247,6 +232,7 @@ class RerunSink(Sink):
         """Append a batch of samples; see `Sink.write`."""
         channel = _channel(self._channels, topic)
         time_ns, rows = _checked(channel, time, values)
+        self._make_room(2 * rows.nbytes)
         for start in range(0, len(rows), _ROWS_PER_SEND):
             part = slice(start, start + _ROWS_PER_SEND)
             views.send_series(self._stream, channel, time_ns[part], rows[part])
@@ -269,19 +255,41 @@ class RerunSink(Sink):
         self._closed = True
         self._stream.disconnect()
 
+    def _open(self, blueprint: rrb.Blueprint) -> None:
+        if self._path is not None:
+            _create(self._path).close()  # Rerun reports no errno of its own
+        with self._complaining():
+            if self._path is not None:
+                self._stream.save(self._path, default_blueprint=blueprint)
+            else:
+                rr.spawn(
+                    executable_path=views.VIEWER,
+                    default_blueprint=blueprint,
+                    recording=self._stream,
+                )
+
+    def _make_room(self, size: int) -> None:
+        """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
+        if self._path is not None:
+            free = shutil.disk_usage(self._path.absolute().parent).free
+            if free < size + _RESERVED_BYTES:
+                self._closed = True
+                self._stream.disconnect()
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
+
     def _flush(self) -> None:
         with self._complaining():
-            self._stream.flush()
+            self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
 
     @contextmanager
     def _complaining(self) -> Iterator[None]:
-        """Rerun writes in a thread of its own, which ends when the disk is full."""
         try:
             yield
         except RuntimeError as error:
             self._closed = True
             reason = str(error).splitlines()[0]
-            raise OSError(errno.EIO, f"Rerun cannot write: {reason}", str(self._path)) from error
+            where = str(self._path or "the viewer")
+            raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
 
 
 class Recorder(Sink):

@@ -237,7 +237,7 @@ def _photograph(rrd: Path, time: float) -> bytes:
             viewer.open(str(rrd))
             viewer.set_time(TIMELINE, duration=time, play_state="paused")
             return _settled(viewer)
-    except RuntimeError as error:
+    except (RuntimeError, ConnectionError) as error:
         raise SlipmodeError(
             "no viewer could be started for the screenshot: it needs a graphics driver, "
             f"on Debian: apt-get install {_VIEWER_PACKAGES}"

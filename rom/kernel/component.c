@@ -2,26 +2,21 @@
  * communication point. It owns copies of everything it needs, in one block of memory. */
 #include <stdlib.h>
 
+#include "check.h"
+#include "exact_sum.h"
 #include "motion.h"
 #include "slow_flow.h"
 
-#define TWO_PI 6.283185307179586
-#define TWO_PI_LOW 2.4492935982947064e-16 /* 2 pi - TWO_PI */
-
-/* A sum that keeps what rounding would lose, so that many steps do not drift. */
 typedef struct {
-    double value, carry;
-} exact_sum;
-
-typedef struct {
-    exact_sum time;            /* [s] */
-    exact_sum energy;          /* dissipated at the contacts [J] */
-    exact_sum angle[SM_MODES]; /* theta_j in [0, 2 pi) [rad] */
+    sm_exact_sum time;            /* [s] */
+    sm_exact_sum energy;          /* dissipated at the contacts [J] */
+    sm_exact_sum angle[SM_MODES]; /* theta_j in [0, 2 pi) [rad] */
     double amplitude[2 * SM_MODES];
-    double step;               /* next internal step, 0: not chosen yet [s] */
+    double step;                  /* next internal step, 0: not chosen yet [s] */
 } slow_state;
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
+#define INPUTS_COUNT (sizeof(sm_inputs) / sizeof(double))
 
 struct sm_component {
     sm_slow_flow flow;
@@ -35,32 +30,27 @@ struct sm_component {
     uint64_t accepted, rejected;
 };
 
-static void add(exact_sum *sum, double term) {
-    const double total = sum->value + term;
-    const double lost = fabs(sum->value) >= fabs(term) ? (sum->value - total) + term
-                                                       : (term - total) + sum->value;
-    sum->value = total;
-    sum->carry += lost;
-    const double settled = sum->value + sum->carry;
-    sum->carry -= settled - sum->value;
-    sum->value = settled;
-}
-
-static void add_angle(exact_sum *angle, double term) {
-    add(angle, term);
-    const double turns = floor(angle->value / TWO_PI);
-    if (turns != 0.0) {
-        add(angle, -turns * TWO_PI);
-        add(angle, -turns * TWO_PI_LOW);
+static sm_status check_flow(const sm_slow_flow *flow) {
+    sm_status status = sm_table_check(&flow->table);
+    for (int j = 0; status == SM_OK && j < flow->table.modes; j++) {
+        status = sm_check_positive(flow->natural[j]);
+        if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
     }
+    return status;
 }
 
-static int motion_is_valid(const sm_motion *motion) {
-    if (!motion->wanted) return 1;
-    if (motion->elastic < 0 || motion->elastic > 1000000) return 0;
-    if (motion->elastic > 0 && (!motion->modes_out || !motion->contacts_out)) return 0;
-    return motion->steps_per_period >= 4 && motion->steps_per_period <= 65536 &&
-           motion->memory_periods >= 0.0 && isfinite(motion->memory_periods);
+static sm_status check_motion(const sm_motion *motion, size_t modes, size_t contacts) {
+    if (!motion->wanted) return SM_OK;
+    if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
+    if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
+    const size_t elastic = (size_t)motion->elastic;
+    if (elastic > 0) {
+        if (!motion->modes_out || !motion->contacts_out) return SM_BAD_ARGUMENT;
+        if (!sm_all_finite(motion->modes_out, elastic * modes) ||
+            !sm_all_finite(motion->contacts_out, elastic * contacts))
+            return SM_NOT_FINITE;
+    }
+    return sm_check_positive(motion->memory_periods);
 }
 
 /* Copies `count` doubles to *memory and moves it on; returns where they went. */
@@ -74,19 +64,16 @@ static const double *keep(double **memory, const double *source, size_t count) {
 sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                               const sm_motion *motion, double tolerance,
                               sm_component **component) {
-    if (!flow || !motion || !component || !(tolerance > 0.0 && tolerance < 1.0))
-        return SM_BAD_ARGUMENT;
-    sm_status status = sm_table_check(&flow->table);
+    if (!flow || !motion || !component) return SM_BAD_ARGUMENT;
+    sm_status status = sm_check_positive(tolerance);
+    if (status == SM_OK) status = check_flow(flow);
     if (status == SM_OK) status = sm_contact_check(contact);
     if (status != SM_OK) return status;
-    if (contact->modes != flow->table.modes || !motion_is_valid(motion)) return SM_BAD_ARGUMENT;
-    const size_t modes = (size_t)flow->table.modes;
-    for (size_t j = 0; j < modes; j++)
-        if (!(flow->natural[j] > 0.0 && isfinite(flow->natural[j])) ||
-            !(flow->damping[j] >= 0.0 && isfinite(flow->damping[j])))
-            return SM_BAD_ARGUMENT;
+    if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
+    const size_t modes = (size_t)flow->table.modes, n = (size_t)contact->contacts;
+    status = check_motion(motion, modes, n);
+    if (status != SM_OK) return status;
 
-    const size_t n = (size_t)contact->contacts;
     const size_t count_a = (size_t)flow->table.count_a;
     const size_t count_b = modes == 2 ? (size_t)flow->table.count_b : 0;
     const size_t values = count_a * (modes == 2 ? count_b : 1) * 8 * modes;
@@ -123,19 +110,21 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
 
 void sm_component_free(sm_component *component) { free(component); }
 
+/* SM_OK where the slow flow is defined: finite amplitudes inside the table. */
+static sm_status check_amplitude(const sm_component *c, const double *amplitude) {
+    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
+    if (!sm_all_finite(amplitude, 2 * (size_t)c->flow.table.modes)) return SM_NOT_FINITE;
+    memcpy(y, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
+    return sm_slow_flow_derivative(&c->flow, &c->inputs, 0.0, y, dy);
+}
+
 sm_status sm_component_reset(sm_component *c, double time, const double *amplitude) {
-    if (!c || !amplitude || !isfinite(time)) return SM_BAD_ARGUMENT;
-    const slow_state zero = {.step = 0.0};
-    slow_state fresh = zero;
-    double modulus[SM_MODES], s[2 * SM_MODES];
-    for (int j = 0; j < c->flow.table.modes; j++) {
-        fresh.amplitude[2 * j] = amplitude[2 * j];
-        fresh.amplitude[2 * j + 1] = amplitude[2 * j + 1];
-        modulus[j] = hypot(amplitude[2 * j], amplitude[2 * j + 1]);
-    }
-    const sm_status status = sm_table_lookup(&c->flow.table, modulus, s);
+    if (!c || !amplitude) return SM_BAD_ARGUMENT;
+    if (!isfinite(time)) return SM_NOT_FINITE;
+    const sm_status status = check_amplitude(c, amplitude);
     if (status != SM_OK) return status;
-    fresh.time.value = time;
+    slow_state fresh = {.time = {time, 0.0}};
+    memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow = fresh;
     memset(c->contact_state, 0, 3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;
@@ -143,15 +132,9 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
 
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     if (!c || !inputs) return SM_BAD_ARGUMENT;
-    for (int j = 0; j < c->flow.table.modes; j++) {
-        if (!isfinite(inputs->force[j]) || !isfinite(inputs->force_rate[j]) ||
-            !isfinite(inputs->frequency[j]) || !isfinite(inputs->frequency_rate[j]) ||
-            !isfinite(inputs->phase[j]))
-            return SM_NOT_FINITE;
-        if (!(inputs->frequency[j] > 0.0)) return SM_BAD_ARGUMENT;
-    }
-    c->inputs = *inputs;
-    return SM_OK;
+    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    if (status == SM_OK) c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
+    return status;
 }
 
 /* Marches the contacts over the part of [from, from + h] that lies after `marched_from`. */
@@ -181,7 +164,7 @@ static double motion_starts(const sm_component *c, double duration) {
     double slowest = INFINITY;
     for (int j = 0; j < c->flow.table.modes; j++)
         slowest = fmin(slowest, c->inputs.frequency[j]);
-    const double memory = c->motion.memory_periods * TWO_PI / slowest;
+    const double memory = c->motion.memory_periods * SM_TWO_PI / slowest;
     return duration > memory ? duration - memory : 0.0;
 }
 
@@ -195,13 +178,12 @@ static sm_status integrate(sm_component *c, double duration, double *y, double *
         const double left = duration - elapsed;
         const int last = h >= left * (1.0 - 1e-12);
         const double tried = last ? left : h;
-        const sm_status outcome =
+        sm_status outcome =
             sm_slow_flow_try(&c->flow, &c->inputs, elapsed, tried, c->tolerance, y, dy, y_new,
                              dy_new, &error);
-        if (outcome == SM_NOT_FINITE || (outcome == SM_OK && !isfinite(error)))
-            return SM_NOT_FINITE;
+        if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
         if (outcome != SM_OK || error > 1.0) {
-            /* a stage beyond the table: come closer to its edge, then say so */
+            /* a stage beyond the table, or an overflow: come closer to it, then say so */
             h = tried * (outcome != SM_OK ? 0.25 : fmax(0.2, 0.9 * pow(error, -0.2)));
             c->rejected++;
             if (h < 1e-13 * (duration + 1.0 / c->inputs.frequency[0]))
@@ -221,29 +203,40 @@ static sm_status integrate(sm_component *c, double duration, double *y, double *
     return status;
 }
 
+/* The slow state after a step that took the unknowns to y. */
+static slow_state advanced(const sm_component *c, double duration, const double *y, double step) {
+    slow_state fresh = c->slow;
+    for (int k = 0; k < 2 * SM_MODES; k++)
+        fresh.amplitude[k] = fabs(y[k]) < 1e-200 ? 0.0 : y[k]; /* denormals would slow us down */
+    fresh.step = step;
+    sm_add(&fresh.time, duration);
+    sm_add(&fresh.energy, y[2 * SM_MODES]);
+    for (int j = 0; j < c->flow.table.modes; j++) {
+        const double rate = c->inputs.frequency_rate[j];
+        sm_add_angle(&fresh.angle[j], duration * (c->inputs.frequency[j] + 0.5 * rate * duration));
+    }
+    return fresh;
+}
+
 sm_status sm_component_step(sm_component *c, double duration) {
-    if (!c || !(duration > 0.0) || !isfinite(duration)) return SM_BAD_ARGUMENT;
-    for (int j = 0; j < c->flow.table.modes; j++)
-        if (!(c->inputs.frequency[j] + c->inputs.frequency_rate[j] * duration > 0.0))
-            return SM_BAD_ARGUMENT;
+    if (!c) return SM_BAD_ARGUMENT;
+    sm_status status = sm_check_positive(duration);
+    if (status != SM_OK) return status;
+    const sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
+    status = sm_inputs_check(&after, c->flow.table.modes);
+    if (status != SM_OK) return status;
     const size_t n = (size_t)c->contact.contacts;
     double y[SM_UNKNOWNS] = {0.0}, step = c->slow.step;
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
     if (c->motion.wanted) sm_march_start(&c->march, c->contact_state, c->contact_state + n);
-    const sm_status status = integrate(c, duration, y, &step);
+    status = integrate(c, duration, y, &step);
     if (status != SM_OK) return status;
+    const slow_state fresh = advanced(c, duration, y, step);
+    if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT))
+        return SM_NOT_FINITE;
 
-    for (int k = 0; k < 2 * SM_MODES; k++)
-        c->slow.amplitude[k] = fabs(y[k]) < 1e-200 ? 0.0 : y[k]; /* denormals would slow us down */
-    c->slow.step = step;
-    add(&c->slow.time, duration);
-    add(&c->slow.energy, y[2 * SM_MODES]);
-    for (int j = 0; j < c->flow.table.modes; j++) {
-        const double rate = c->inputs.frequency_rate[j];
-        add_angle(&c->slow.angle[j], duration * (c->inputs.frequency[j] + 0.5 * rate * duration));
-        c->inputs.force[j] += c->inputs.force_rate[j] * duration;
-        c->inputs.frequency[j] += rate * duration;
-    }
+    c->slow = fresh;
+    c->inputs = after;
     if (c->motion.wanted) {
         memcpy(c->contact_state, c->march.lane.x, n * sizeof(double));
         memcpy(c->contact_state + n, c->march.lane.v, n * sizeof(double));
@@ -253,6 +246,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
 }
 
 size_t sm_component_output_count(const sm_component *c) {
+    if (!c) return 0;
     return SM_OUTPUTS_FIXED + (c->motion.wanted ? 3 * (size_t)c->contact.contacts
                                                       + (size_t)c->motion.elastic
                                                 : 0);
@@ -304,32 +298,36 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
 }
 
 size_t sm_component_state_count(const sm_component *c) {
-    return SLOW_STATE_COUNT + sizeof(sm_inputs) / sizeof(double)
-           + 3 * (size_t)c->contact.contacts;
+    return c ? SLOW_STATE_COUNT + INPUTS_COUNT + 3 * (size_t)c->contact.contacts : 0;
 }
 
 sm_status sm_component_get_state(const sm_component *c, double *state) {
     if (!c || !state) return SM_BAD_ARGUMENT;
     memcpy(state, &c->slow, sizeof c->slow);
     memcpy(state + SLOW_STATE_COUNT, &c->inputs, sizeof c->inputs);
-    memcpy(state + SLOW_STATE_COUNT + sizeof c->inputs / sizeof(double), c->contact_state,
+    memcpy(state + SLOW_STATE_COUNT + INPUTS_COUNT, c->contact_state,
            3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;
 }
 
 sm_status sm_component_set_state(sm_component *c, const double *state) {
     if (!c || !state) return SM_BAD_ARGUMENT;
-    const size_t count = sm_component_state_count(c);
-    for (size_t k = 0; k < count; k++)
-        if (!isfinite(state[k])) return SM_NOT_FINITE;
-    memcpy(&c->slow, state, sizeof c->slow);
-    memcpy(&c->inputs, state + SLOW_STATE_COUNT, sizeof c->inputs);
-    memcpy(c->contact_state, state + SLOW_STATE_COUNT + sizeof c->inputs / sizeof(double),
+    if (!sm_all_finite(state, sm_component_state_count(c))) return SM_NOT_FINITE;
+    slow_state slow;
+    sm_inputs inputs;
+    memcpy(&slow, state, sizeof slow);
+    memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
+    sm_status status = check_amplitude(c, slow.amplitude);
+    if (status == SM_OK) status = sm_inputs_check(&inputs, c->flow.table.modes);
+    if (status != SM_OK) return status;
+    c->slow = slow;
+    c->inputs = inputs;
+    memcpy(c->contact_state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
            3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;
 }
 
 void sm_component_work(const sm_component *c, uint64_t *accepted, uint64_t *rejected) {
-    *accepted = c->accepted;
-    *rejected = c->rejected;
+    if (accepted) *accepted = c ? c->accepted : 0;
+    if (rejected) *rejected = c ? c->rejected : 0;
 }

@@ -1,35 +1,46 @@
 #include "contact.h"
 
-#include <math.h>
+#include "check.h"
 
-static int all_finite(const double *values, size_t count) {
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(values[i])) return 0;
+#define MAX_CONTACTS 32768     /* indices of (N_c, N_c) matrices fit an int */
+#define SYMMETRY_TOLERANCE 1e-9
+
+static int symmetric(const double *matrix, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i; j++) {
+            const double size = sqrt(fabs(matrix[i * n + i])) * sqrt(fabs(matrix[j * n + j]));
+            const double difference = fabs(matrix[i * n + j] - matrix[j * n + i]);
+            if (!(difference <= SYMMETRY_TOLERANCE * size)) return 0;
+        }
     return 1;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
-    if (!contact || contact->contacts < 1 || contact->contacts > 100000) return SM_BAD_ARGUMENT;
+    if (!contact || contact->contacts < 1 || contact->contacts > MAX_CONTACTS)
+        return SM_BAD_ARGUMENT;
     if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
     if (!contact->limit || !contact->stiffness || !contact->damping || !contact->coupling)
         return SM_BAD_ARGUMENT;
     const size_t n = (size_t)contact->contacts;
-    if (!all_finite(contact->limit, n) || !all_finite(contact->stiffness, n * n) ||
-        !all_finite(contact->damping, n * n) ||
-        !all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
+    if (!sm_all_finite(contact->limit, n) || !sm_all_finite(contact->stiffness, n * n) ||
+        !sm_all_finite(contact->damping, n * n) ||
+        !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
         return SM_NOT_FINITE;
     if (contact->law != SM_TANH && contact->law != SM_COULOMB) return SM_BAD_ARGUMENT;
-    if (contact->law == SM_TANH && !(contact->alpha > 0.0 && isfinite(contact->alpha)))
-        return SM_BAD_ARGUMENT;
+    if (contact->law == SM_TANH) {
+        const sm_status status = sm_check_positive(contact->alpha);
+        if (status != SM_OK) return status;
+    }
     for (size_t i = 0; i < n; i++)
         if (contact->limit[i] < 0.0 || !(contact->stiffness[i * n + i] > 0.0))
             return SM_BAD_ARGUMENT;
-    return SM_OK;
+    return symmetric(contact->stiffness, n) && symmetric(contact->damping, n) ? SM_OK
+                                                                              : SM_BAD_ARGUMENT;
 }
 
 size_t sm_stepper_size(int contacts) {
     const size_t n = (size_t)contacts;
-    return 2 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
+    return 3 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
 }
 
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
@@ -38,13 +49,27 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
     stepper->h = 0.0;
     stepper->matrix = memory;
     stepper->stiffness = memory + n * n;
-    stepper->laws = (sm_resolvent *)(void *)(memory + 2 * n * n);
+    stepper->factor = memory + 2 * n * n;
+    stepper->laws = (sm_resolvent *)(void *)(memory + 3 * n * n); /* aligned as doubles are */
 }
 
-void sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
+/* Whether Cholesky factorisation runs through, the diagonal raised by what rounding may have
+ * taken from a semidefinite matrix. */
+static int positive_definite(const double *matrix, int n, double *factor) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++) {
+            double sum = matrix[i * n + j] * (i == j ? 1.0 + SYMMETRY_TOLERANCE : 1.0);
+            for (int k = 0; k < j; k++) sum -= factor[i * n + k] * factor[j * n + k];
+            if (i == j && !(sum > 0.0 && isfinite(sum))) return 0;
+            factor[i * n + j] = i == j ? sqrt(sum) : sum / factor[j * n + j];
+        }
+    return 1;
+}
+
+sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
     const int n = contact->contacts;
-    if (stepper->h == h) return;
-    stepper->h = h;
+    if (stepper->h == h) return SM_OK;
+    stepper->h = 0.0; /* until the matrix is known to be good */
     for (int i = 0; i < n * n; i++) {
         stepper->stiffness[i] = contact->stiffness[i];
         stepper->matrix[i] = contact->damping[i] + SM_GAMMA * h * contact->stiffness[i];
@@ -52,6 +77,9 @@ void sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
     for (int i = 0; i < n; i++)
         stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * n + i],
                                              contact->limit[i], contact->alpha);
+    if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
+    stepper->h = h;
+    return SM_OK;
 }
 
 size_t sm_lanes_size(int contacts, int lanes) {

@@ -21,6 +21,7 @@ typedef struct {
     double h;            /* step [s] */
     double *matrix;      /* (N_c, N_c) S */
     double *stiffness;   /* (N_c, N_c) K */
+    double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
 
@@ -36,11 +37,12 @@ typedef struct {
 
 size_t sm_stepper_size(int contacts);                /* doubles */
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
-void sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
+/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique answer. */
+sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
 
-/* Largest |residual_i| / (limit_i + |r_i|) of each lane into norm. */
+/* Largest |residual_i| / (limit_i + |r_i|) of each lane into norm; infinite if one is NaN. */
 SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
                            double *restrict norm) {
     const int n = s->contacts;
@@ -61,7 +63,8 @@ SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
         SM_SIMD
         for (int l = 0; l < lanes; l++) {
             const double relative = fabs(res[l]) / (limit + fabs(r[l]) + 1e-300);
-            norm[l] = relative > norm[l] ? relative : norm[l];
+            const double ordered = relative < INFINITY ? relative : INFINITY;
+            norm[l] = ordered > norm[l] ? ordered : norm[l];
         }
     }
 }
@@ -147,6 +150,7 @@ SM_INLINE void sm_gauss_seidel(const int lanes, const sm_stepper *s, sm_lanes *m
 /* Solve S v + g(v) = r for the lanes; v holds the first guess. */
 SM_INLINE sm_status sm_solve_stage(const int lanes, const sm_stepper *s, sm_lanes *m) {
     const int newton_only = 8, mixed = 40, sweeps = 20000;
+    int newton_works = 1;
     sm_gauss_seidel(lanes, s, m); /* exact for one contact */
     if (s->contacts == 1) return SM_OK;
     for (int iteration = 0; iteration < sweeps; iteration++) {
@@ -154,7 +158,13 @@ SM_INLINE sm_status sm_solve_stage(const int lanes, const sm_stepper *s, sm_lane
         sm_residual(lanes, s, m, norm);
         for (int l = 0; l < lanes; l++) worst = norm[l] > worst ? norm[l] : worst;
         if (worst <= SM_STAGE_TOLERANCE) return SM_OK;
-        if (iteration < newton_only || (iteration < mixed && iteration % 2 == 0)) {
+        if (!(worst < INFINITY)) { /* Newton met a singular matrix, or the data overflow */
+            if (!newton_works) return SM_NOT_FINITE;
+            newton_works = 0;
+            memset(m->v, 0, (size_t)s->contacts * (size_t)lanes * sizeof(double));
+            sm_gauss_seidel(lanes, s, m);
+        } else if (newton_works && (iteration < newton_only ||
+                                    (iteration < mixed && iteration % 2 == 0))) {
             sm_newton(lanes, s, m);
             sm_resolve_all(lanes, s, m);
         } else {

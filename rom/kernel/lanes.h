@@ -54,9 +54,9 @@ SM_INLINE double sm_exp_negative(double x) {
     p = p * r + 0.5;
     p = p * r + 1.0;
     p = p * r + 1.0;
-    int64_t bits;
+    uint64_t bits;
     memcpy(&bits, &shifted, sizeof bits);
-    bits = (int64_t)((uint64_t)(bits + 1023) << 52);
+    bits = (bits + 1023u) << 52;
     double scale;
     memcpy(&scale, &bits, sizeof scale);
     return p * scale;

@@ -7,6 +7,9 @@
 
 #include <stdlib.h>
 
+#include "check.h"
+
+#define MAX_STEPS 1e10 /* of one march: hours */
 #define TWO_PI 6.283185307179586
 
 size_t sm_march_size(int contacts) {
@@ -53,49 +56,73 @@ sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_se
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
-        fastest = fmax(fastest, fmax(segment->frequency[j], end));
+        fastest = fmax(fastest, fmax(fabs(segment->frequency[j]), fabs(end)));
     }
     const double count = ceil((to - from) * fastest * steps_per_period / TWO_PI * (1.0 - 1e-9));
+    if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int64_t steps = count < 1.0 ? 1 : (int64_t)count;
     const double h = (to - from) / (double)steps;
-    sm_stepper_set(&march->stepper, contact, h);
+    sm_status status = sm_stepper_set(&march->stepper, contact, h);
+    if (status != SM_OK) return status;
     for (int64_t k = 0; k < steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
             const double c = stage == 0 ? SM_GAMMA : 1.0;
             load_forcing(contact, segment, from + h * ((double)k + c), march->lane.u);
-            const sm_status status = sm_stage(1, &march->stepper, &march->lane, stage);
+            status = sm_stage(1, &march->stepper, &march->lane, stage);
             if (status != SM_OK) return status;
         }
     }
-    return SM_OK;
+    /* a NaN or infinity anywhere on the way is still in the displacement */
+    return sm_all_finite(march->lane.x, (size_t)contact->contacts) ? SM_OK : SM_NOT_FINITE;
 }
 
 void sm_march_force(const sm_march *march, double *force) {
     const int n = march->stepper.contacts;
-    /* y = S_ii v + g(v) */
-    for (int i = 0; i < n; i++)
-        force[i] = march->lane.y[i] - march->stepper.matrix[i * n + i] * march->lane.v[i];
+    for (int i = 0; i < n; i++) {
+        /* y = S_ii v + g(v), where rounding must not carry g beyond the limit */
+        const double g = march->lane.y[i] - march->stepper.matrix[i * n + i] * march->lane.v[i];
+        force[i] = fmax(-march->stepper.laws[i].limit, fmin(g, march->stepper.laws[i].limit));
+    }
 }
 
-static sm_status check(const sm_contact *contact, size_t segments, const sm_segment *segment,
-                       int32_t steps_per_period, size_t samples, const double *times) {
-    const sm_status status = sm_contact_check(contact);
-    if (status != SM_OK) return status;
-    if (segments < 1 || !segment || steps_per_period < 4 || steps_per_period > 65536)
-        return SM_BAD_ARGUMENT;
+static sm_status check_segment(const sm_segment *segment, int modes) {
+    if (!isfinite(segment->start)) return SM_NOT_FINITE;
+    const size_t count = (size_t)modes, pairs = 2 * (size_t)modes;
+    if (!sm_all_finite(segment->amplitude_start, pairs) ||
+        !sm_all_finite(segment->amplitude_end, pairs) ||
+        !sm_all_finite(segment->rate_start, pairs) || !sm_all_finite(segment->rate_end, pairs) ||
+        !sm_all_finite(segment->angle, count) || !sm_all_finite(segment->frequency, count) ||
+        !sm_all_finite(segment->frequency_rate, count))
+        return SM_NOT_FINITE;
+    return sm_check_positive(segment->duration);
+}
+
+static double end_of(const sm_segment *segment) { return segment->start + segment->duration; }
+
+/* Whether one segment starts where the other ends, to rounding. */
+static int consecutive(const sm_segment *segment, const sm_segment *next) {
+    const double gap = fabs(next->start - end_of(segment));
+    return next->start > segment->start &&
+           gap <= 1e-6 * segment->duration + 1e-9 * fabs(segment->start);
+}
+
+static sm_status check_segments(const sm_segment *segment, size_t segments, int modes) {
+    if (segments < 1 || !segment) return SM_BAD_ARGUMENT;
     for (size_t k = 0; k < segments; k++) {
-        if (!(segment[k].duration > 0.0) || !isfinite(segment[k].start)) return SM_BAD_ARGUMENT;
-        if (k > 0 && !(segment[k].start > segment[k - 1].start)) return SM_BAD_ARGUMENT;
-        for (int j = 0; j < contact->modes; j++)
-            if (!isfinite(segment[k].frequency[j]) || !isfinite(segment[k].angle[j]))
-                return SM_NOT_FINITE;
+        const sm_status status = check_segment(&segment[k], modes);
+        if (status != SM_OK) return status;
+        if (k > 0 && !consecutive(&segment[k - 1], &segment[k])) return SM_BAD_ARGUMENT;
     }
-    if (samples > 0 && !(times[0] > segment[0].start)) return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < samples; k++)
-        if (!isfinite(times[k]) || (k > 0 && !(times[k] > times[k - 1]))) return SM_BAD_ARGUMENT;
-    const sm_segment *last = segment + segments - 1;
-    if (samples > 0 && times[samples - 1] > last->start + last->duration * (1.0 + 1e-9))
-        return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+static sm_status check_times(size_t samples, const double *times, double start, double end) {
+    if (samples == 0) return SM_OK;
+    if (!times) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
+    if (!(times[0] >= start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
+    for (size_t k = 1; k < samples; k++)
+        if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;
     return SM_OK;
 }
 
@@ -103,9 +130,16 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                             const double *start_x, int32_t steps_per_period, size_t samples,
                             const double *times, double *displacement, double *velocity,
                             double *force) {
-    sm_status status = check(contact, segments, segment, steps_per_period, samples, times);
+    sm_status status = sm_contact_check(contact);
+    if (status == SM_OK) status = check_segments(segment, segments, contact->modes);
+    if (status != SM_OK) return status;
+    const sm_segment *last = &segment[segments - 1];
+    status = check_times(samples, times, segment->start, end_of(last) + 1e-9 * last->duration);
     if (status != SM_OK) return status;
     const size_t n = (size_t)contact->contacts;
+    if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples, n * sizeof(double)))
+        return SM_BAD_ARGUMENT;
+    if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
     double *memory = calloc(sm_march_size(contact->contacts), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_march march;
@@ -115,7 +149,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     double now = segment[0].start;
     for (size_t k = 0; k < samples && status == SM_OK; k++) {
         while (now < times[k] && status == SM_OK) {
-            const double end = segment[g].start + segment[g].duration;
+            const double end = end_of(&segment[g]);
             if (now >= end && g + 1 < segments) {
                 g++;
                 continue;

@@ -57,7 +57,8 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *   amplitudes (points, modes), >= 0
  *   orders     (orders_count, 2) harmonic indices (n, m)
  *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
- *              contact displacement at the point, or at smallest_scale (modes) if that is larger
+ *              contact displacement by its mode at the point, or at smallest_scale (modes) if
+ *              that is larger
  *   harmonics  (points, orders_count, N_c, 2)
  *   residual   (points) estimated distance from periodicity when the march ended; larger than
  *              the tolerance where max_periods, or the accuracy of the grid, was reached first
@@ -123,7 +124,7 @@ typedef struct {
 typedef struct {
     double force[SM_MODES], force_rate[SM_MODES];         /* modal F_j [N kg^-1/2] */
     double frequency[SM_MODES], frequency_rate[SM_MODES]; /* Omega_j [rad/s] */
-    double phase[SM_MODES];                               /* of the force [rad] */
+    double phase[SM_MODES], phase_rate[SM_MODES];         /* of the force [rad], [rad/s] */
 } sm_inputs;
 
 /* da_j/dt, input power and friction power at `elapsed` seconds after the inputs' start. */

@@ -9,7 +9,32 @@
  */
 #include "slow_flow.h"
 
-#include <math.h>
+#include "check.h"
+
+sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
+    for (int j = 0; j < modes; j++) {
+        const double values[] = {inputs->force[j], inputs->force_rate[j],
+                                 inputs->frequency_rate[j], inputs->phase[j],
+                                 inputs->phase_rate[j]};
+        if (!sm_all_finite(values, sizeof values / sizeof *values)) return SM_NOT_FINITE;
+        const sm_status status = sm_check_positive(inputs->frequency[j]);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
+    sm_inputs after = {.force = {0.0}};
+    for (int j = 0; j < modes; j++) {
+        after.force[j] = inputs->force[j] + inputs->force_rate[j] * elapsed;
+        after.force_rate[j] = inputs->force_rate[j];
+        after.frequency[j] = inputs->frequency[j] + inputs->frequency_rate[j] * elapsed;
+        after.frequency_rate[j] = inputs->frequency_rate[j];
+        after.phase[j] = inputs->phase[j] + inputs->phase_rate[j] * elapsed;
+        after.phase_rate[j] = inputs->phase_rate[j];
+    }
+    return after;
+}
 
 /* S_j at the amplitudes in y; |a_j| into modulus. */
 static sm_status friction_term(const sm_slow_flow *flow, const double *y, double *modulus,
@@ -24,6 +49,7 @@ static void mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, doub
     const double natural = flow->natural[j], damping = flow->damping[j];
     const double frequency = in->frequency[j] + in->frequency_rate[j] * elapsed;
     const double force = 0.5 * (in->force[j] + in->force_rate[j] * elapsed);
+    const double phase = in->phase[j] + in->phase_rate[j] * elapsed;
     double mass_re, mass_im, stiff_re, stiff_im;
     if (flow->paper) {
         mass_re = 0.0;
@@ -39,9 +65,9 @@ static void mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, doub
     /* S a / |a| tends to 0 with a */
     const double unit_re = modulus > 0.0 ? a[0] / modulus : 0.0;
     const double unit_im = modulus > 0.0 ? a[1] / modulus : 0.0;
-    const double re = force * cos(in->phase[j]) + s[0] * unit_re - s[1] * unit_im
+    const double re = force * cos(phase) + s[0] * unit_re - s[1] * unit_im
                       - (stiff_re * a[0] - stiff_im * a[1]);
-    const double im = force * sin(in->phase[j]) + s[0] * unit_im + s[1] * unit_re
+    const double im = force * sin(phase) + s[0] * unit_im + s[1] * unit_re
                       - (stiff_re * a[1] + stiff_im * a[0]);
     const double norm = 1.0 / (mass_re * mass_re + mass_im * mass_im);
     rate[0] = (re * mass_re + im * mass_im) * norm;
@@ -77,20 +103,28 @@ sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inp
 sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                             const double *amplitude, double *rate, double *input_power,
                             double *friction_power) {
-    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
-    for (int k = 0; k < 2 * flow->table.modes; k++) y[k] = amplitude[k];
-    const sm_status status = sm_slow_flow_derivative(flow, inputs, elapsed, y, dy);
+    if (!flow || !inputs || !amplitude || !rate || !input_power || !friction_power)
+        return SM_BAD_ARGUMENT;
+    const int modes = flow->table.modes;
+    if (modes < 1 || modes > SM_MODES) return SM_BAD_ARGUMENT;
+    if (!isfinite(elapsed)) return SM_NOT_FINITE;
+    const sm_inputs now = sm_inputs_after(inputs, modes, elapsed);
+    sm_status status = sm_inputs_check(&now, modes);
     if (status != SM_OK) return status;
-    *input_power = 0.0;
-    for (int j = 0; j < flow->table.modes; j++) {
+    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
+    for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];
+    status = sm_slow_flow_derivative(flow, &now, 0.0, y, dy);
+    if (status != SM_OK) return status;
+    double power = 0.0;
+    for (int j = 0; j < modes; j++) {
         /* mean of F cos(theta + ph) q', q' = 2 Re((a' + i Omega a) exp(i theta)) */
-        const double force = inputs->force[j] + inputs->force_rate[j] * elapsed;
-        const double frequency = inputs->frequency[j] + inputs->frequency_rate[j] * elapsed;
-        const double v_re = dy[2 * j] - frequency * y[2 * j + 1];
-        const double v_im = dy[2 * j + 1] + frequency * y[2 * j];
-        *input_power += force * (cos(inputs->phase[j]) * v_re + sin(inputs->phase[j]) * v_im);
+        const double v_re = dy[2 * j] - now.frequency[j] * y[2 * j + 1];
+        const double v_im = dy[2 * j + 1] + now.frequency[j] * y[2 * j];
+        power += now.force[j] * (cos(now.phase[j]) * v_re + sin(now.phase[j]) * v_im);
     }
-    for (int k = 0; k < 2 * flow->table.modes; k++) rate[k] = dy[k];
+    if (!isfinite(power) || !sm_all_finite(dy, SM_UNKNOWNS)) return SM_NOT_FINITE;
+    for (int k = 0; k < 2 * modes; k++) rate[k] = dy[k];
+    *input_power = power;
     *friction_power = dy[2 * SM_MODES];
     return SM_OK;
 }
@@ -124,8 +158,9 @@ sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, do
         if (status != SM_OK) return status;
     }
     *error = 0.0;
-    const double *range[SM_MODES] = {flow->table.node_a + flow->table.count_a - 1,
-                                     flow->table.node_b + flow->table.count_b - 1};
+    const double range[SM_MODES] = {
+        flow->table.node_a[flow->table.count_a - 1],
+        flow->table.modes == SM_MODES ? flow->table.node_b[flow->table.count_b - 1] : 0.0};
     for (int j = 0; j < flow->table.modes; j++) {
         double squared = 0.0;
         for (int u = 2 * j; u < 2 * j + 2; u++) {
@@ -134,7 +169,7 @@ sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, do
             squared += h * h * e * e;
         }
         const double modulus = sqrt(y_new[2 * j] * y_new[2 * j] + y_new[2 * j + 1] * y_new[2 * j + 1]);
-        const double scale = tolerance * (modulus + 1e-3 * *range[j]);
+        const double scale = tolerance * (modulus + 1e-3 * range[j]);
         const double relative = sqrt(squared) / scale;
         *error = relative > *error ? relative : *error;
     }

@@ -5,6 +5,12 @@
 
 #define SM_UNKNOWNS (2 * SM_MODES + 1) /* a_A, a_B and the energy dissipated at the contacts */
 
+/* Finite inputs of the first `modes` modes, frequencies > 0. */
+sm_status sm_inputs_check(const sm_inputs *inputs, int modes);
+
+/* What the inputs are `elapsed` seconds later, modes that are not there 0. */
+sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed);
+
 /* Derivative of (a_A, a_B, energy) at `elapsed` seconds after the inputs' start. */
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
                                   double elapsed, const double *y, double *dy);

@@ -1,29 +1,34 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
-#include <math.h>
+#include "check.h"
 
-#include "slipmode.h"
+#define MAX_COUNT 100000 /* nodes */
 
-static int increasing(const double *node, int32_t count) {
-    if (!isfinite(node[0]) || node[0] != 0.0) return 0;
+static sm_status check_nodes(const double *node, int32_t count) {
+    if (!sm_all_finite(node, (size_t)count)) return SM_NOT_FINITE;
+    if (node[0] != 0.0) return SM_BAD_ARGUMENT;
     for (int32_t i = 1; i < count; i++)
-        if (!isfinite(node[i]) || !(node[i] > node[i - 1])) return 0;
-    return 1;
+        if (!(node[i] > node[i - 1])) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+/* What keeps a look-up inside the arrays. */
+static int shape_is_valid(const sm_table *table) {
+    if (!table || !table->node_a || !table->values) return 0;
+    if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
+    if (table->modes == 1) return table->count_b == 1;
+    return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
+           table->count_b <= MAX_COUNT;
 }
 
 sm_status sm_table_check(const sm_table *table) {
-    if (!table || table->modes < 1 || table->modes > SM_MODES) return SM_BAD_ARGUMENT;
-    if (table->count_a < 2 || table->count_a > 100000 || !table->node_a || !table->values)
-        return SM_BAD_ARGUMENT;
-    if (table->modes == 1 ? table->count_b != 1
-                          : table->count_b < 2 || table->count_b > 100000 || !table->node_b)
-        return SM_BAD_ARGUMENT;
-    if (!increasing(table->node_a, table->count_a)) return SM_BAD_ARGUMENT;
-    if (table->modes == 2 && !increasing(table->node_b, table->count_b)) return SM_BAD_ARGUMENT;
+    if (!shape_is_valid(table)) return SM_BAD_ARGUMENT;
+    sm_status status = check_nodes(table->node_a, table->count_a);
+    if (status == SM_OK && table->modes == SM_MODES)
+        status = check_nodes(table->node_b, table->count_b);
+    if (status != SM_OK) return status;
     const size_t count =
         (size_t)table->count_a * (size_t)table->count_b * 8 * (size_t)table->modes;
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(table->values[i])) return SM_NOT_FINITE;
-    return SM_OK;
+    return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
 }
 
 /* Index of the cell that holds x in [node[0], node[count - 1]]. */
@@ -78,24 +83,29 @@ static void lookup_two_modes(const sm_table *table, double a, double b, double *
     for (int f = 0; f < 4; f++) s[f] = sum[f];
 }
 
+static sm_status check_amplitude(double amplitude, double largest) {
+    if (!isfinite(amplitude)) return SM_NOT_FINITE;
+    return amplitude >= 0.0 && amplitude <= largest ? SM_OK : SM_OUTSIDE_TABLE;
+}
+
+/* Called at every stage of the slow flow, so the nodes and values are not checked one by one. */
 sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
-    const double a = amplitudes[0];
-    if (!(a >= 0.0 && a <= table->node_a[table->count_a - 1]))
-        return isfinite(a) ? SM_OUTSIDE_TABLE : SM_NOT_FINITE;
-    if (table->modes == 1) {
-        lookup_one_mode(table, a, s);
-        return SM_OK;
-    }
-    const double b = amplitudes[1];
-    if (!(b >= 0.0 && b <= table->node_b[table->count_b - 1]))
-        return isfinite(b) ? SM_OUTSIDE_TABLE : SM_NOT_FINITE;
-    lookup_two_modes(table, a, b, s);
-    return SM_OK;
+    if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
+    sm_status status = check_amplitude(amplitudes[0], table->node_a[table->count_a - 1]);
+    if (status == SM_OK && table->modes == SM_MODES)
+        status = check_amplitude(amplitudes[1], table->node_b[table->count_b - 1]);
+    if (status != SM_OK) return status;
+    if (table->modes == 1)
+        lookup_one_mode(table, amplitudes[0], s);
+    else
+        lookup_two_modes(table, amplitudes[0], amplitudes[1], s);
+    return sm_all_finite(s, 2 * (size_t)table->modes) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,
                                double *s) {
     sm_status status = sm_table_check(table);
+    if (status == SM_OK && points > 0 && (!amplitudes || !s)) return SM_BAD_ARGUMENT;
     const size_t modes = status == SM_OK ? (size_t)table->modes : 0;
     for (size_t k = 0; k < points && status == SM_OK; k++)
         status = sm_table_lookup(table, amplitudes + k * modes, s + 2 * k * modes);

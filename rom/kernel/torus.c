@@ -7,31 +7,26 @@
  */
 #include <stdlib.h>
 
+#include "acceleration.h"
+#include "check.h"
 #include "contact.h"
+#include "periodicity.h"
 
+#define MAX_STEPS 65536
+#define MAX_LINES 4096
+#define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
+#define MAX_ORDERS_COUNT 4096
 #define TWO_PI 6.283185307179586
 
 /* Angles that all points share. */
 typedef struct {
     int steps, lines, points_per_group, orders_count;
+    size_t per_point;           /* doubles: orders, N_c, 2 */
     const int32_t *orders;
     double ratio;               /* omega_B / omega_A */
     double *carrier;            /* (steps, 2 stages, cos A, sin A, cos B', sin B') */
     double *weight;             /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
 } torus_grid;
-
-/* How the harmonics of one point settle from period to period. */
-typedef struct {
-    double change;              /* last change, relative to the displacement scale */
-    double best;                /* smallest change so far */
-    int idle;                   /* periods since `best` last fell noticeably */
-    int done;
-} progress;
-
-/* Periods without progress after which a change is put down to the discretisation: phases drift
- * from period to period, so the harmonics of a coarse grid keep moving by its error. */
-#define IDLE_PERIODS 12
-#define PROGRESS 0.8
 
 /* One group: the lanes of one point, or of several points when lines < SM_LANES. */
 typedef struct {
@@ -41,7 +36,9 @@ typedef struct {
     double *phase;              /* (blocks * SM_LANES, 2) cos and sin of t_B at t_A = 0 */
     double *sums;               /* (blocks, orders, N_c, 2, SM_LANES) */
     double *fresh, *last;       /* (points_per_group, orders, N_c, 2) */
-    progress *track;            /* (points_per_group) */
+    sm_progress *track;         /* (points_per_group) */
+    sm_acceleration *faster;    /* (points_per_group) */
+    double *line_state;         /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
 } torus_group;
 
 static void fill_grid(torus_grid *grid) {
@@ -89,13 +86,12 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
 SM_HOT static sm_status march_period(const sm_contact *contact, const sm_stepper *stepper,
                                      const torus_grid *grid, sm_lanes *m, const double *a,
                                      const double *b, const double *phase, double *sums) {
-    sm_status status = SM_OK;
     const int n = contact->contacts;
     for (int k = 0; k < grid->steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
             load_forcing(SM_LANES, contact, grid->carrier + (k * 2 + stage) * 4, a, b, phase, m->u);
-            const sm_status s = sm_stage(SM_LANES, stepper, m, stage);
-            status = s != SM_OK ? s : status;
+            const sm_status status = sm_stage(SM_LANES, stepper, m, stage);
+            if (status != SM_OK) return status;
         }
         for (int q = 0; q < grid->orders_count; q++) {
             const double re = grid->weight[(k * grid->orders_count + q) * 2];
@@ -111,7 +107,7 @@ SM_HOT static sm_status march_period(const sm_contact *contact, const sm_stepper
             }
         }
     }
-    return status;
+    return SM_OK;
 }
 
 /* exp(-i m angle) from (cos, sin) of the angle, for a small integer m. */
@@ -129,11 +125,11 @@ static void power(double c, double s, int m, double *re, double *im) {
 
 /* Mean over lines: fresh = sum over lanes of sums exp(-i m t_B0) / lines. */
 static void collect(const sm_contact *contact, const torus_grid *grid, torus_group *g) {
-    const int n = contact->contacts, per_point = grid->orders_count * n * 2;
-    memset(g->fresh, 0, sizeof(double) * (size_t)(grid->points_per_group * per_point));
+    const int n = contact->contacts;
+    memset(g->fresh, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const int block = lane / SM_LANES, l = lane % SM_LANES;
-        double *point = g->fresh + (size_t)(lane / grid->lines) * per_point;
+        double *point = g->fresh + (size_t)(lane / grid->lines) * grid->per_point;
         const double *phase = g->phase + (size_t)block * 2 * SM_LANES;
         for (int q = 0; q < grid->orders_count; q++) {
             double re, im;
@@ -146,39 +142,6 @@ static void collect(const sm_contact *contact, const torus_grid *grid, torus_gro
             }
         }
     }
-}
-
-/* Largest frictionless contact displacement at a point: the scale of its harmonics. */
-static double displacement_scale(const sm_contact *contact, const double *amplitude) {
-    const int n = contact->contacts;
-    double scale = 0.0;
-    for (int i = 0; i < n; i++) {
-        double force = 0.0;
-        for (int j = 0; j < contact->modes; j++) {
-            const double *L = contact->coupling + 2 * (j * n + i);
-            force += 2.0 * hypot(L[0], L[1]) * amplitude[j];
-        }
-        const double x = force / contact->stiffness[i * n + i];
-        scale = x > scale ? x : scale;
-    }
-    return scale;
-}
-
-/* Distance from periodicity: the last change, times the sum of the geometric series it starts. */
-static double periodicity(progress *track, const double *fresh, const double *last, int count,
-                          double scale) {
-    double now = 0.0;
-    for (int k = 0; k < count; k++) {
-        const double c = fabs(fresh[k] - last[k]);
-        now = c > now ? c : now;
-    }
-    now /= scale;
-    double ratio = track->change > 0.0 ? now / track->change : 0.9;
-    ratio = ratio < 0.3 ? 0.3 : ratio > 0.97 ? 0.97 : ratio;
-    track->change = now;
-    track->idle = now < PROGRESS * track->best ? 0 : track->idle + 1;
-    track->best = now < track->best ? now : track->best;
-    return now * ratio / (1.0 - ratio);
 }
 
 static void start_group(const sm_contact *contact, const torus_grid *grid, torus_group *g,
@@ -210,51 +173,81 @@ static void rotate_phases(const torus_grid *grid, torus_group *g) {
     }
 }
 
+/* Copies the lanes of point p of the group into line_state, or back. */
+static void exchange_lines(const torus_grid *grid, torus_group *g, int contacts, size_t p,
+                           int back) {
+    double *x = g->line_state, *angle = x + (size_t)contacts * (size_t)grid->lines;
+    for (int line = 0; line < grid->lines; line++) {
+        const size_t lane = p * (size_t)grid->lines + (size_t)line;
+        const size_t block = lane / SM_LANES, l = lane % SM_LANES;
+        for (int i = 0; i < contacts; i++) {
+            double *in_lane = g->lanes[block].x + (size_t)i * SM_LANES + l;
+            double *in_line = x + (size_t)i * (size_t)grid->lines + line;
+            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
+        }
+        angle[line] = g->phase[block * 2 * SM_LANES + l];
+        angle[grid->lines + line] = g->phase[(block * 2 + 1) * SM_LANES + l];
+    }
+}
+
+/* After the phases have turned: move the lines of unfinished points closer to periodicity. */
+static void accelerate(const torus_grid *grid, torus_group *g, int contacts, size_t points) {
+    const double *angle = g->line_state + (size_t)contacts * (size_t)grid->lines;
+    for (size_t p = 0; p < points; p++) {
+        if (g->track[p].done) continue;
+        exchange_lines(grid, g, contacts, p, 0);
+        if (sm_accelerate(&g->faster[p], angle, angle + grid->lines, g->line_state)) {
+            exchange_lines(grid, g, contacts, p, 1);
+            g->track[p].change = 0.0; /* what follows does not continue the series */
+        }
+    }
+}
+
 static sm_status solve_group(const sm_contact *contact, const sm_stepper *stepper,
                              const torus_grid *grid, torus_group *g, size_t first, size_t points,
-                             const double *amplitudes, double tolerance, double floor_scale,
-                             int max_periods, double *harmonics, double *residual,
-                             int32_t *periods) {
-    const int n = contact->contacts, per_point = grid->orders_count * n * 2;
+                             const double *amplitudes, double tolerance,
+                             const double *smallest_scale, int max_periods, double *harmonics,
+                             double *residual, int32_t *periods) {
+    const int n = contact->contacts;
+    const size_t per_point = grid->per_point;
     const size_t group_points =
         points - first < (size_t)grid->points_per_group ? points - first
                                                         : (size_t)grid->points_per_group;
     start_group(contact, grid, g, first, points, amplitudes);
-    for (size_t p = 0; p < group_points; p++)
-        g->track[p] = (progress){.change = 0.0, .best = INFINITY, .idle = 0, .done = 0};
+    for (size_t p = 0; p < group_points; p++) {
+        sm_progress_start(&g->track[p]);
+        sm_acceleration_start(&g->faster[p]);
+    }
     for (int period = 1; period <= max_periods; period++) {
-        memset(g->sums, 0,
-               sizeof(double) * (size_t)(g->blocks * grid->orders_count * n * 2 * SM_LANES));
+        memset(g->sums, 0, sizeof(double) * (size_t)g->blocks * SM_LANES * per_point);
         for (int block = 0; block < g->blocks; block++) {
             const size_t at = (size_t)block * SM_LANES;
             const sm_status status = march_period(
                 contact, stepper, grid, &g->lanes[block], g->a + at, g->b + at, g->phase + 2 * at,
-                g->sums + at * (size_t)(grid->orders_count * n * 2));
+                g->sums + at * per_point);
             if (status != SM_OK) return status;
         }
         collect(contact, grid, g);
+        if (!sm_all_finite(g->fresh, group_points * per_point)) return SM_NOT_FINITE;
         int open = 0;
         for (size_t p = 0; p < group_points; p++) {
             const size_t point = first + p;
-            double *fresh = g->fresh + p * (size_t)per_point;
-            double *last = g->last + p * (size_t)per_point;
-            progress *track = &g->track[p];
-            if (track->done) continue; /* its answer is already stored */
-            const double scale = fmax(
-                floor_scale,
-                displacement_scale(contact, amplitudes + point * (size_t)contact->modes));
-            residual[point] = scale == 0.0  ? 0.0
-                              : period == 1 ? INFINITY
-                                            : periodicity(track, fresh, last, per_point, scale);
-            memcpy(last, fresh, sizeof(double) * (size_t)per_point);
-            memcpy(harmonics + point * (size_t)per_point, fresh,
-                   sizeof(double) * (size_t)per_point);
+            double *fresh = g->fresh + p * per_point;
+            double *last = g->last + p * per_point;
+            if (g->track[p].done) continue; /* its answer is already stored */
+            const sm_scales scales = sm_displacement_scales(
+                contact, amplitudes + point * (size_t)contact->modes, smallest_scale);
+            residual[point] = sm_distance_from_periodic(
+                &g->track[p], &scales, n, grid->orders_count, grid->orders, fresh, last,
+                period == 1, tolerance);
+            memcpy(last, fresh, sizeof(double) * per_point);
+            memcpy(harmonics + point * per_point, fresh, sizeof(double) * per_point);
             periods[point] = period;
-            track->done = residual[point] <= tolerance || track->idle >= IDLE_PERIODS;
-            open |= !track->done;
+            open |= !g->track[p].done;
         }
         if (!open) break;
         rotate_phases(grid, g);
+        accelerate(grid, g, n, group_points);
     }
     return SM_OK;
 }
@@ -265,18 +258,36 @@ static size_t take(size_t *total, size_t doubles) {
     return at;
 }
 
-static sm_status check(const sm_contact *contact, const double *rates, int32_t steps,
-                       int32_t lines, size_t points, const double *amplitudes,
-                       int32_t orders_count) {
-    const sm_status status = sm_contact_check(contact);
-    if (status != SM_OK) return status;
-    if (steps < 4 || steps > 65536 || lines < 1 || lines > 4096 || (lines & (lines - 1)) != 0)
-        return SM_BAD_ARGUMENT;
-    if (orders_count < 1 || orders_count > 4096) return SM_BAD_ARGUMENT;
-    for (int j = 0; j < contact->modes; j++)
-        if (!(rates[j] > 0.0) || !isfinite(rates[j])) return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < points * (size_t)contact->modes; k++)
-        if (!(amplitudes[k] >= 0.0) || !isfinite(amplitudes[k])) return SM_NOT_FINITE;
+static sm_status check_grid(int32_t steps, int32_t lines, int32_t max_periods,
+                            int32_t orders_count, const int32_t *orders) {
+    if (steps < 4 || steps > MAX_STEPS || max_periods < 1) return SM_BAD_ARGUMENT;
+    if (lines < 1 || lines > MAX_LINES || (lines & (lines - 1)) != 0) return SM_BAD_ARGUMENT;
+    if (!orders || orders_count < 1 || orders_count > MAX_ORDERS_COUNT) return SM_BAD_ARGUMENT;
+    for (int32_t k = 0; k < 2 * orders_count; k++)
+        if (orders[k] < -MAX_ORDER || orders[k] > MAX_ORDER) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+static sm_status check_rates(const sm_contact *contact, const double *rates,
+                             const double *smallest_scale) {
+    if (!rates || !smallest_scale) return SM_BAD_ARGUMENT;
+    for (int j = 0; j < contact->modes; j++) {
+        sm_status status = sm_check_positive(rates[j]);
+        if (status == SM_OK) status = sm_check_not_negative(smallest_scale[j]);
+        if (status != SM_OK) return status;
+    }
+    const double ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
+    return isfinite(ratio * MAX_ORDER) ? SM_OK : SM_NOT_FINITE;
+}
+
+static sm_status check_points(const sm_contact *contact, size_t points, const double *amplitudes,
+                              size_t per_point) {
+    if (!sm_fits(points, per_point * sizeof(double))) return SM_BAD_ARGUMENT;
+    if (points > 0 && !amplitudes) return SM_BAD_ARGUMENT;
+    for (size_t k = 0; k < points * (size_t)contact->modes; k++) {
+        const sm_status status = sm_check_not_negative(amplitudes[k]);
+        if (status != SM_OK) return status;
+    }
     return SM_OK;
 }
 
@@ -285,34 +296,46 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              int32_t max_periods, size_t points, const double *amplitudes,
                              int32_t orders_count, const int32_t *orders, double *harmonics,
                              double *residual, int32_t *periods) {
-    sm_status status = check(contact, rates, steps, lines, points, amplitudes, orders_count);
+    sm_status status = sm_contact_check(contact);
+    if (status == SM_OK) status = check_grid(steps, lines, max_periods, orders_count, orders);
+    if (status == SM_OK) status = sm_check_not_negative(tolerance);
+    if (status == SM_OK) status = check_rates(contact, rates, smallest_scale);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
+    const size_t per_point = (size_t)orders_count * (size_t)n * 2;
+    status = check_points(contact, points, amplitudes, per_point);
+    if (status != SM_OK) return status;
+    if (points > 0 && (!harmonics || !residual || !periods)) return SM_BAD_ARGUMENT;
     const int blocks = lines > SM_LANES ? lines / SM_LANES : 1;
     torus_grid grid = {.steps = steps,
                        .lines = lines,
                        .points_per_group = blocks * SM_LANES / lines,
                        .orders_count = orders_count,
+                       .per_point = per_point,
                        .orders = orders,
                        .ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0};
     torus_group g = {.blocks = blocks};
     sm_stepper stepper;
 
-    const size_t per_group = (size_t)grid.points_per_group * (size_t)(orders_count * n * 2);
+    const size_t per_group = (size_t)grid.points_per_group * per_point;
     const size_t lanes_size = (sm_lanes_size(n, SM_LANES) + 7) & ~(size_t)7;
     const size_t wide = (size_t)blocks * SM_LANES;
     size_t total = 0;
     const size_t at_carrier = take(&total, (size_t)steps * 8);
-    const size_t at_weight = take(&total, (size_t)(steps * orders_count * 2));
+    const size_t at_weight = take(&total, (size_t)steps * (size_t)orders_count * 2);
     const size_t at_stepper = take(&total, sm_stepper_size(n));
     const size_t at_lanes = take(&total, lanes_size * (size_t)blocks);
     const size_t at_a = take(&total, wide), at_b = take(&total, wide);
     const size_t at_phase = take(&total, 2 * wide);
-    const size_t at_sums = take(&total, wide * (size_t)(orders_count * n * 2));
+    const size_t at_sums = take(&total, wide * per_point);
     const size_t at_fresh = take(&total, per_group), at_last = take(&total, per_group);
+    const size_t speed = sm_acceleration_size(n, lines);
+    const size_t at_speed = take(&total, speed * (size_t)grid.points_per_group);
+    const size_t at_line = take(&total, (size_t)(n + 2) * (size_t)lines);
     double *memory = calloc(total, sizeof(double));
+    g.faster = calloc((size_t)grid.points_per_group, sizeof(sm_acceleration));
     g.lanes = calloc((size_t)blocks, sizeof(sm_lanes));
-    g.track = calloc((size_t)grid.points_per_group, sizeof(progress));
+    g.track = calloc((size_t)grid.points_per_group, sizeof(sm_progress));
     if (!memory || !g.lanes || !g.track) {
         free(memory);
         free(g.lanes);
@@ -327,17 +350,19 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     g.sums = memory + at_sums;
     g.fresh = memory + at_fresh;
     g.last = memory + at_last;
+    g.line_state = memory + at_line;
+    for (int p = 0; p < grid.points_per_group; p++)
+        sm_acceleration_place(&g.faster[p], n, lines, memory + at_speed + speed * (size_t)p);
     for (int block = 0; block < blocks; block++)
         sm_lanes_place(&g.lanes[block], n, SM_LANES, memory + at_lanes + lanes_size * (size_t)block);
     sm_stepper_place(&stepper, n, memory + at_stepper);
-    sm_stepper_set(&stepper, contact, TWO_PI / (rates[0] * steps));
+    status = sm_stepper_set(&stepper, contact, TWO_PI / (rates[0] * steps));
     fill_grid(&grid);
 
-    const double floor_scale = displacement_scale(contact, smallest_scale);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)grid.points_per_group)
         status = solve_group(contact, &stepper, &grid, &g, first, points, amplitudes, tolerance,
-                             floor_scale, max_periods, harmonics, residual, periods);
+                             smallest_scale, max_periods, harmonics, residual, periods);
     free(memory);
     free(g.lanes);
     free(g.track);

@@ -1,0 +1,329 @@
+"""The step-able component, FMU style: set inputs, step, read outputs.
+
+Variables are named <quantity>_<mode>, mode A or B:
+
+inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
+          per second
+outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
+          input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
+          the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
+
+An input holds its value, and moves at its rate, until it is set again; so sweeps are exact and
+continuous in phase whatever the step.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom import Model, SlipmodeError, _kernel
+from rom.amplitude import slow_flow
+from rom.torus import contact_problem
+
+MODE_NAMES = ("A", "B")
+STEPS_PER_PERIOD = 64
+MEMORY_PERIODS = 8.0
+
+Floats = NDArray[np.float64]
+
+
+class StoppedError(SlipmodeError):
+    """A step that could not be taken; the component is as it was before it.
+
+    Attributes
+    ----------
+    time : float
+        Where the component stands [s].
+    outputs : (steps, outputs) ndarray
+        Outputs of the steps of the same call that succeeded.
+    """
+
+    def __init__(self, message: str, time: float, outputs: Floats) -> None:
+        super().__init__(message)
+        self.time = time
+        self.outputs = outputs
+
+
+class Steppable(Protocol):
+    """What the runner drives: `Component`, or an FMU behind the same names."""
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+
+    def set_inputs(self, **values: float) -> None:
+        """Set inputs by name; the others keep their values."""
+
+    def do_step(self, time: float, duration: float) -> None:
+        """Advance from `time` by `duration` > 0."""
+
+    def outputs(self) -> dict[str, float]:
+        """Outputs at the present time."""
+
+
+class Component:
+    """A model in slow time that is advanced step by step.
+
+    Parameters
+    ----------
+    model : Model
+    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
+    contact : bool
+        Compute the contact motion at every communication point. It costs a march over the last
+        few periods, so it is off unless asked for.
+    elastic : sequence of int
+        DOFs whose displacement is computed; needs `contact`.
+    tolerance : float
+        Relative tolerance of the slow flow per internal step.
+
+    Raises
+    ------
+    SlipmodeError
+        On arguments that are not allowed.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        force: Sequence[Mapping[int, float] | ArrayLike] | None = None,
+        *,
+        contact: bool = False,
+        elastic: Sequence[int] = (),
+        tolerance: float = 1e-6,
+    ) -> None:
+        if not 1e-13 <= tolerance <= 1e-2:
+            raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {tolerance}")
+        if elastic and not contact:
+            raise SlipmodeError("elastic: needs contact=True, for the contacts move the DOFs too")
+        n_dofs = model.reduced.n_dofs
+        if not all(0 <= dof < n_dofs for dof in elastic):
+            raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
+        self.model = model
+        self._force_factor = _force_factors(model, force)
+        self.input_names = _input_names(model.modes)
+        self.output_names = _output_names(model, contact, elastic)
+        self._handle = _create(model, contact, elastic, tolerance)
+        self._inputs = np.zeros(1, dtype=_kernel.INPUTS)
+        self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Present time [s]."""
+        return self.outputs()["time"]
+
+    def reset(self, time: float = 0.0, amplitude: ArrayLike = (0.0, 0.0)) -> None:
+        """Start anew at `time` with complex amplitudes (modes,), contacts at rest."""
+        start = np.zeros(_kernel.MODES, dtype=complex)
+        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))[: self.model.modes]
+        start[: given.size] = given
+        status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
+        if status == _kernel.OUTSIDE_TABLE:
+            raise SlipmodeError(
+                f"amplitude: {np.abs(given)} is outside the friction table, whose limit is "
+                f"{self.model.table.limit}"
+            )
+        _kernel.check(status, "reset")
+
+    def set_inputs(self, **values: float) -> None:
+        """Set inputs by name; the others keep their values.
+
+        Raises
+        ------
+        SlipmodeError
+            If a name is unknown, a value not finite or a frequency not positive.
+        """
+        changed = self._inputs.copy()
+        for name, value in values.items():
+            if name not in self.input_names:
+                raise SlipmodeError(
+                    f"{name}: not an input; inputs are {', '.join(self.input_names)}"
+                )
+            quantity, mode = name.rsplit("_", 1)
+            if not np.isfinite(value):
+                raise SlipmodeError(f"{name}: must be finite, got {value}")
+            if quantity == "frequency" and value <= 0:
+                raise SlipmodeError(f"{name}: must be > 0 rad/s, got {value}")
+            changed[quantity][0, MODE_NAMES.index(mode)] = value
+        scaled = self._scaled(changed)
+        _kernel.check(
+            _kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
+        )
+        self._inputs = changed
+
+    def do_step(self, time: float, duration: float) -> None:
+        """Advance from `time`, where the component must stand, by `duration` > 0 [s].
+
+        Raises
+        ------
+        StoppedError
+            If the step cannot be taken; the message says why.
+        """
+        now = self.time
+        if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
+            raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
+        status = _kernel.lib.sm_component_step(self._handle, duration)
+        if status != _kernel.OK:
+            raise self._stopped(status, duration, np.empty((0, len(self.output_names))))
+        self._inputs = _moved_on(self._inputs, duration)
+
+    def outputs(self) -> dict[str, float]:
+        """Outputs at the present time, by name."""
+        values = np.empty(len(self.output_names))
+        _kernel.check(
+            _kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs"
+        )
+        return dict(zip(self.output_names, values.tolist(), strict=True))
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Many steps in one call.
+
+        Parameters
+        ----------
+        durations : (steps,) ndarray
+            Length of each step [s].
+        inputs : (steps, inputs) ndarray
+            Inputs at the start of each step, in the order of `input_names`.
+
+        Returns
+        -------
+        (steps, outputs) ndarray
+            In the order of `output_names`.
+
+        Raises
+        ------
+        StoppedError
+            If a step cannot be taken; it carries the outputs up to there.
+        """
+        packed = np.zeros(len(durations), dtype=_kernel.INPUTS)
+        packed["frequency"] = 1.0
+        for column, name in enumerate(self.input_names):
+            quantity, mode = name.rsplit("_", 1)
+            packed[quantity][:, MODE_NAMES.index(mode)] = inputs[:, column]
+        scaled = self._scaled(packed)
+        lengths = _kernel.contiguous(durations)
+        outputs = np.empty((len(lengths), len(self.output_names)))
+        done = ctypes.c_size_t()
+        status = _kernel.lib.sm_component_run(
+            self._handle,
+            *(len(lengths), lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
+            ctypes.byref(done),
+        )
+        if status != _kernel.OK:
+            raise self._stopped(status, float(lengths[done.value]), outputs[: done.value])
+        if len(lengths):
+            self._inputs = _moved_on(packed[-1:], float(lengths[-1]))
+        return outputs
+
+    def get_state(self) -> Floats:
+        """Everything that continues the run, as an array that `set_state` takes."""
+        state = np.empty(_kernel.lib.sm_component_state_count(self._handle))
+        _kernel.check(_kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
+        return np.concatenate((state, self._inputs.view(float).ravel()))
+
+    def set_state(self, state: Floats) -> None:
+        """Continue from a state of this component, or of another of the same model."""
+        given = _kernel.contiguous(state)
+        count = _kernel.lib.sm_component_state_count(self._handle)
+        own = self._inputs.view(float).size
+        if given.shape != (count + own,):
+            raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
+        _kernel.check(_kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
+        self._inputs = given[count:].copy().view(_kernel.INPUTS)
+
+    def work(self) -> tuple[int, int]:
+        """Accepted and rejected internal steps since creation."""
+        accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
+        _kernel.lib.sm_component_work(
+            self._handle, ctypes.byref(accepted), ctypes.byref(rejected)
+        )
+        return accepted.value, rejected.value
+
+    def _scaled(self, inputs: np.ndarray) -> np.ndarray:
+        """Inputs with forces in newtons turned into modal forces."""
+        scaled = inputs.copy()
+        for name in ("force", "force_rate"):
+            scaled[name] *= self._force_factor
+        return scaled
+
+    def _stopped(self, status: int, duration: float, outputs: Floats) -> StoppedError:
+        now = self.outputs()
+        reason = _kernel.message(status)
+        if not (np.isfinite(duration) and duration > 0):
+            reason = f"step: must be finite and > 0 s, got {duration:g}"
+        elif status == _kernel.OUTSIDE_TABLE:
+            limit = self.model.table.limit
+            reached = [np.hypot(now[f"{m}_re"], now[f"{m}_im"]) for m in MODE_NAMES]
+            mode = int(np.argmax(reached[: self.model.modes] / limit))
+            reason = (
+                f"amplitude |{MODE_NAMES[mode]}| leaves the friction table, whose limit is "
+                f"{limit[mode]:g} kg^0.5 m; tabulate a larger range or lower the force"
+            )
+        message = f"stopped at t = {now['time']:g} s: {reason}"
+        return StoppedError(message, now["time"], outputs)
+
+
+def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
+    """Inputs after they moved at their rates for `duration`."""
+    later = inputs.copy()
+    for name in _kernel.INPUT_QUANTITIES:
+        later[name] += later[f"{name}_rate"] * duration
+    return later
+
+
+def _input_names(modes: int) -> tuple[str, ...]:
+    return tuple(f"{name}_{mode}" for mode in MODE_NAMES[:modes] for name in _kernel.INPUT_FIELDS)
+
+
+def _output_names(model: Model, contact: bool, elastic: Sequence[int]) -> tuple[str, ...]:
+    names = ["time", "A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B"]
+    names += ["input_power", "dissipated_power", "dissipated_energy"]
+    if contact:
+        contacts = range(model.reduced.n_contacts)
+        names += [f"contact_{i}_{quantity}" for quantity in "xvf" for i in contacts]
+        names += [f"x_{dof}" for dof in elastic]
+    return tuple(names)
+
+
+def _force_factors(
+    model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None
+) -> Floats:
+    """Modal force per unit of the force input, (MODES,)."""
+    factors = np.ones(_kernel.MODES)
+    if force is not None:
+        if len(force) != model.modes:
+            raise SlipmodeError(f"force: needs one entry per mode ({model.modes})")
+        for mode, pattern in enumerate(force):
+            factors[mode] = model.reduced.modal_force(mode, pattern)
+    return factors
+
+
+def _create(
+    model: Model, contact: bool, elastic: Sequence[int], tolerance: float
+) -> ctypes.c_void_p:
+    """The core's component, freed with the handle's owner."""
+    modes_out = _kernel.contiguous(model.reduced.mode_shapes[list(elastic)])
+    contacts_out = _kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
+    motion = _kernel.Motion(
+        wanted=int(contact),
+        elastic=len(elastic),
+        modes_out=modes_out.ctypes.data,
+        contacts_out=contacts_out.ctypes.data,
+        steps_per_period=STEPS_PER_PERIOD,
+        memory_periods=MEMORY_PERIODS,
+    )
+    flow, problem = slow_flow(model), contact_problem(model.reduced, model.law)
+    handle = ctypes.c_void_p()
+    status = _kernel.lib.sm_component_create(
+        *(ctypes.byref(flow), ctypes.byref(problem), ctypes.byref(motion), tolerance),
+        ctypes.byref(handle),
+    )
+    _kernel.check(status, "component")
+    weakref.finalize(handle, _kernel.lib.sm_component_free, handle.value)
+    return handle

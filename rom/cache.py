@@ -1,0 +1,75 @@
+"""Models kept on disk, per user: a table that was computed once is not computed again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+
+from rom.errors import SlipmodeError
+from rom.friction import Friction, limits
+from rom.model import FORMAT, Model, tabulate
+from rom.reduction import Reduced
+
+
+def cache_folder() -> Path:
+    """Where models are kept; the environment variable SLIPMODE_CACHE overrides the default."""
+    override = os.environ.get("SLIPMODE_CACHE")
+    return Path(override) if override else Path(platformdirs.user_cache_dir("slipmode"))
+
+
+def cached_model(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float,
+    *,
+    progress: bool = False,
+) -> tuple[Model, bool]:
+    """`tabulate`, unless the cache has the model already.
+
+    Returns
+    -------
+    model : Model
+    cached : bool
+        Whether it came from the cache.
+
+    Notes
+    -----
+    A damaged entry is replaced. Where the cache cannot be written the model is returned all
+    the same; it will be computed again next time.
+    """
+    path = cache_folder() / f"{_key(reduced, law, amplitude, tolerance)}.rom"
+    if path.is_file():
+        try:
+            return Model.load(path), True
+        except SlipmodeError:
+            path.unlink(missing_ok=True)
+    model = tabulate(reduced, law, amplitude, tolerance, progress=progress)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        model.save(path)
+    except OSError:
+        return model, False
+    return model, False
+
+
+def _key(reduced: Reduced, law: Friction, amplitude: Sequence[float], tolerance: float) -> str:
+    """Hash of everything that the table depends on."""
+    arrays = (
+        *(reduced.frequency, reduced.modal_damping, reduced.mode_shapes, reduced.contact_shapes),
+        *(reduced.stiffness, reduced.damping, reduced.coupling),
+        limits(law, reduced.n_contacts),
+        np.asarray(amplitude, dtype=float),
+    )
+    named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
+    digest = hashlib.sha256(json.dumps([*named, tolerance]).encode())
+    for array in arrays:
+        digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:32]

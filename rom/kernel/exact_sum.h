@@ -1,0 +1,35 @@
+/* Sums and angles that many small terms do not carry away: Neumaier's compensated sum. */
+#ifndef SLIPMODE_EXACT_SUM_H
+#define SLIPMODE_EXACT_SUM_H
+
+#include <math.h>
+
+#define SM_TWO_PI 6.283185307179586
+#define SM_TWO_PI_LOW 2.4492935982947064e-16 /* 2 pi - SM_TWO_PI */
+
+typedef struct {
+    double value, carry; /* the sum is value + carry, value the double nearest to it */
+} sm_exact_sum;
+
+static inline void sm_add(sm_exact_sum *sum, double term) {
+    const double total = sum->value + term;
+    const double lost = fabs(sum->value) >= fabs(term) ? (sum->value - total) + term
+                                                       : (term - total) + sum->value;
+    sum->value = total;
+    sum->carry += lost;
+    const double settled = sum->value + sum->carry;
+    sum->carry -= settled - sum->value;
+    sum->value = settled;
+}
+
+/* Adds to an angle and brings it back to [0, 2 pi). */
+static inline void sm_add_angle(sm_exact_sum *angle, double term) {
+    sm_add(angle, term);
+    const double turns = floor(angle->value / SM_TWO_PI);
+    if (turns != 0.0) {
+        sm_add(angle, -turns * SM_TWO_PI);
+        sm_add(angle, -turns * SM_TWO_PI_LOW);
+    }
+}
+
+#endif

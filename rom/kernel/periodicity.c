@@ -1,0 +1,67 @@
+#include "periodicity.h"
+
+#include <math.h>
+
+/* Periods without progress after which a change is put down to the discretisation: phases drift
+ * from period to period, so the harmonics of a coarse grid keep moving by its error. */
+#define IDLE_PERIODS 12
+#define PROGRESS 0.8
+
+void sm_progress_start(sm_progress *progress) {
+    progress->change = 0.0;
+    progress->best = INFINITY;
+    progress->idle = 0;
+    progress->done = 0;
+}
+
+static double displacement(const sm_contact *contact, int mode, double amplitude) {
+    const size_t n = (size_t)contact->contacts;
+    double largest = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double *L = contact->coupling + 2 * ((size_t)mode * n + i);
+        const double x = 2.0 * hypot(L[0], L[1]) * amplitude / contact->stiffness[i * n + i];
+        largest = fmax(largest, x);
+    }
+    return largest;
+}
+
+sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
+                                 const double *smallest_scale) {
+    sm_scales scales = {{0.0, 0.0}, 0.0};
+    for (int j = 0; j < contact->modes; j++) {
+        scales.of_mode[j] =
+            displacement(contact, j, fmax(amplitude[j], smallest_scale[j]));
+        scales.largest = fmax(scales.largest, scales.of_mode[j]);
+    }
+    return scales;
+}
+
+/* A mode's own harmonics are measured by its own displacement, or they would be lost beside a
+ * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
+static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
+    const double own = m == 0 ? scales->of_mode[0] : n == 0 ? scales->of_mode[1] : 0.0;
+    return own > 0.0 ? own : scales->largest;
+}
+
+double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, int contacts,
+                                 int orders_count, const int32_t *orders, const double *fresh,
+                                 const double *last, int first, double tolerance) {
+    progress->done = scales->largest == 0.0;
+    if (progress->done) return 0.0;
+    if (first) return INFINITY;
+    double now = 0.0;
+    for (int q = 0; q < orders_count; q++) {
+        const double scale = scale_of(scales, orders[2 * q], orders[2 * q + 1]);
+        for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
+            now = fmax(now, fabs(fresh[k] - last[k]) / scale);
+    }
+    /* the changes to come, as the geometric series that the last two began */
+    const double ratio = progress->change > 0.0 ? fmin(fmax(now / progress->change, 0.3), 0.97)
+                                                : 0.9;
+    const double distance = now * ratio / (1.0 - ratio);
+    progress->change = now;
+    progress->idle = now < PROGRESS * progress->best ? 0 : progress->idle + 1;
+    progress->best = fmin(progress->best, now);
+    progress->done = distance <= tolerance || progress->idle >= IDLE_PERIODS;
+    return distance;
+}

@@ -1,0 +1,177 @@
+"""Contact and elastic motion from the slow amplitudes.
+
+The contact problem (12) is marched along the slow trajectory. Friction forgets within a few
+periods, so any window can be had without marching from t = 0.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rom import _kernel
+from rom.amplitude import Complexes, amplitude_rate
+from rom.errors import SlipmodeError
+from rom.matrices import Floats
+from rom.model import Model
+from rom.torus import contact_problem
+
+SPIN_UP_PERIODS = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class SlowTrajectory:
+    """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
+
+    Attributes
+    ----------
+    time : (steps + 1,) ndarray
+        [s]
+    amplitude : (steps + 1, modes) complex ndarray
+    angle : (steps + 1, modes) ndarray
+        Carrier angles theta_j [rad]; whole turns do not matter.
+    frequency, frequency_rate : (steps, modes) ndarray
+        At the start of each step [rad/s], [rad/s^2].
+    force, force_rate : (steps, modes) complex ndarray
+        Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
+    """
+
+    time: Floats
+    amplitude: Complexes
+    angle: Floats
+    frequency: Floats
+    frequency_rate: Floats
+    force: Complexes
+    force_rate: Complexes
+
+    def between(self, start: float, end: float) -> SlowTrajectory:
+        """The steps that overlap [start, end]."""
+        first = max(int(np.searchsorted(self.time, start, side="right")) - 1, 0)
+        last = min(int(np.searchsorted(self.time, end, side="left")), self.time.size - 1)
+        points, steps = slice(first, last + 1), slice(first, last)
+        return SlowTrajectory(
+            self.time[points],
+            self.amplitude[points],
+            self.angle[points],
+            self.frequency[steps],
+            self.frequency_rate[steps],
+            self.force[steps],
+            self.force_rate[steps],
+        )
+
+    def segments(self, model: Model) -> np.ndarray:
+        """The steps as the core reads them."""
+        duration = np.diff(self.time)
+        later = duration[:, np.newaxis]
+        segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
+        segments["start"], segments["duration"] = self.time[:-1], duration
+        modes = slice(0, model.modes)
+        rates = self.frequency_rate
+        segments["amplitude_start"][:, modes] = self.amplitude[:-1]
+        segments["amplitude_end"][:, modes] = self.amplitude[1:]
+        segments["rate_start"][:, modes] = amplitude_rate(
+            model, self.amplitude[:-1], self.frequency, self.force, rates
+        )
+        segments["rate_end"][:, modes] = amplitude_rate(
+            *(model, self.amplitude[1:], self.frequency + rates * later),
+            *(self.force + self.force_rate * later, rates),
+        )
+        segments["angle"][:, modes] = self.angle[:-1]
+        segments["frequency"][:, modes] = self.frequency
+        segments["frequency_rate"][:, modes] = rates
+        return segments
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Fast motion at given times.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        [s]
+    displacement, velocity, force : (n, N_c) ndarray
+        Of the contacts: x_c [m], x_c' [m/s], friction force [N].
+    modal : (n, modes) ndarray
+        Modal displacements q_j [kg^1/2 m].
+    """
+
+    time: Floats
+    displacement: Floats
+    velocity: Floats
+    force: Floats
+    modal: Floats
+
+    def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
+        """Displacement of DOFs of the structure, (n, dofs) [m]."""
+        rows = list(dofs)
+        shapes = model.reduced.mode_shapes[rows], model.reduced.contact_shapes[rows]
+        return np.asarray(self.modal @ shapes[0].T + self.displacement @ shapes[1].T)
+
+
+def reconstruct(
+    model: Model,
+    trajectory: SlowTrajectory,
+    times: ArrayLike,
+    *,
+    steps_per_period: int = 64,
+    spin_up: float = SPIN_UP_PERIODS,
+) -> Motion:
+    """Contact and modal motion at increasing times inside a slow trajectory.
+
+    Parameters
+    ----------
+    times : (n,) array_like
+        [s]
+    steps_per_period : int
+        Least number of time steps per period of the faster carrier.
+    spin_up : float
+        Periods of the slower carrier marched before the first time, at most from the
+        trajectory's start, where the contacts rest.
+
+    Raises
+    ------
+    SlipmodeError
+        If the times are not increasing or lie outside the trajectory.
+    """
+    sample = _kernel.contiguous(times)
+    first, last = trajectory.time[[0, -1]]
+    if sample.size == 0 or np.any(np.diff(sample) <= 0):
+        raise SlipmodeError("times: must be increasing, at least one")
+    if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
+        raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
+    slowest = trajectory.frequency.min()
+    part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
+    segments = part.segments(model)
+    shape = (sample.size, model.reduced.n_contacts)
+    x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
+    problem = contact_problem(model.reduced, model.law)
+    status = _kernel.lib.sm_contact_motion(
+        *(ctypes.byref(problem), len(segments), segments.ctypes.data, None, steps_per_period),
+        *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
+    )
+    _kernel.check(status, "contact motion")
+    return Motion(sample, x, v, f, _modal_motion(model, segments, sample))
+
+
+def _modal_motion(model: Model, segments: np.ndarray, times: Floats) -> Floats:
+    """q_j = 2 Re(a_j exp(i theta_j)), a_j by cubic Hermite interpolation."""
+    index = np.clip(np.searchsorted(segments["start"], times, side="right") - 1, 0, None)
+    s = segments[index]
+    elapsed = (times - s["start"])[:, np.newaxis]
+    duration = s["duration"][:, np.newaxis]
+    r = elapsed / duration
+    end = r * r * (3 - 2 * r)
+    a = (
+        (1 - end) * s["amplitude_start"]
+        + end * s["amplitude_end"]
+        + duration * r * (1 - r) ** 2 * s["rate_start"]
+        - duration * r * r * (1 - r) * s["rate_end"]
+    )
+    angle = s["angle"] + elapsed * (s["frequency"] + 0.5 * s["frequency_rate"] * elapsed)
+    modal: Floats = 2 * np.real(a * np.exp(1j * angle))[:, : model.modes]
+    return modal

@@ -1,0 +1,115 @@
+"""How far the amplitudes of a scene go: found by a dry run, so that no more is tabulated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu import Component, StoppedError
+from rom import Friction, Model, Reduced, SlipmodeError
+from rom.cache import cached_model
+from rom.friction import limits
+from runner.schedule import Schedule
+
+_TOLERANCE = 0.05  # of the coarse table
+_MARGIN = 0.15  # of the table over the largest amplitude of the dry run
+_LARGEST_GROWTH = 2.0**40
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Excited:
+    """The modes of a scene that move, and what moves them.
+
+    Attributes
+    ----------
+    modes : tuple of str
+        Of "A" and "B".
+    reduced : Reduced
+    law : Tanh or Coulomb
+    force : tuple of (n,) ndarray
+        Direction of each mode's force.
+    initial : tuple of complex
+        Amplitudes at t = 0.
+    """
+
+    modes: tuple[str, ...]
+    reduced: Reduced
+    law: Friction
+    force: tuple[Floats, ...]
+    initial: tuple[complex, ...]
+
+    def component(self, model: Model, tolerance: float) -> Component:
+        """A component at t = 0 with the scene's initial amplitudes."""
+        component = Component(model, self.force, tolerance=tolerance)
+        component.reset(amplitude=self.initial)
+        return component
+
+
+def find_range(
+    excited: Excited, schedule: Schedule, *, progress: bool = False
+) -> tuple[tuple[float, ...], str]:
+    """Range of the friction table that a schedule needs, and the reason in words.
+
+    A coarse table is doubled in range until a run stays inside it.
+
+    Raises
+    ------
+    SlipmodeError
+        If the amplitudes grow without bound.
+    """
+    limit = _first_guess(excited)
+    largest = _LARGEST_GROWTH * limit
+    while True:
+        coarse, _ = cached_model(
+            excited.reduced, excited.law, limit.tolist(), _TOLERANCE, progress=progress
+        )
+        reached, complete = _dry_run(excited, coarse, schedule)
+        if complete:
+            break
+        limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
+        if np.any(limit > largest):
+            raise SlipmodeError(
+                "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
+            )
+    amplitude = np.maximum((1.0 + _MARGIN) * reached, 1e-2 * limit)
+    shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
+    reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
+    return tuple(_round_up(value) for value in amplitude), reason
+
+
+def _first_guess(excited: Excited) -> Floats:
+    """Four times the amplitude at which the first contact slips."""
+    friction_limit = limits(excited.law, excited.reduced.n_contacts)
+    pull = 2.0 * np.abs(excited.reduced.coupling)
+    slip = np.full(pull.shape, np.inf)
+    np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
+    slip[slip == 0.0] = np.inf
+    first = slip.min(axis=1)
+    initial = np.abs(np.array(excited.initial))
+    return np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial)
+
+
+def _dry_run(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
+    """Largest amplitudes on a coarse table, and whether the run stayed inside it."""
+    component = excited.component(model, _TOLERANCE * 1e-2)
+    try:
+        outputs = component.run(schedule.durations, schedule.inputs(component.input_names))
+        complete = True
+    except StoppedError as stop:
+        outputs, complete = stop.outputs, False
+    modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
+    start = np.abs(np.array(excited.initial))
+    reached: Floats = np.maximum(modulus.max(axis=0, initial=0.0), start)
+    if not complete and not np.any(reached > 0.5 * model.table.limit):
+        reached = model.table.limit  # it left within one step: no telling which way
+    return reached, complete
+
+
+def _round_up(value: float) -> float:
+    """Up to two significant digits, so that small changes of a scene share a table."""
+    exponent = int(np.floor(np.log10(value))) - 1
+    return float(f"{np.ceil(value / 10.0**exponent - 1e-9):g}e{exponent}")

@@ -1,0 +1,146 @@
+"""The command line: slipmode run, plan, replay, scenes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rom.errors import SlipmodeError
+
+_INTERRUPTED = 130  # what a shell reports after Ctrl-C
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; 0, or 1 after one line on standard error that says what was wrong."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.command(options))
+    except SlipmodeError as error:
+        return _fail(str(error))
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return _fail(f"{where}{error.strerror or error}")
+    except KeyboardInterrupt:
+        print("slipmode: interrupted; what was recorded until then is readable", file=sys.stderr)
+        return _INTERRUPTED
+
+
+def _fail(message: str) -> int:
+    print(f"slipmode: {' '.join(message.split())}", file=sys.stderr)
+    return 1
+
+
+def _run(options: argparse.Namespace) -> int:
+    from runner.run import run
+
+    recording = run(options.scene, options.output, progress=True)
+    source = "from the cache" if recording.cached else "computed"
+    print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
+    print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
+    print(
+        f"  slow time        {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)"
+    )
+    print(
+        f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
+        f"({recording.samples} contact samples, recordings included)"
+    )
+    for path in (recording.mcap, recording.rrd):
+        if path:
+            print(f"  {path}  ({path.stat().st_size / 1024:.0f} KiB)")
+    if recording.mcap:
+        print(f"look at it:  slipmode replay {recording.mcap}")
+    return 0
+
+
+def _plan(options: argparse.Namespace) -> int:
+    from runner.plan import make_plan
+    from runner.scene import load_scene
+
+    plan = make_plan(load_scene(options.scene), progress=True)
+    rows = [(d.subject, d.choice, d.reason) for d in plan.decisions]
+    widths = [max(len(row[k]) for row in rows) for k in range(2)]
+    for subject, choice, reason in rows:
+        print(f"{subject:{widths[0]}}  {choice:{widths[1]}}  {reason}")
+    return 0
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from runner.replay import replay
+
+    replay(options.file, save=options.save, screenshot=options.screenshot)
+    for written in (options.save, options.screenshot):
+        if written:
+            print(written)
+    return 0
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    from runner.scene import load_scene, shipped_scenes
+
+    shipped = shipped_scenes()
+    if options.path is not None:
+        if options.path not in shipped:
+            raise SlipmodeError(f"{options.path}: no such scene; scenes: {', '.join(shipped)}")
+        print(shipped[options.path])
+        return 0
+    width = max(len(name) for name in shipped)
+    for name in shipped:
+        print(f"{name:{width}}  {load_scene(name).title}")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="slipmode",
+        description="Structures with dry-friction contacts, forced near two resonances.",
+        epilog="example: slipmode run two-mode -o logs && slipmode replay logs/two-mode.mcap",
+    )
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run = _command(commands, "run", _run, "run a scene and record it", "run two-mode -o logs")
+    _scene_argument(run)
+    run.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
+    plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
+    _scene_argument(plan)
+
+    replay = _command(
+        commands,
+        "replay",
+        _replay,
+        "show a recording in Rerun",
+        "replay logs/two-mode.mcap --save two-mode.rrd",
+    )
+    replay.add_argument("file", type=Path, help="an .mcap recording")
+    replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
+    replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
+
+    scenes = _command(
+        commands,
+        "scenes",
+        _scenes,
+        "list the shipped scenes",
+        'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
+    )
+    scenes.add_argument("--path", metavar="NAME", help="print where a shipped scene's file is")
+    return parser
+
+
+def _command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    function: object,
+    summary: str,
+    example: str,
+) -> argparse.ArgumentParser:
+    parser = commands.add_parser(
+        name, help=summary, description=summary, epilog=f"example: slipmode {example}"
+    )
+    parser.set_defaults(command=function)
+    return parser
+
+
+def _scene_argument(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", help="a scene file, or the name of a shipped scene")

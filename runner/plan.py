@@ -1,0 +1,180 @@
+"""What a scene needs modelled, and why: decided before anything is computed for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fmu import Component
+from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Tanh, reduce
+from rom.cache import cached_model
+from rom.friction import limits
+from runner.amplitude_range import Excited, find_range
+from runner.scene import Scene
+from runner.schedule import Schedule, make_schedule
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One thing that is, or is not, modelled."""
+
+    subject: str
+    choice: str
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene and everything decided about it.
+
+    Attributes
+    ----------
+    scene : Scene
+    excited : Excited
+        What is modelled: modes, reduced matrices, friction law, force directions.
+    schedule : Schedule
+    amplitude : tuple of float
+        Range of the friction table [kg^1/2 m].
+    decisions : list of Decision
+    """
+
+    scene: Scene
+    excited: Excited
+    schedule: Schedule
+    amplitude: tuple[float, ...]
+    decisions: list[Decision]
+
+    def model(self, *, progress: bool = False) -> tuple[Model, bool]:
+        """The model of the scene, and whether it came from the cache."""
+        return cached_model(
+            *(self.excited.reduced, self.excited.law, self.amplitude),
+            self.scene.model.tolerance,
+            progress=progress,
+        )
+
+    def component(self, model: Model) -> Component:
+        """A component at t = 0 of the scene."""
+        return self.excited.component(model, self.scene.run.tolerance)
+
+
+def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
+    """Decide what the scene needs.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene and its structure do not fit together.
+    """
+    modes, mode_decisions = _modes(scene)
+    numbers = dict(zip("AB", scene.modes.numbers, strict=False))
+    reduced = reduce(
+        scene.structure.build(), [numbers[m] for m in modes], scene.model.formulation
+    )
+    excited = Excited(
+        modes,
+        reduced,
+        _law(scene, reduced.n_contacts),
+        tuple(_force(scene, mode, reduced, index) for index, mode in enumerate(modes)),
+        tuple(scene.initial.get(mode, 0.0) for mode in modes),
+    )
+    _check_outputs(scene, reduced)
+    schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    if scene.model.amplitude is None:
+        amplitude, reason = find_range(excited, schedule, progress=progress)
+    else:
+        given = dict(zip("AB", scene.model.amplitude, strict=False))
+        amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
+    ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
+    decisions = [
+        *mode_decisions,
+        Decision("friction table", ranges, reason),
+        *_output_decisions(scene),
+    ]
+    return Plan(scene, excited, schedule, amplitude, decisions)
+
+
+def _modes(scene: Scene) -> tuple[tuple[str, ...], list[Decision]]:
+    """Modes that move at all, with the reason for each."""
+    modes, decisions = [], []
+    for mode in "AB"[: len(scene.modes.numbers)]:
+        forcing = scene.forcing.get(mode)
+        forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
+        if forced or scene.initial.get(mode, 0.0) != 0.0:
+            modes.append(mode)
+            why = f"forcing.{mode}" if forced else f"initial.{mode}"
+            decisions.append(Decision(f"mode {mode}", "modelled", f"moved by {why}"))
+        else:
+            reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
+            decisions.append(Decision(f"mode {mode}", "left out", reason))
+    if not modes:
+        raise SlipmodeError(
+            "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
+        )
+    return tuple(modes), decisions
+
+
+def _law(scene: Scene, contacts: int) -> Friction:
+    friction = scene.friction
+    law = (
+        Coulomb(friction.limit)
+        if friction.alpha is None
+        else Tanh(friction.limit, friction.alpha)
+    )
+    try:
+        limits(law, contacts)
+    except SlipmodeError as error:
+        raise SlipmodeError(f"friction.{error}") from None
+    return law
+
+
+def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
+    """Direction of a mode's force in the structure's DOFs; it must be able to move the mode."""
+    if mode not in scene.forcing:
+        return np.zeros(reduced.n_dofs)
+    direction = scene.forcing[mode].vector(reduced.n_dofs)
+    reach = float(np.abs(reduced.mode_shapes[:, index]) @ np.abs(direction))
+    if abs(reduced.modal_force(index, direction)) <= 1e-12 * reach:
+        raise SlipmodeError(
+            f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
+        )
+    return direction
+
+
+def _check_outputs(scene: Scene, reduced: Reduced) -> None:
+    for dof in scene.output.elastic:
+        if not 0 <= dof < reduced.n_dofs:
+            raise SlipmodeError(
+                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {reduced.n_dofs - 1}"
+            )
+
+
+def _output_decisions(scene: Scene) -> list[Decision]:
+    decisions = [
+        Decision(
+            "harmonics",
+            "first of each mode",
+            "they drive the amplitudes; contact motion is marched, not summed",
+        )
+    ]
+    if not scene.contact:
+        decisions.append(Decision("contact motion", "none", "no [[contact]] window"))
+    for window in scene.contact:
+        decisions.append(
+            Decision(
+                "contact motion",
+                f"{window.start:g} to {window.end:g} s",
+                f"[[contact]] window, {window.samples_per_period} samples per period",
+            )
+        )
+    elastic = ", ".join(str(dof) for dof in scene.output.elastic)
+    decisions.append(
+        Decision(
+            "elastic motion",
+            f"DOFs {elastic}" if elastic else "none",
+            "output.elastic" if elastic else "output.elastic asks for none",
+        )
+    )
+    kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
+    decisions.append(Decision("recording", " and ".join(kinds) or "none", "[log]"))
+    return decisions

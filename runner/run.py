@@ -1,0 +1,284 @@
+"""A scene through slow time, and what it leaves behind: a recording."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from fmu import Component, StoppedError
+from rom import Model
+from rom.motion import SPIN_UP_PERIODS, SlowTrajectory, reconstruct
+from runner import channels
+from runner.plan import Plan, make_plan
+from runner.provenance import describe_run
+from runner.record import Header, McapSink, Recorder, RerunSink, Sink
+from runner.replay import RecordingData, read
+from runner.scene import ContactWindow, Scene, load_scene
+
+_STEPS_PER_BLOCK = 256
+_SAMPLES_PER_BATCH = 16384
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """What a run wrote, and how long it took.
+
+    Attributes
+    ----------
+    plan : Plan
+    model : Model
+    mcap, rrd : Path or None
+        The files, where the scene's [log] asks for them.
+    steps : int
+        Communication steps.
+    samples : int
+        Contact samples.
+    table_seconds, slow_seconds, total_seconds : float
+        Wall time of the plan and the friction table, of the slow-time integration alone, and
+        of everything.
+    cached : bool
+        Whether the table came from the cache.
+    """
+
+    plan: Plan
+    model: Model
+    mcap: Path | None
+    rrd: Path | None
+    steps: int
+    samples: int
+    table_seconds: float
+    slow_seconds: float
+    total_seconds: float
+    cached: bool
+
+    def read(self) -> RecordingData:
+        """The recorded channels as arrays; needs the MCAP file."""
+        if self.mcap is None:
+            raise ValueError("this run was not recorded as MCAP: set log.mcap = true")
+        return read(self.mcap)
+
+
+def run(
+    scene: Scene | str | PathLike[str],
+    output: str | PathLike[str] = "logs",
+    *,
+    progress: bool = False,
+) -> Recording:
+    """Run a scene and record it.
+
+    Parameters
+    ----------
+    scene : Scene, path of a scene file, or name of a shipped scene
+    output : path
+        Folder for the recordings <scene>.mcap and <scene>.rrd; made if missing.
+    progress : bool
+        Progress bars on work longer than a second.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene is refused, or the run has to stop. What was recorded until then stays
+        readable, and says why it ends.
+    OSError
+        If the recording cannot be written.
+    """
+    started = time.perf_counter()
+    if not isinstance(scene, Scene):
+        scene = load_scene(scene)
+    plan = make_plan(scene, progress=progress)
+    model, cached = plan.model(progress=progress)
+    tabulated = time.perf_counter()
+    folder = Path(output)
+    mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
+    rrd = folder / f"{scene.name}.rrd" if scene.log.rerun else None
+    if mcap or rrd:
+        folder.mkdir(parents=True, exist_ok=True)
+    with _open(plan, model, mcap, rrd) as recorder:
+        pass_ = _Pass(plan, model, plan.component(model), recorder)
+        pass_.through_slow_time(progress)
+    return Recording(
+        plan=plan,
+        model=model,
+        mcap=mcap,
+        rrd=rrd,
+        steps=plan.schedule.durations.size,
+        samples=pass_.samples,
+        table_seconds=tabulated - started,
+        slow_seconds=pass_.slow_seconds,
+        total_seconds=time.perf_counter() - started,
+        cached=cached,
+    )
+
+
+def _open(plan: Plan, model: Model, mcap: Path | None, rrd: Path | None) -> Recorder:
+    scene, modes = plan.scene, plan.excited.modes
+    listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
+    if scene.contact:
+        listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
+    if scene.output.elastic:
+        listed.append(channels.elastic(scene.output.elastic))
+    header = Header(
+        title=scene.title,
+        scene_text=scene.text,
+        run=describe_run(scene.text, model),
+        scene_name=scene.name,
+    )
+    sinks: list[Sink] = []
+    try:
+        if mcap:
+            sinks.append(McapSink(mcap, header, listed))
+        if rrd:
+            sinks.append(RerunSink(rrd, header, listed))
+    except BaseException:
+        Recorder(sinks).close()
+        raise
+    return Recorder(sinks)
+
+
+class _Pass:
+    """One pass of a component through the schedule of a plan."""
+
+    def __init__(self, plan: Plan, model: Model, component: Component, recorder: Recorder) -> None:
+        self.samples = 0
+        self.slow_seconds = 0.0
+        self._plan = plan
+        self._model = model
+        self._component = component
+        self._recorder = recorder
+        self._columns = {name: k for k, name in enumerate(component.output_names)}
+        self._rows = [self._present_row()]
+        self._windows = list(plan.scene.contact)
+
+    def through_slow_time(self, progress: bool) -> None:
+        """Step, record, and reconstruct each contact window once its end is reached."""
+        schedule = self._plan.schedule
+        inputs = schedule.inputs(self._component.input_names)
+        recorder = self._recorder
+        recorder.event(0.0, "info", _summary(self._plan, self._model))
+        self._record(self._rows[0], 0)
+        steps = schedule.durations.size
+        try:
+            with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
+                for first in range(0, steps, _STEPS_PER_BLOCK):
+                    block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
+                    self._advance(schedule.durations[block], inputs[block], first)
+                    bar.update(block.stop - first)
+        except (StoppedError, KeyboardInterrupt) as stop:
+            reason = str(stop) if isinstance(stop, StoppedError) else "interrupted by the user"
+            recorder.event(self._now, "error", reason)
+            raise
+        recorder.event(self._now, "info", "end of the scene")
+
+    @property
+    def _now(self) -> float:
+        return float(self._rows[-1][-1, 0])
+
+    def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:
+        started = time.perf_counter()
+        try:
+            outputs = self._component.run(durations, inputs)
+        except StoppedError as stop:
+            self._keep(stop.outputs, first)
+            raise
+        finally:
+            self.slow_seconds += time.perf_counter() - started
+        self._keep(outputs, first)
+
+    def _keep(self, outputs: Floats, first: int) -> None:
+        """Record the outputs of the steps from number `first` on."""
+        if not len(outputs):
+            return
+        self._rows.append(outputs)
+        self._record(outputs, first + 1)
+        while self._windows and self._windows[0].end <= self._now:
+            self._reconstruct(self._windows.pop(0))
+
+    def _present_row(self) -> Floats:
+        now = self._component.outputs()
+        return np.array([[now[name] for name in self._columns]])
+
+    def _record(self, outputs: Floats, first: int) -> None:
+        """Slow channels of the communication points from number `first` on."""
+        schedule, modes = self._plan.schedule, self._plan.excited.modes
+        points = slice(first, first + len(outputs))
+        time_ = schedule.time[points]
+        parts = self._take(outputs, [f"{m}_{p}" for m in modes for p in ("re", "im")])
+        moduli = np.hypot(parts[:, 0::2], parts[:, 1::2])
+        self._recorder.write("/modes", time_, np.hstack((parts, moduli)))
+        names = [f"{q}_{m}" for m in modes for q in ("force", "frequency", "phase")]
+        self._recorder.write("/forcing", time_, schedule.at_points(names)[points])
+        energy = ["input_power", "dissipated_power", "dissipated_energy"]
+        self._recorder.write("/energy", time_, self._take(outputs, energy))
+
+    def _take(self, outputs: Floats, names: Sequence[str]) -> Floats:
+        return outputs[:, [self._columns[name] for name in names]]
+
+    def _reconstruct(self, window: ContactWindow) -> None:
+        trajectory = self._trajectory()
+        elastic = self._plan.scene.output.elastic
+        times = _sample_times(window, trajectory)
+        for start in range(0, times.size, _SAMPLES_PER_BATCH):
+            batch = times[start : start + _SAMPLES_PER_BATCH]
+            motion = reconstruct(self._model, trajectory, batch, spin_up=SPIN_UP_PERIODS)
+            for i in range(self._model.reduced.n_contacts):
+                values = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
+                self._recorder.write(f"/contact/{i}", batch, np.column_stack(values))
+            if elastic:
+                self._recorder.write("/elastic", batch, motion.elastic(self._model, elastic))
+            self.samples += batch.size
+
+    def _trajectory(self) -> SlowTrajectory:
+        """The slow trajectory up to now."""
+        outputs = np.concatenate(self._rows)
+        self._rows = [outputs]
+        modes, schedule = self._plan.excited.modes, self._plan.schedule
+        steps = len(outputs) - 1
+        factor = [
+            self._model.reduced.modal_force(index, direction)
+            for index, direction in enumerate(self._plan.excited.force)
+        ]
+
+        def columns(values: dict[str, Floats], quantity: str) -> Floats:
+            return np.column_stack([values[f"{quantity}_{mode}"][:steps] for mode in modes])
+
+        phase, phase_rate = columns(schedule.values, "phase"), columns(schedule.rates, "phase")
+        force = columns(schedule.values, "force") * factor * np.exp(1j * phase)
+        turning = 1j * phase_rate * force
+        growing = columns(schedule.rates, "force") * factor * np.exp(1j * phase)
+        return SlowTrajectory(
+            time=schedule.time[: steps + 1],
+            amplitude=self._take(outputs, [f"{m}_re" for m in modes])
+            + 1j * self._take(outputs, [f"{m}_im" for m in modes]),
+            angle=self._take(outputs, [f"theta_{m}" for m in modes]),
+            frequency=columns(schedule.values, "frequency"),
+            frequency_rate=columns(schedule.rates, "frequency"),
+            force=force,
+            force_rate=growing + turning,
+        )
+
+
+def _sample_times(window: ContactWindow, trajectory: SlowTrajectory) -> Floats:
+    """Equally spaced times over a window, at least as dense as asked for at every frequency."""
+    inside = (trajectory.time[1:] >= window.start) & (trajectory.time[:-1] <= window.end)
+    later = trajectory.frequency + trajectory.frequency_rate * np.diff(trajectory.time)[:, None]
+    fastest = max(trajectory.frequency[inside].max(), later[inside].max())
+    periods = (window.end - window.start) * fastest / (2 * np.pi)
+    count = max(int(np.ceil(periods * window.samples_per_period)), 1)
+    return np.linspace(window.start, window.end, count + 1)
+
+
+def _summary(plan: Plan, model: Model) -> str:
+    modes = " and ".join(plan.excited.modes)
+    return (
+        f"{plan.scene.title}: mode {modes}, {model.reduced.n_contacts} contacts, "
+        f"{model.reduced.formulation} formulation, table tolerance {model.quality.tolerance:g}"
+    )

@@ -1,0 +1,90 @@
+"""A scene's scripts as steps of the component: values and rates at the start of each step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runner.scene import Scene
+from runner.script import Script
+
+Floats = NDArray[np.float64]
+
+_QUIET = Script.constant(0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """Communication points and the inputs between them.
+
+    Attributes
+    ----------
+    time : (steps + 1,) ndarray
+        Communication points [s], from 0; a breakpoint of any script is one of them.
+    values, rates : dict of str to (steps,) ndarray
+        Per input ("force_A", ...) its value right of each step's start and its slope.
+    """
+
+    time: Floats
+    values: dict[str, Floats]
+    rates: dict[str, Floats]
+
+    @property
+    def durations(self) -> Floats:
+        """Length of each step [s], (steps,)."""
+        return np.diff(self.time)
+
+    def inputs(self, names: Sequence[str]) -> Floats:
+        """Inputs of a component, (steps, len(names)), in the order of its names."""
+        columns = []
+        for name in names:
+            quantity, mode = name.rsplit("_", 1)
+            if quantity.endswith("_rate"):
+                columns.append(self.rates[f"{quantity.removesuffix('_rate')}_{mode}"])
+            else:
+                columns.append(self.values[name])
+        return np.column_stack(columns)
+
+    def at_points(self, names: Sequence[str]) -> Floats:
+        """Values at every communication point, (steps + 1, len(names)), right of jumps."""
+        later = self.durations[-1]
+        columns = [
+            np.append(self.values[name], self.values[name][-1] + self.rates[name][-1] * later)
+            for name in names
+        ]
+        return np.column_stack(columns)
+
+
+def make_schedule(scene: Scene, natural: dict[str, float]) -> Schedule:
+    """Steps of a scene for the modes in `natural`, {"A": omega_A, ...}.
+
+    A mode without forcing of its own has zero force at its natural frequency.
+    """
+    scripts: dict[str, Script] = {}
+    for mode, frequency in natural.items():
+        forcing = scene.forcing.get(mode)
+        scripts[f"force_{mode}"] = forcing.amplitude if forcing else _QUIET
+        scripts[f"frequency_{mode}"] = forcing.frequency if forcing else Script.constant(frequency)
+        scripts[f"phase_{mode}"] = forcing.phase if forcing else _QUIET
+    time = _communication_points(scene.run.duration, scene.run.step, scripts)
+    starts = time[:-1]
+    return Schedule(
+        time,
+        {name: script.value(starts) for name, script in scripts.items()},
+        {name: script.rate(starts) for name, script in scripts.items()},
+    )
+
+
+def _communication_points(duration: float, step: float, scripts: dict[str, Script]) -> Floats:
+    """Multiples of the step, the end, and every breakpoint; points that all but coincide merge."""
+    regular = np.append(np.arange(0.0, duration, step), duration)
+    breaks = np.array(sorted({b for s in scripts.values() for b in s.breaks if 0 < b < duration}))
+    if breaks.size:
+        nearest = np.abs(regular[:, np.newaxis] - breaks).min(axis=1)
+        regular = regular[nearest > 1e-9 * step]
+    time = np.unique(np.concatenate((regular, breaks)))
+    too_close = np.append(False, np.diff(time) <= 1e-9 * step) & ~np.isin(time, breaks)
+    return np.asarray(time[~too_close])
