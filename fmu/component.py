@@ -240,9 +240,7 @@ class Component:
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
-        _kernel.lib.sm_component_work(
-            self._handle, ctypes.byref(accepted), ctypes.byref(rejected)
-        )
+        _kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
     def _scaled(self, inputs: np.ndarray) -> np.ndarray:

@@ -56,9 +56,7 @@ def linear_part(reduced: Reduced, frequency: ArrayLike) -> LinearPart:
     if reduced.formulation == "paper":
         mass = np.broadcast_to(2j * omega, Omega.shape)
         return LinearPart(mass, 2 * omega * (omega - Omega) + 1j * gamma * omega)
-    return LinearPart(
-        gamma + 2j * Omega, (omega - Omega) * (omega + Omega) + 1j * gamma * Omega
-    )
+    return LinearPart(gamma + 2j * Omega, (omega - Omega) * (omega + Omega) + 1j * gamma * Omega)
 
 
 def amplitude_rate(

@@ -9,6 +9,7 @@ import zipfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -224,8 +225,14 @@ class _Sampler:
         pool: ThreadPoolExecutor,
         bar: tqdm[Any],
     ) -> None:
-        self._problem = (reduced, law)
-        self._accuracy = (grid, tolerance, smallest_scale)
+        self._solve = partial(
+            friction_terms,
+            reduced,
+            law,
+            grid=grid,
+            tolerance=tolerance,
+            smallest_scale=smallest_scale,
+        )
         self._pool = pool
         self._bar = bar
         self.periodicity = 0.0
@@ -241,9 +248,6 @@ class _Sampler:
             self.periodicity = max(self.periodicity, float(residual.max()))
             self._bar.update(len(S))
         return np.concatenate(parts)
-
-    def _solve(self, amplitudes: Floats) -> tuple[Complexes, Floats]:
-        return friction_terms(*self._problem, amplitudes, *self._accuracy)
 
 
 def _digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:

@@ -156,7 +156,7 @@ def bonded_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
             )
         except RuntimeError as error:
             raise SlipmodeError(_RIGID) from error
-    stiffest = abs(parts.K_ee).max() / abs(parts.M_ee).max()
+    stiffest = parts.K_ee.diagonal().max() / parts.M_ee.diagonal().max()
     if squares[0] <= 1e-12 * stiffest:
         raise SlipmodeError(_RIGID)
     phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from rom.errors import SlipmodeError
 from rom.friction import Friction
 from rom.matrices import Floats
 from rom.reduction import Reduced
+from rom.tables import Complexes
 from rom.torus import Discretisation, friction_terms
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
@@ -42,35 +45,41 @@ def choose_resolution(
     Raises
     ------
     SlipmodeError
-        If 1024 steps per period do not suffice.
+        If the finest discretisation does not suffice.
     """
     modes = limit.size
     points = _PROBES[:, :modes] * limit
 
-    def solve(steps: int, lines: int) -> np.ndarray:
+    def solve(steps: int, lines: int) -> Complexes:
         grid = Discretisation(steps, lines)
         return friction_terms(reduced, law, points, grid, 0.1 * tolerance, limit)[0]
 
-    def change(coarse: np.ndarray, fine: np.ndarray) -> float:
+    def change(coarse: Complexes, fine: Complexes) -> float:
         scale = np.abs(fine).max(axis=0)
         return float((np.abs(fine - coarse).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
 
     lines = 1
     if modes == 2:
-        coarse = solve(64, _LINES[0])
-        for lines, finer in zip(_LINES[:-1], _LINES[1:], strict=True):
-            fine = solve(64, finer)
-            if change(coarse, fine) <= 0.5 * tolerance:
-                break
-            coarse = fine
-    coarse = solve(_STEPS[0], lines)
-    for steps, finer in zip(_STEPS[:-1], _STEPS[1:], strict=True):
-        fine = solve(finer, lines)
-        if change(coarse, fine) <= 0.5 * tolerance:
-            doubled = solve(finer, 2 * lines if modes == 2 else 1)
-            return Resolution(Discretisation(steps, lines), change(coarse, doubled))
+        lines = _settled(_LINES, lambda count: solve(_STEPS[1], count), change, 0.5 * tolerance)
+    steps = _settled(_STEPS, lambda count: solve(count, lines), change, 0.5 * tolerance)
+    doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
+    return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))
+
+
+def _settled(
+    counts: Sequence[int],
+    solve: Callable[[int], Complexes],
+    change: Callable[[Complexes, Complexes], float],
+    tolerance: float,
+) -> int:
+    """The first count whose answer the next one changes by no more than the tolerance."""
+    coarse = solve(counts[0])
+    for count, finer in pairwise(counts):
+        fine = solve(finer)
+        if change(coarse, fine) <= tolerance:
+            return count
         coarse = fine
     raise SlipmodeError(
-        f"tolerance: {tolerance:g} needs more than {_STEPS[-2]} steps per period for the friction "
-        "table; allow a larger tolerance"
+        f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
+        "period; allow a larger tolerance"
     )

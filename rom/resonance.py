@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from rom.amplitude import Complexes, amplitude_rate, friction_force, linear_part
@@ -157,7 +157,7 @@ def _excitation(model: Model, force: Force, phase: Sequence[float]) -> Complexes
 
 
 def _relax(model: Model, Omega: Floats, excitation: Complexes) -> Complexes:
-    """a = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
+    """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
     stiffness = linear_part(model.reduced, Omega).stiffness
     limit = model.table.limit
     modulus = np.zeros(Omega.shape)
@@ -184,9 +184,9 @@ def _polish(model: Model, Omega: Floats, excitation: Complexes, start: Complexes
         amplitude = real.view(complex).copy()
         modulus = np.abs(amplitude)
         over = modulus > 0.999 * limit
-        amplitude[over] *= (0.999 * np.broadcast_to(limit, modulus.shape) / np.maximum(
-            modulus, 1e-300
-        ))[over]
+        amplitude[over] *= (
+            0.999 * np.broadcast_to(limit, modulus.shape) / np.maximum(modulus, 1e-300)
+        )[over]
         return amplitude.view(float)
 
     y = inside(np.ascontiguousarray(start).view(float))
@@ -202,9 +202,7 @@ def _polish(model: Model, Omega: Floats, excitation: Complexes, start: Complexes
     return y.view(complex)
 
 
-def _imbalance(
-    model: Model, Omega: Floats, excitation: Complexes, amplitude: Complexes
-) -> Floats:
+def _imbalance(model: Model, Omega: Floats, excitation: Complexes, amplitude: Complexes) -> Floats:
     """Unbalanced force in the amplitude equations relative to the forces in them, (points,)."""
     stiffness = linear_part(model.reduced, Omega).stiffness
     balance = 0.5 * excitation + friction_force(model, amplitude) - stiffness * amplitude
@@ -227,5 +225,6 @@ def _from_rest(model: Model, Omega: Floats, excitation: Complexes) -> Complexes:
         y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
         point = _polish(model, Omega[np.newaxis], excitation, y.view(complex)[np.newaxis])
         if _imbalance(model, Omega[np.newaxis], excitation, point)[0] <= _CONVERGED:
-            return point[0]
+            found: Complexes = point[0]
+            return found
     raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,11 +108,11 @@ def _slopes(node: Floats, f: Floats, *, odd: bool) -> Floats:
     """df/dnode along axis 0 by a cubic spline, f odd or even about node = 0."""
     if node.size < 4:
         raise SlipmodeError("a friction table needs at least four amplitudes per mode")
-    at_zero = (2, np.zeros(f.shape[1])) if odd else (1, np.zeros(f.shape[1]))
+    at_zero = (2 if odd else 1, np.zeros(f.shape[1]))
     # not-a-knot at the far end: scipy has it as a pair only, so give it the cubic's own slope
     end = CubicSpline(node[-4:], f[-4:], bc_type="not-a-knot")(node[-1], 1)
-    slopes: Floats = CubicSpline(node, f, bc_type=(at_zero, (1, end)))(node, 1)
-    return slopes
+    ends: Any = (at_zero, (1, end))
+    return np.asarray(CubicSpline(node, f, bc_type=ends)(node, 1))
 
 
 def _limit_slopes(

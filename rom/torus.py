@@ -15,7 +15,6 @@ from rom.friction import Friction, limits
 from rom.matrices import Floats
 from rom.reduction import Reduced
 
-
 _MAX_PERIODS = 400
 
 
@@ -153,4 +152,5 @@ def friction_functions(
 ) -> NDArray[np.complex128]:
     """The complex friction functions Q_j of Eq. (20), (points, modes), for amplitudes > 0."""
     S, _ = friction_terms(reduced, law, amplitudes, grid, tolerance)
-    return S / np.asarray(amplitudes, dtype=float)
+    Q: NDArray[np.complex128] = S / np.asarray(amplitudes, dtype=float)
+    return Q

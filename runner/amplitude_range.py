@@ -11,6 +11,7 @@ from fmu import Component, StoppedError
 from rom import Friction, Model, Reduced, SlipmodeError
 from rom.cache import cached_model
 from rom.friction import limits
+from runner.channels import Mode
 from runner.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
@@ -36,7 +37,7 @@ class Excited:
         Amplitudes at t = 0.
     """
 
-    modes: tuple[str, ...]
+    modes: tuple[Mode, ...]
     reduced: Reduced
     law: Friction
     force: tuple[Floats, ...]
@@ -90,7 +91,7 @@ def _first_guess(excited: Excited) -> Floats:
     slip[slip == 0.0] = np.inf
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.initial))
-    return np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial)
+    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
 
 
 def _dry_run(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:

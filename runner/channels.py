@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from rom.errors import SlipmodeError
 
 Mode = Literal["A", "B"]
+MODES: tuple[Mode, ...] = ("A", "B")
 Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"

@@ -39,9 +39,7 @@ def _run(options: argparse.Namespace) -> int:
     source = "from the cache" if recording.cached else "computed"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(
-        f"  slow time        {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)"
-    )
+    print(f"  slow time        {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
         f"({recording.samples} contact samples, recordings included)"

@@ -11,6 +11,7 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Tanh, reduce
 from rom.cache import cached_model
 from rom.friction import limits
 from runner.amplitude_range import Excited, find_range
+from runner.channels import MODES, Mode
 from runner.scene import Scene
 from runner.schedule import Schedule, make_schedule
 
@@ -68,9 +69,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     """
     modes, mode_decisions = _modes(scene)
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
-    reduced = reduce(
-        scene.structure.build(), [numbers[m] for m in modes], scene.model.formulation
-    )
+    reduced = reduce(scene.structure.build(), [numbers[m] for m in modes], scene.model.formulation)
     excited = Excited(
         modes,
         reduced,
@@ -94,10 +93,11 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     return Plan(scene, excited, schedule, amplitude, decisions)
 
 
-def _modes(scene: Scene) -> tuple[tuple[str, ...], list[Decision]]:
+def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
     """Modes that move at all, with the reason for each."""
-    modes, decisions = [], []
-    for mode in "AB"[: len(scene.modes.numbers)]:
+    modes: list[Mode] = []
+    decisions = []
+    for mode in MODES[: len(scene.modes.numbers)]:
         forcing = scene.forcing.get(mode)
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
         if forced or scene.initial.get(mode, 0.0) != 0.0:
@@ -117,9 +117,7 @@ def _modes(scene: Scene) -> tuple[tuple[str, ...], list[Decision]]:
 def _law(scene: Scene, contacts: int) -> Friction:
     friction = scene.friction
     law = (
-        Coulomb(friction.limit)
-        if friction.alpha is None
-        else Tanh(friction.limit, friction.alpha)
+        Coulomb(friction.limit) if friction.alpha is None else Tanh(friction.limit, friction.alpha)
     )
     try:
         limits(law, contacts)

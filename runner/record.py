@@ -1,10 +1,7 @@
-"""Writing a recording: MCAP and Rerun files behind one small protocol."""
+"""Writing a recording: the protocol of a sink, and the MCAP file."""
 
 from __future__ import annotations
 
-import errno
-import os
-import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -14,13 +11,10 @@ from types import TracebackType
 from typing import IO, Self
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 from mcap.writer import LIBRARY_IDENTIFIER, Writer
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
-from runner import views
 from runner.channels import (
     EVENT_MESSAGE_TYPE,
     EVENTS,
@@ -34,9 +28,6 @@ from runner.channels import (
 SCENE_FILE = "scene.toml"
 
 _CHUNK_BYTES = 1024 * 1024
-_ROWS_PER_SEND = 8192  # what Rerun takes fastest
-_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
-_FLUSH_TIMEOUT = 60.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -131,7 +122,7 @@ class McapSink(Sink):
     def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
         self._path = Path(path)
         self._channels = {channel.topic: channel for channel in channels}
-        self._file = _create(self._path)
+        self._file = create_file(self._path)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         with self._complaining():
             self._writer.start(library=f"slipmode; {LIBRARY_IDENTIFIER}")
@@ -142,8 +133,8 @@ class McapSink(Sink):
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
-        channel = _channel(self._channels, topic)
-        time_ns, rows = _checked(channel, time, values)
+        channel = find_channel(self._channels, topic)
+        time_ns, rows = checked_batch(channel, time, values)
         with self._complaining():
             for stamp, message in zip(time_ns.tolist(), channel.encode(rows), strict=True):
                 self._writer.add_message(self._ids[topic], stamp, message, stamp)
@@ -151,7 +142,7 @@ class McapSink(Sink):
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
-        stamp = int(_nanoseconds(EVENTS, np.array([time]))[0])
+        stamp = int(nanoseconds(EVENTS, np.array([time]))[0])
         data = encode_event(Event(time, level, message), stamp)
         with self._complaining():
             self._writer.add_message(self._ids[EVENTS], stamp, data, stamp)
@@ -205,93 +196,6 @@ class McapSink(Sink):
             raise OSError(error.errno, error.strerror, str(self._path)) from error
 
 
-class RerunSink(Sink):
-    """Writes an .rrd file with its views embedded, or shows the recording in a new viewer.
-
-    Parameters
-    ----------
-    path : path or None
-        File to write; None opens the viewer instead.
-    header, channels
-        As for `McapSink`.
-    """
-
-    def __init__(
-        self, path: str | Path | None, header: Header, channels: Sequence[Channel]
-    ) -> None:
-        self._path = None if path is None else Path(path)
-        self._channels = {channel.topic: channel for channel in channels}
-        self._paths = views.Paths(channels)
-        self._stream = rr.RecordingStream("slipmode")
-        self._closed = False
-        self._open(views.blueprint(channels, views.Extent()))
-        self._stream.send_recording_name(header.title)
-        views.describe(self._stream, channels, header.scene_text)
-
-    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
-        """Append a batch of samples; see `Sink.write`."""
-        channel = _channel(self._channels, topic)
-        time_ns, rows = _checked(channel, time, values)
-        self._make_room(2 * rows.nbytes)
-        for start in range(0, len(rows), _ROWS_PER_SEND):
-            part = slice(start, start + _ROWS_PER_SEND)
-            views.send_series(self._stream, channel, time_ns[part], rows[part])
-        self._paths.extend(topic, time_ns, rows)
-        self._flush()
-
-    def event(self, time: float, level: Level, message: str) -> None:
-        """Record in words what happened at simulation time `time` [s]."""
-        time_ns = _nanoseconds(EVENTS, np.array([time]))
-        views.send_event(self._stream, time_ns, level, message)
-
-    def close(self) -> None:
-        """Draw paths and loops, whose extent is known only now, and complete the file."""
-        if self._closed:
-            return
-        extent = self._paths.draw(self._stream)
-        blueprint = views.blueprint(list(self._channels.values()), extent)
-        self._stream.send_blueprint(blueprint)
-        self._flush()
-        self._closed = True
-        self._stream.disconnect()
-
-    def _open(self, blueprint: rrb.Blueprint) -> None:
-        if self._path is not None:
-            _create(self._path).close()  # Rerun reports no errno of its own
-        with self._complaining():
-            if self._path is not None:
-                self._stream.save(self._path, default_blueprint=blueprint)
-            else:
-                rr.spawn(
-                    executable_path=views.VIEWER,
-                    default_blueprint=blueprint,
-                    recording=self._stream,
-                )
-
-    def _make_room(self, size: int) -> None:
-        """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
-        if self._path is not None:
-            free = shutil.disk_usage(self._path.absolute().parent).free
-            if free < size + _RESERVED_BYTES:
-                self._closed = True
-                self._stream.disconnect()
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
-
-    def _flush(self) -> None:
-        with self._complaining():
-            self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
-
-    @contextmanager
-    def _complaining(self) -> Iterator[None]:
-        try:
-            yield
-        except RuntimeError as error:
-            self._closed = True
-            reason = str(error).splitlines()[0]
-            where = str(self._path or "the viewer")
-            raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
-
-
 class Recorder(Sink):
     """Writes the same recording to several sinks.
 
@@ -321,19 +225,21 @@ class Recorder(Sink):
                 stack.callback(sink.close)
 
 
-def _create(path: Path) -> IO[bytes]:
+def create_file(path: Path) -> IO[bytes]:
+    """Open a file for writing, replacing what was there; a directory is refused."""
     if path.is_dir():
         raise SlipmodeError(f"{path} is a directory: give the name of a file to record to")
     return path.open("wb")
 
 
-def _channel(channels: Mapping[str, Channel], topic: str) -> Channel:
+def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
+    """The channel of a topic that the sink was opened with."""
     if topic not in channels:
         raise SlipmodeError(f"{topic} is not recorded: channels are {', '.join(channels)}")
     return channels[topic]
 
 
-def _checked(
+def checked_batch(
     channel: Channel, time: ArrayLike, values: ArrayLike
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Times in nanoseconds and values of a batch, or the reason why it is refused."""
@@ -346,10 +252,11 @@ def _checked(
         row, column = np.argwhere(~finite)[0]
         name, value = channel.names[column], rows[row, column]
         raise SlipmodeError(f"{channel.topic}: {name} is {value} at t = {seconds[row]:g} s")
-    return _nanoseconds(channel.topic, seconds), rows
+    return nanoseconds(channel.topic, seconds), rows
 
 
-def _nanoseconds(topic: str, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+def nanoseconds(topic: str, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Simulation times [s] as nanoseconds, rounded to the nearest."""
     if not np.all((seconds >= 0.0) & (seconds < 2**63 / 1e9)):
         raise SlipmodeError(f"{topic}: times must be finite and not negative")
     return np.rint(seconds * 1e9).astype(np.int64)

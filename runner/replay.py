@@ -25,8 +25,10 @@ from zstandard import ZstdError
 
 from rom.errors import SlipmodeError
 from runner.channels import EVENTS, Channel, Event, Field, decode_event
-from runner.record import SCENE_FILE, Header, RerunSink
-from runner.views import TIMELINE, VIEWER
+from runner.planes import TIMELINE
+from runner.record import SCENE_FILE, Header
+from runner.rerun_sink import RerunSink
+from runner.views import VIEWER
 
 # What the reader raises where a file ends, or is damaged, in the middle of a record.
 _DAMAGE = (McapError, ZstdError, DecodeError, struct.error, ValueError, OverflowError, MemoryError)

@@ -18,8 +18,9 @@ from rom.motion import SPIN_UP_PERIODS, SlowTrajectory, reconstruct
 from runner import channels
 from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
-from runner.record import Header, McapSink, Recorder, RerunSink, Sink
+from runner.record import Header, McapSink, Recorder, Sink
 from runner.replay import RecordingData, read
+from runner.rerun_sink import RerunSink
 from runner.scene import ContactWindow, Scene, load_scene
 
 _STEPS_PER_BLOCK = 256

@@ -15,9 +15,10 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.reader import make_reader
 
 from rom.errors import SlipmodeError
-from runner import channels, views
-from runner.record import Header, McapSink, Recorder, RerunSink, Sink
+from runner import channels, planes
+from runner.record import Header, McapSink, Recorder, Sink
 from runner.replay import read
+from runner.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e", "started": "now"}, "two")
 WIDE = channels.elastic(range(40))
@@ -226,14 +227,14 @@ def test_rerun_file_holds_legends_with_units_and_scales(tmp_path):
 
 def test_views_exist_only_for_what_is_recorded():
     one = [channels.modes(("A",)), channels.contact(0)]
-    assert [plane.entity for plane in views.planes(one)] == ["/phase_plane/A", "/loop/contact/0"]
+    assert [plane.entity for plane in planes.planes(one)] == ["/phase_plane/A", "/loop/contact/0"]
     many = [channels.contact(number) for number in range(6)]
-    drawn = [plane.entity for plane in views.planes(many)]
+    drawn = [plane.entity for plane in planes.planes(many)]
     assert drawn == ["/trajectory", *(f"/loop/contact/{number}" for number in range(3))]
 
 
 def test_long_paths_are_thinned_evenly():
-    samples = views._Samples()
+    samples = planes._Samples()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     (kept,) = samples.rows().T

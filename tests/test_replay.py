@@ -12,8 +12,9 @@ from mcap.writer import Writer
 
 from rom.errors import SlipmodeError
 from runner import channels
-from runner.record import Header, McapSink, RerunSink
+from runner.record import Header, McapSink
 from runner.replay import read, replay
+from runner.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e"}, "two")
 CHANNELS = [channels.modes(), channels.forcing(), channels.contact(0), channels.contact(1)]

@@ -1,0 +1,3 @@
+"""The compiled core: an extension module without members, called through ctypes."""
+
+__file__: str

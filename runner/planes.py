@@ -1,0 +1,262 @@
+"""One recorded quantity drawn against another: phase planes, trajectories, hysteresis loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from runner.channels import Channel
+
+TIMELINE = "time"
+PHASE_PLANE, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
+AXIS_REACH = 1.3  # half the width of a plane, in units of the largest value
+COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
+_PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
+_LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
+
+_LOOPS = 3  # of the first contacts: more would be too small to read
+_KEPT_SAMPLES = 32768  # of a channel, to draw paths from
+_MOVING_POINTS = 1000  # positions of the point that moves along a path
+_TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
+_SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
+_AXIS_LABEL = 1.15
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a recording reaches, which is known only at its end.
+
+    Parameters
+    ----------
+    scales : mapping of str to (float, float)
+        Largest values on the axes of each plane, by its entity.
+    window : tuple of int, optional
+        First and last time of the contact motion to show at first [ns].
+    """
+
+    scales: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    window: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A recorded quantity as the axis of a plane: channel, field and what to call it."""
+
+    topic: str
+    field: str
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One recorded quantity drawn against another.
+
+    Parameters
+    ----------
+    entity : str
+        Where it is drawn.
+    title : str
+        What it shows.
+    x, y : Axis
+        The two quantities, y upwards.
+    one_scale : bool
+        Whether both axes share a scale, so that angles are true.
+    trail : int
+        How many samples trail the moving point.
+    """
+
+    entity: str
+    title: str
+    x: Axis
+    y: Axis
+    one_scale: bool
+    trail: int
+
+    def name(self, scales: tuple[float, float] | None) -> str:
+        """Name of the view; the scales, once known, are the largest values on the axes."""
+        if self.one_scale:
+            return self.title if scales is None else f"{self.title} / {_quoted(scales[0], self.x)}"
+        x, y = self.x.label, self.y.label
+        if scales is not None:
+            x += f" / {_quoted(scales[0], self.x)}"
+            y += f" / {_quoted(scales[1], self.y)}"
+        return f"{self.title}: {y} against {x}"
+
+
+def planes(channels: Iterable[Channel]) -> list[Plane]:
+    """Phase planes of the modes, the contact trajectory and the first hysteresis loops."""
+    by_topic = {channel.topic: channel for channel in channels}
+    contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
+
+    def axis(topic: str, field: str, label: str) -> Axis:
+        units = {field.name: field.unit for field in by_topic[topic].fields}
+        return Axis(topic, field, label, units[field])
+
+    found = [
+        Plane(
+            f"{PHASE_PLANE}/{mode}",
+            f"Mode {mode}",
+            axis("/modes", f"{mode}_re", f"Re {mode}"),
+            axis("/modes", f"{mode}_im", f"Im {mode}"),
+            one_scale=True,
+            trail=0,
+        )
+        for mode in "AB"
+        if "/modes" in by_topic and f"{mode}_re" in by_topic["/modes"].names
+    ]
+    if len(contacts) > 1:
+        x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
+        found.append(Plane(TRAJECTORY, "Contacts", x, y, False, _TRAIL_SAMPLES))
+    for topic in contacts[:_LOOPS]:
+        title = topic.strip("/").replace("/", " ")
+        x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
+        found.append(Plane(f"{LOOP}{topic}", title, x, y, False, _TRAIL_SAMPLES))
+    return found
+
+
+def _quoted(scale: float, axis: Axis) -> str:
+    return f"{scale:.3g} {axis.unit}"
+
+
+class Paths:
+    """Samples of the quantities that planes show, kept until their scales are known.
+
+    Memory is bounded: beyond some ten thousand samples of a channel every other one is dropped.
+    """
+
+    def __init__(self, channels: Sequence[Channel]) -> None:
+        self._planes = planes(channels)
+        self._channels = {channel.topic: channel for channel in channels}
+        self._samples = {
+            axis.topic: _Samples() for plane in self._planes for axis in (plane.x, plane.y)
+        }
+
+    def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Keep samples of a channel, if some plane shows it."""
+        if topic in self._samples:
+            self._samples[topic].extend(np.column_stack([time_ns, values]))
+
+    def draw(self, stream: rr.RecordingStream) -> Extent:
+        """Draw every plane that has samples; return how far they reach."""
+        scales = {}
+        window = None
+        for plane in self._planes:
+            time_ns, path = self._path(plane)
+            if len(path) == 0:
+                continue
+            scale = np.abs(path).max(axis=0)
+            if plane.one_scale:
+                scale[:] = scale.max()
+            scale[scale == 0.0] = 1.0
+            _draw_axes(stream, plane)
+            # Rerun's second coordinate points down.
+            _draw_path(stream, plane, time_ns, path / scale * (1.0, -1.0))
+            scales[plane.entity] = (float(scale[0]), float(scale[1]))
+            if plane.trail:
+                window = _latest_window(time_ns)
+        return Extent(scales, window)
+
+    def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Times and points, shape (n, 2), of samples that both axes have."""
+        samples = [self._samples[axis.topic].rows() for axis in (plane.x, plane.y)]
+        count = min(len(kept) for kept in samples)
+        if count == 0:
+            return np.empty(0, np.int64), np.empty((0, 2))
+        columns = [
+            kept[:count, 1 + self._channels[axis.topic].names.index(axis.field)]
+            for axis, kept in zip((plane.x, plane.y), samples, strict=True)
+        ]
+        return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
+
+
+class _Samples:
+    """Rows of time and values, thinned evenly when they become too many."""
+
+    def __init__(self) -> None:
+        self._blocks: list[NDArray[np.float64]] = []
+        self._stride = 1
+        self._seen = 0
+        self._kept = 0
+
+    def extend(self, rows: NDArray[np.float64]) -> None:
+        block = rows[-self._seen % self._stride :: self._stride]
+        self._blocks.append(block)
+        self._seen += len(rows)
+        self._kept += len(block)
+        while self._kept > _KEPT_SAMPLES:
+            self._blocks = [self.rows()[::2].copy()]
+            self._kept = len(self._blocks[0])
+            self._stride *= 2
+
+    def rows(self) -> NDArray[np.float64]:
+        return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
+
+
+def _draw_axes(stream: rr.RecordingStream, plane: Plane) -> None:
+    ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
+    axes = rr.LineStrips2D(
+        ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
+    )
+    stream.log(f"{plane.entity}/axes", axes, static=True)
+    labels = rr.Points2D(
+        [(_AXIS_LABEL, 0.0), (0.0, -_AXIS_LABEL)],
+        labels=[plane.x.label, plane.y.label],
+        show_labels=True,
+        colors=_LABEL_COLOR,
+        radii=rr.Radius.ui_points(0.5),
+    )
+    stream.log(f"{plane.entity}/labels", labels, static=True)
+
+
+def _draw_path(
+    stream: rr.RecordingStream,
+    plane: Plane,
+    time_ns: NDArray[np.int64],
+    points: NDArray[np.float64],
+) -> None:
+    """Whole path as a thin line, its recent part as a bright one, its end as a moving point."""
+    color = COLORS[1] if plane.entity.endswith(("B", "1")) else COLORS[0]
+    starts = _stretch_starts(time_ns)
+    whole = rr.LineStrips2D(
+        np.split(points, np.unique(starts)[1:]),
+        colors=_PATH_COLOR if plane.trail else color,
+        radii=rr.Radius.ui_points(0.6 if plane.trail else 1.5),
+        draw_order=1.0,
+    )
+    stream.log(f"{plane.entity}/path", whole, static=True)
+    shown = np.linspace(0, len(points) - 1, min(len(points), _MOVING_POINTS)).astype(int)
+    index = [time_column(time_ns[shown])]
+    if plane.trail:
+        trails = [points[max(starts[i], i + 1 - plane.trail) : i + 1] for i in shown]
+        style = rr.LineStrips2D.from_fields(
+            colors=color, radii=rr.Radius.ui_points(1.5), draw_order=2.0
+        )
+        stream.log(f"{plane.entity}/trail", style, static=True)
+        stream.send_columns(f"{plane.entity}/trail", index, rr.LineStrips2D.columns(strips=trails))
+    mark = rr.Points2D.from_fields(
+        colors=_POINT_COLOR, radii=rr.Radius.ui_points(5.0), draw_order=3.0
+    )
+    stream.log(f"{plane.entity}/now", mark, static=True)
+    stream.send_columns(f"{plane.entity}/now", index, rr.Points2D.columns(positions=points[shown]))
+
+
+def _latest_window(time_ns: NDArray[np.int64]) -> tuple[int, int]:
+    first = max(int(_stretch_starts(time_ns)[-1]), len(time_ns) - _SHOWN_SAMPLES)
+    return int(time_ns[first]), int(time_ns[-1])
+
+
+def _stretch_starts(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each sample, where its unbroken stretch begins: windows are apart in time."""
+    steps = np.diff(time_ns, prepend=time_ns[:1])
+    breaks = steps > 10 * np.median(steps)
+    return np.maximum.accumulate(np.where(breaks, np.arange(len(steps)), 0))
+
+
+def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
+    """Simulation times [ns] on the recording's timeline."""
+    return rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))

@@ -1,0 +1,111 @@
+"""Writing a Rerun recording: an .rrd file with its views embedded, or a live viewer."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import ArrayLike
+
+from runner import views
+from runner.channels import EVENTS, Channel, Level
+from runner.planes import Extent, Paths
+from runner.record import Header, Sink, checked_batch, create_file, find_channel, nanoseconds
+
+_ROWS_PER_SEND = 8192  # what Rerun takes fastest
+_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
+_FLUSH_TIMEOUT = 60.0  # [s]
+
+
+class RerunSink(Sink):
+    """Writes an .rrd file with its views embedded, or shows the recording in a new viewer.
+
+    Parameters
+    ----------
+    path : path or None
+        File to write; None opens the viewer instead.
+    header, channels
+        As for `McapSink`.
+    """
+
+    def __init__(
+        self, path: str | Path | None, header: Header, channels: Sequence[Channel]
+    ) -> None:
+        self._path = None if path is None else Path(path)
+        self._channels = {channel.topic: channel for channel in channels}
+        self._paths = Paths(channels)
+        self._stream = rr.RecordingStream("slipmode")
+        self._closed = False
+        self._open(views.blueprint(channels, Extent()))
+        self._stream.send_recording_name(header.title)
+        views.describe(self._stream, channels, header.scene_text)
+
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Append a batch of samples; see `Sink.write`."""
+        channel = find_channel(self._channels, topic)
+        time_ns, rows = checked_batch(channel, time, values)
+        self._make_room(2 * rows.nbytes)
+        for start in range(0, len(rows), _ROWS_PER_SEND):
+            part = slice(start, start + _ROWS_PER_SEND)
+            views.send_series(self._stream, channel, time_ns[part], rows[part])
+        self._paths.extend(topic, time_ns, rows)
+        self._flush()
+
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Record in words what happened at simulation time `time` [s]."""
+        time_ns = nanoseconds(EVENTS, np.array([time]))
+        views.send_event(self._stream, time_ns, level, message)
+
+    def close(self) -> None:
+        """Draw paths and loops, whose extent is known only now, and complete the file."""
+        if self._closed:
+            return
+        extent = self._paths.draw(self._stream)
+        blueprint = views.blueprint(list(self._channels.values()), extent)
+        self._stream.send_blueprint(blueprint)
+        self._flush()
+        self._closed = True
+        self._stream.disconnect()
+
+    def _open(self, blueprint: rrb.Blueprint) -> None:
+        if self._path is not None:
+            create_file(self._path).close()  # Rerun reports no errno of its own
+        with self._complaining():
+            if self._path is not None:
+                self._stream.save(self._path, default_blueprint=blueprint)
+            else:
+                rr.spawn(
+                    executable_path=views.VIEWER,
+                    default_blueprint=blueprint,
+                    recording=self._stream,
+                )
+
+    def _make_room(self, size: int) -> None:
+        """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
+        if self._path is not None:
+            free = shutil.disk_usage(self._path.absolute().parent).free
+            if free < size + _RESERVED_BYTES:
+                self._closed = True
+                self._stream.disconnect()
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
+
+    def _flush(self) -> None:
+        with self._complaining():
+            self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
+
+    @contextmanager
+    def _complaining(self) -> Iterator[None]:
+        try:
+            yield
+        except RuntimeError as error:
+            self._closed = True
+            reason = str(error).splitlines()[0]
+            where = str(self._path or "the viewer")
+            raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
