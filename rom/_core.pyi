@@ -1,3 +1,1 @@
 """The compiled core: an extension module without members, called through ctypes."""
-
-__file__: str

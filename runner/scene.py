@@ -12,6 +12,7 @@ import numpy as np
 
 from rom.errors import SlipmodeError
 from rom.structure import two_mass
+from runner.channels import MODES
 from runner.scene_sections import (
     ContactWindow,
     Forcing,
@@ -44,7 +45,6 @@ __all__ = [
     "shipped_scenes",
 ]
 
-MODES = ("A", "B")
 
 _TWO_MASS_PARAMETERS = tuple(
     name for name in inspect.signature(two_mass).parameters if name != "beta"
