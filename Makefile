@@ -1,5 +1,6 @@
 # make run     set up .venv and run a scene into logs/
 # make test    set up .venv and run the tests
+# make report  set up .venv and measure cost and error
 # See the README for the rest.
 
 PYTHON ?= python3
@@ -8,10 +9,13 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch])
 
-.PHONY: run test test-all lint clean
+.PHONY: run report test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
+
+report: $(VENV)/.installed
+	$(BIN)/slipmode report --output logs
 
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow"

@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, replay, scenes."""
+"""The command line: slipmode run, plan, replay, scenes, report."""
 
 from __future__ import annotations
 
@@ -89,6 +89,15 @@ def _scenes(options: argparse.Namespace) -> int:
     return 0
 
 
+def _report(options: argparse.Namespace) -> int:
+    from runner.report import report
+
+    for figure in report(options.output / "report.json"):
+        print(f"{figure.value:12.4g} {figure.unit:3} {figure.subject}")
+    print(options.output / "report.json")
+    return 0
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="slipmode",
@@ -114,6 +123,9 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument("file", type=Path, help="an .mcap recording")
     replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
     replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
+
+    report = _command(commands, "report", _report, "measure cost and error", "report -o logs")
+    report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
     scenes = _command(
         commands,
