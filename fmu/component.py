@@ -79,6 +79,8 @@ class Component:
         few periods, so it is off unless asked for.
     elastic : sequence of int
         DOFs whose displacement is computed; needs `contact`.
+    mode_names : sequence of str
+        What the model's modes are called, of "A" and "B": ("B",) where mode B alone is modelled.
     tolerance : float
         Relative tolerance of the slow flow per internal step.
 
@@ -95,6 +97,7 @@ class Component:
         *,
         contact: bool = False,
         elastic: Sequence[int] = (),
+        mode_names: Sequence[str] = MODE_NAMES,
         tolerance: float = 1e-6,
     ) -> None:
         if not 1e-13 <= tolerance <= 1e-2:
@@ -106,8 +109,14 @@ class Component:
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
         self._force_factor = _force_factors(model, force)
-        self.input_names = _input_names(model.modes)
-        self.output_names = _output_names(model, contact, elastic)
+        present = tuple(mode_names)[: model.modes]
+        if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
+            raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+        self._mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
+        self.input_names = tuple(
+            f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
+        )
+        self.output_names = _output_names(model, self._mode_names, contact, elastic)
         self._handle = _create(model, contact, elastic, tolerance)
         self._inputs = np.zeros(1, dtype=_kernel.INPUTS)
         self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
@@ -118,10 +127,24 @@ class Component:
         """Present time [s]."""
         return self.outputs()["time"]
 
-    def reset(self, time: float = 0.0, amplitude: ArrayLike = (0.0, 0.0)) -> None:
-        """Start anew at `time` with complex amplitudes (modes,), contacts at rest."""
+    def reset(self, time: float = 0.0, amplitude: ArrayLike = 0.0) -> None:
+        """Start anew at `time` with complex amplitudes (modes,), contacts at rest.
+
+        The inputs stay as they are.
+
+        Raises
+        ------
+        SlipmodeError
+            If the time or an amplitude is not finite, or outside the friction table.
+        """
+        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
+        if given.ndim > 1 or np.any(given[self.model.modes :]):
+            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
+        given = given[: self.model.modes]
+        for name, value in (("time", time), ("amplitude", given)):
+            if not np.all(np.isfinite(value)):
+                raise SlipmodeError(f"{name}: must be finite, got {value}")
         start = np.zeros(_kernel.MODES, dtype=complex)
-        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))[: self.model.modes]
         start[: given.size] = given
         status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == _kernel.OUTSIDE_TABLE:
@@ -146,11 +169,9 @@ class Component:
                     f"{name}: not an input; inputs are {', '.join(self.input_names)}"
                 )
             quantity, mode = name.rsplit("_", 1)
-            if not np.isfinite(value):
-                raise SlipmodeError(f"{name}: must be finite, got {value}")
-            if quantity == "frequency" and value <= 0:
-                raise SlipmodeError(f"{name}: must be > 0 rad/s, got {value}")
-            changed[quantity][0, MODE_NAMES.index(mode)] = value
+            changed[quantity][0, self._mode_names.index(mode)] = value
+        if refusal := self._refusal(changed):
+            raise SlipmodeError(refusal)
         scaled = self._scaled(changed)
         _kernel.check(
             _kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
@@ -170,7 +191,8 @@ class Component:
             raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
         status = _kernel.lib.sm_component_step(self._handle, duration)
         if status != _kernel.OK:
-            raise self._stopped(status, duration, np.empty((0, len(self.output_names))))
+            none = np.empty((0, len(self.output_names)))
+            raise self._stopped(status, duration, self._inputs, none)
         self._inputs = _moved_on(self._inputs, duration)
 
     def outputs(self) -> dict[str, float]:
@@ -200,14 +222,19 @@ class Component:
         ------
         StoppedError
             If a step cannot be taken; it carries the outputs up to there.
+        SlipmodeError
+            If the arrays have other shapes.
         """
-        packed = np.zeros(len(durations), dtype=_kernel.INPUTS)
+        lengths, values = _kernel.contiguous(durations), np.asarray(inputs, dtype=float)
+        expected = (lengths.size, len(self.input_names))
+        if lengths.ndim != 1 or values.shape != expected:
+            raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
+        packed = np.zeros(lengths.size, dtype=_kernel.INPUTS)
         packed["frequency"] = 1.0
         for column, name in enumerate(self.input_names):
             quantity, mode = name.rsplit("_", 1)
-            packed[quantity][:, MODE_NAMES.index(mode)] = inputs[:, column]
+            packed[quantity][:, self._mode_names.index(mode)] = values[:, column]
         scaled = self._scaled(packed)
-        lengths = _kernel.contiguous(durations)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         status = _kernel.lib.sm_component_run(
@@ -215,10 +242,15 @@ class Component:
             *(len(lengths), lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
             ctypes.byref(done),
         )
+        if done.value:
+            last = done.value - 1
+            self._inputs = _moved_on(packed[last : last + 1], float(lengths[last]))
         if status != _kernel.OK:
-            raise self._stopped(status, float(lengths[done.value]), outputs[: done.value])
-        if len(lengths):
-            self._inputs = _moved_on(packed[-1:], float(lengths[-1]))
+            failed = packed[done.value : done.value + 1]
+            stop = self._stopped(status, float(lengths[done.value]), failed, outputs[: done.value])
+            own = self._scaled(self._inputs)
+            _kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+            raise stop
         return outputs
 
     def get_state(self) -> Floats:
@@ -234,6 +266,8 @@ class Component:
         own = self._inputs.view(float).size
         if given.shape != (count + own,):
             raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
+        if not np.isfinite(given).all():
+            raise SlipmodeError("state: must be finite")
         _kernel.check(_kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
         self._inputs = given[count:].copy().view(_kernel.INPUTS)
 
@@ -250,21 +284,49 @@ class Component:
             scaled[name] *= self._force_factor
         return scaled
 
-    def _stopped(self, status: int, duration: float, outputs: Floats) -> StoppedError:
+    def _refusal(self, inputs: np.ndarray) -> str:
+        """Why inputs (1,) are refused, naming one; "" if they are not."""
+        for name in self.input_names:
+            quantity, mode = name.rsplit("_", 1)
+            value = inputs[quantity][0, self._mode_names.index(mode)]
+            if not np.isfinite(value):
+                return f"{name}: must be finite, got {value:g}"
+            if quantity == "frequency" and value <= 0:
+                return f"{name}: must be > 0 rad/s, got {value:g}"
+        return ""
+
+    def _stopped(
+        self, status: int, duration: float, inputs: np.ndarray, outputs: Floats
+    ) -> StoppedError:
         now = self.outputs()
         reason = _kernel.message(status)
         if not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
+        elif refusal := self._refusal(inputs):
+            reason = refusal
+        elif refusal := self._refusal(_moved_on(inputs, duration)):
+            reason = f"{refusal} at the end of the step"
         elif status == _kernel.OUTSIDE_TABLE:
-            limit = self.model.table.limit
-            reached = [np.hypot(now[f"{m}_re"], now[f"{m}_im"]) for m in MODE_NAMES]
-            mode = int(np.argmax(reached[: self.model.modes] / limit))
-            reason = (
-                f"amplitude |{MODE_NAMES[mode]}| leaves the friction table, whose limit is "
-                f"{limit[mode]:g} kg^0.5 m; tabulate a larger range or lower the force"
-            )
+            reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
         return StoppedError(message, now["time"], outputs)
+
+    def _departure(self, duration: float) -> str:
+        """Which amplitude leaves the table during a step, and when, found by bisection."""
+        state = self.get_state()
+        for _ in range(40):
+            duration *= 0.5
+            _kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
+        last = self.outputs()
+        self.set_state(state)
+        reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._mode_names]
+        limit = self.model.table.limit
+        mode = int(np.argmax(reached[: self.model.modes] / limit))
+        return (
+            f"amplitude |{self._mode_names[mode]}| leaves the friction table, whose limit is "
+            f"{limit[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
+            "tabulate a larger range or lower the force"
+        )
 
 
 def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
@@ -275,12 +337,11 @@ def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
     return later
 
 
-def _input_names(modes: int) -> tuple[str, ...]:
-    return tuple(f"{name}_{mode}" for mode in MODE_NAMES[:modes] for name in _kernel.INPUT_FIELDS)
-
-
-def _output_names(model: Model, contact: bool, elastic: Sequence[int]) -> tuple[str, ...]:
-    names = ["time", "A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B"]
+def _output_names(
+    model: Model, mode_names: Sequence[str], contact: bool, elastic: Sequence[int]
+) -> tuple[str, ...]:
+    names = ["time", *(f"{mode}_{part}" for mode in mode_names for part in ("re", "im"))]
+    names += [f"theta_{mode}" for mode in mode_names]
     names += ["input_power", "dissipated_power", "dissipated_energy"]
     if contact:
         contacts = range(model.reduced.n_contacts)

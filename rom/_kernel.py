@@ -13,6 +13,7 @@ from rom import _core
 from rom.errors import SlipmodeError
 
 MODES = 2
+NEAR = 8
 OUTPUTS_FIXED = 10
 
 OK = 0
@@ -33,6 +34,24 @@ class Contact(Structure):
         ("stiffness", c_void_p),
         ("damping", c_void_p),
         ("coupling", c_void_p),
+        ("mass", c_void_p),
+        ("answer", c_void_p),
+    )
+
+
+class ModalAnswer(Structure):
+    """sm_modal_answer."""
+
+    _fields_ = (
+        ("natural", c_void_p),
+        ("damping", c_void_p),
+        ("spring", c_void_p),
+        ("damper", c_void_p),
+        ("inertia", c_void_p),
+        ("near_count", c_int32),
+        ("near", c_void_p),
+        ("orders_count", c_int32),
+        ("orders", c_void_p),
     )
 
 
@@ -41,12 +60,19 @@ class Table(Structure):
 
     _fields_ = (
         ("modes", c_int32),
+        ("near", c_int32),
         ("count_a", c_int32),
         ("count_b", c_int32),
         ("node_a", c_void_p),
         ("node_b", c_void_p),
         ("values", c_void_p),
     )
+
+
+class Near(Structure):
+    """sm_near."""
+
+    _fields_ = (("mode", c_int32), ("n", c_int32), ("m", c_int32))
 
 
 class SlowFlow(Structure):
@@ -57,6 +83,9 @@ class SlowFlow(Structure):
         ("natural", c_double * MODES),
         ("damping", c_double * MODES),
         ("table", Table),
+        ("turn", (c_double * 2 * 3) * MODES),
+        ("shift", (c_double * 2) * MODES),
+        ("near", Near * NEAR),
     )
 
 
@@ -73,10 +102,33 @@ class Motion(Structure):
     )
 
 
+class Full(Structure):
+    """sm_full."""
+
+    _fields_ = (
+        ("coordinates", c_int32),
+        ("contacts", c_int32),
+        ("modes", c_int32),
+        ("outputs", c_int32),
+        ("law", c_int32),
+        ("diagonal", c_int32),
+        ("alpha", c_double),
+        ("step", c_double),
+        ("limit", c_void_p),
+        ("stiffness", c_void_p),
+        ("damping", c_void_p),
+        ("directions", c_void_p),
+        ("patterns", c_void_p),
+        ("output", c_void_p),
+        ("inverse", c_void_p),
+        ("resistance", c_void_p),
+    )
+
+
 # sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
 INPUT_QUANTITIES = ("force", "frequency", "phase")
 INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
-INPUTS = np.dtype([(name, float, MODES) for name in INPUT_FIELDS])
+INPUTS = np.dtype([(name, float, MODES) for name in (*INPUT_FIELDS, "angle")])
 SEGMENT = np.dtype(
     [
         ("start", float),
@@ -88,6 +140,8 @@ SEGMENT = np.dtype(
         ("angle", float, MODES),
         ("frequency", float, MODES),
         ("frequency_rate", float, MODES),
+        ("pull_start", np.uintp),
+        ("pull_end", np.uintp),
     ]
 )
 
@@ -114,6 +168,10 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_component_step": [c_void_p, c_double],
     "sm_component_outputs": [c_void_p, c_void_p],
     "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],
+    "sm_full_march": [
+        *(POINTER(Full), c_void_p, c_double, c_size_t, c_size_t),
+        *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+    ],
     "sm_component_get_state": [c_void_p, c_void_p],
     "sm_component_set_state": [c_void_p, c_void_p],
 }
@@ -152,34 +210,11 @@ def contiguous(values: Any) -> Floats:
     return np.ascontiguousarray(values, dtype=float)
 
 
-def contact(
-    stiffness: Floats,
-    damping: Floats,
-    coupling: NDArray[np.complex128],
-    limit: Floats,
-    law: int,
-    alpha: float,
-) -> Contact:
-    """sm_contact over the given contiguous arrays, which it keeps alive."""
-    result = Contact(
-        contacts=stiffness.shape[0],
-        modes=coupling.shape[0],
-        law=law,
-        alpha=alpha,
-        limit=limit.ctypes.data,
-        stiffness=stiffness.ctypes.data,
-        damping=damping.ctypes.data,
-        coupling=coupling.ctypes.data,
-    )
-    result.owned = (stiffness, damping, coupling, limit)
-    return result
-
-
-def table(node_a: Floats, node_b: Floats, values: Floats) -> Table:
+def table(modes: int, node_a: Floats, node_b: Floats, values: Floats) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
-    modes = values.shape[-1] // 2
     result = Table(
         modes=modes,
+        near=values.shape[-1] // 2 - modes,
         count_a=node_a.size,
         count_b=node_b.size,
         node_a=node_a.ctypes.data,

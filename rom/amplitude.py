@@ -25,8 +25,30 @@ def slow_flow(model: Model) -> _kernel.SlowFlow:
     for mode in range(model.modes):
         flow.natural[mode] = model.reduced.frequency[mode]
         flow.damping[mode] = model.reduced.modal_damping[mode]
+        for power, coefficient in enumerate(_turn_coefficients(model.reduced)[mode]):
+            flow.turn[mode][power][:] = (coefficient.real, coefficient.imag)
+    for k, term in enumerate(model.near):
+        flow.near[k] = _kernel.Near(term.mode, term.n, term.m)
     flow.owned = table
     return flow
+
+
+def coupling_turn(reduced: Reduced, frequency: Floats) -> Complexes:
+    """How the coupling at (..., modes) [rad/s] differs from that at the carrier, a factor.
+
+    Exact where all contacts of a mode turn alike, as with damping proportional to stiffness.
+    """
+    c = _turn_coefficients(reduced)
+    turn: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1] - frequency**2 * c[:, 2]
+    return turn
+
+
+def _turn_coefficients(reduced: Reduced) -> Complexes:
+    """c_k, (modes, 3): L(nu) is nearest to (1 + c_0 + i nu c_1 - nu^2 c_2) L(carrier)."""
+    L = reduced.coupling
+    parts = np.stack((reduced.spring - L, reduced.damper, reduced.inertia), axis=1)
+    norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
+    return np.asarray(np.einsum("jkc,jc->jk", parts, L.conj()) / np.where(norm > 0, norm, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,15 +100,21 @@ def amplitude_rate(
         Rate of a sweep [rad/s^2]; the "paper" formulation has no such term.
     """
     part = linear_part(model.reduced, frequency)
+    contact_force = friction_force(model, amplitude, frequency)
     sweep = 0.0 if model.reduced.formulation == "paper" else 1j * np.asarray(frequency_rate)
     rate: Complexes = (
-        0.5 * force + friction_force(model, amplitude) - (part.stiffness + sweep) * amplitude
+        0.5 * force + contact_force - (part.stiffness + sweep) * amplitude
     ) / part.mass
     return rate
 
 
-def friction_force(model: Model, amplitude: Complexes) -> Complexes:
-    """Q_j a_j (..., modes), tending to 0 with a_j."""
-    modulus = np.abs(amplitude)
-    unit = np.divide(amplitude, modulus, out=np.zeros_like(amplitude), where=modulus > 0)
-    return model.table(modulus) * unit
+def friction_force(model: Model, amplitude: Complexes, frequency: Floats) -> Complexes:
+    """Q_j a_j (..., modes) at forcing frequencies (..., modes), tending to 0 with a_j.
+
+    Without the near resonances, whose mean over time is zero.
+    """
+    turn = coupling_turn(model.reduced, np.asarray(frequency))
+    felt = turn * amplitude
+    modulus = np.abs(felt)
+    unit = np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > 0)
+    return np.asarray(turn * model.table(modulus) * unit)

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Sequence
+from dataclasses import astuple
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,7 +15,8 @@ import platformdirs
 
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
-from rom.model import FORMAT, Model, tabulate
+from rom.model import FORMAT, REDUCED_ARRAYS, Model, tabulate
+from rom.near import NearResonance
 from rom.reduction import Reduced
 
 
@@ -30,6 +32,8 @@ def cached_model(
     amplitude: Sequence[float],
     tolerance: float,
     *,
+    near: Sequence[NearResonance] = (),
+    harmonics: bool = False,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -45,13 +49,16 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same; it will be computed again next time.
     """
-    path = cache_folder() / f"{_key(reduced, law, amplitude, tolerance)}.rom"
+    key = _key(reduced, law, amplitude, tolerance, near, harmonics)
+    path = cache_folder() / f"{key}.rom"
     if path.is_file():
         try:
             return Model.load(path), True
         except SlipmodeError:
             path.unlink(missing_ok=True)
-    model = tabulate(reduced, law, amplitude, tolerance, progress=progress)
+    model = tabulate(
+        *(reduced, law, amplitude, tolerance), near=near, harmonics=harmonics, progress=progress
+    )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         model.save(path)
@@ -60,16 +67,23 @@ def cached_model(
     return model, False
 
 
-def _key(reduced: Reduced, law: Friction, amplitude: Sequence[float], tolerance: float) -> str:
+def _key(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float,
+    near: Sequence[NearResonance],
+    harmonics: bool,
+) -> str:
     """Hash of everything that the table depends on."""
     arrays = (
-        *(reduced.frequency, reduced.modal_damping, reduced.mode_shapes, reduced.contact_shapes),
-        *(reduced.stiffness, reduced.damping, reduced.coupling),
+        *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
         limits(law, reduced.n_contacts),
         np.asarray(amplitude, dtype=float),
     )
     named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
-    digest = hashlib.sha256(json.dumps([*named, tolerance]).encode())
+    terms = [astuple(term) for term in near]
+    digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]

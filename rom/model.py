@@ -6,9 +6,9 @@ import hashlib
 import json
 import os
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,17 +19,18 @@ from tqdm import tqdm
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh, limits
 from rom.matrices import Floats
+from rom.near import NearResonance, near_resonances, tabulated_orders
 from rom.reduction import Reduced
-from rom.refinement import refine
+from rom.refinement import Columns, Sampling, refine
 from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
-from rom.torus import Discretisation, friction_terms
+from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 1  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 3  # of the file; raised whenever tables computed before must not be used any more
 
-_ARRAYS = (
-    *("frequency", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("stiffness", "damping", "coupling"),
+REDUCED_ARRAYS = (
+    *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
+    *("mass", "damping", "stiffness", "spring", "damper", "inertia"),
 )
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
@@ -69,12 +70,18 @@ class Model:
     reduced : Reduced
     law : Tanh or Coulomb
     table : Table
+    harmonics : (n_a, n_b, orders, N_c) complex ndarray
+        P_nm of the contact displacement at the nodes of the table [m]; no orders unless asked
+        for.
+    near : tuple of NearResonance
     quality : Quality
     """
 
     reduced: Reduced
     law: Friction
     table: Table
+    harmonics: Complexes
+    near: tuple[NearResonance, ...]
     quality: Quality
 
     @property
@@ -129,12 +136,14 @@ class Model:
         reduced = Reduced(
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
-            **{name: content[name] for name in _ARRAYS},
+            **{name: content[name] for name in REDUCED_ARRAYS},
         )
         limit = [float(value) for value in content["limit"]]
         law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
-        table = Table(content["node_a"], content["node_b"], content["values"])
-        return cls(reduced, law, table, Quality(**header["quality"]))
+        table = Table(content["node_a"], content["node_b"], content["values"], len(reduced.modes))
+        near = tuple(NearResonance(*term) for term in header["near"])
+        quality = Quality(**header["quality"])
+        return cls(reduced, law, table, content["harmonics"], near, quality)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -143,16 +152,18 @@ class Model:
             "modes": list(self.reduced.modes),
             "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
             "alpha": self.law.alpha,
+            "near": [list(astuple(term)) for term in self.near],
             "quality": asdict(self.quality),
         }
 
     def _content(self) -> dict[str, np.ndarray]:
-        arrays = {name: np.asarray(getattr(self.reduced, name)) for name in _ARRAYS}
+        arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
         return arrays | {
             "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,
             "node_b": self.table.node_b,
             "values": self.table.values,
+            "harmonics": self.harmonics,
         }
 
 
@@ -162,6 +173,8 @@ def tabulate(
     amplitude: Sequence[float],
     tolerance: float = 1e-3,
     *,
+    near: Sequence[NearResonance] | None = None,
+    harmonics: bool = False,
     threads: int | None = None,
     progress: bool = False,
 ) -> Model:
@@ -176,6 +189,11 @@ def tabulate(
     tolerance : float
         Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
         contact problem, the whole for the interpolation.
+    near : sequence of NearResonance, optional
+        Combination frequencies that the slow flow is to treat as resonant. Default: those near
+        the carriers of `reduced`; none in the paper's formulation.
+    harmonics : bool
+        Keep the harmonics of the contact motion, for the reconstruction of fast motion.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -194,45 +212,54 @@ def tabulate(
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
+    if near is None:
+        near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
     resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance)
+    solve = partial(
+        contact_terms,
+        reduced,
+        law,
+        grid=resolution.grid,
+        tolerance=0.1 * tolerance,
+        smallest_scale=0.1 * limit,
+        near=near,
+    )
+    orders = contact_orders(reduced, near) if harmonics else []
+    columns = Columns(
+        orders=tuple(tabulated_orders(near, limit.size)),
+        drives=(*range(limit.size), *(term.mode for term in near)),
+        carried=len(orders) * reduced.n_contacts,
+    )
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        sampler = _Sampler(reduced, law, resolution.grid, 0.1 * tolerance, 0.1 * limit, pool, bar)
-        table, error = refine(sampler, limit, tolerance)
+        samples = _Samples(solve, columns, pool, bar)
+        table, carried, error = refine(Sampling(samples, columns), limit, tolerance)
     quality = Quality(
         tolerance=tolerance,
         interpolation=error,
         resolution=resolution.error,
-        periodicity=sampler.periodicity,
+        periodicity=samples.periodicity,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
     )
-    return Model(reduced, law, table, quality)
+    shape = (*carried.shape[:2], len(orders), reduced.n_contacts)
+    return Model(reduced, law, table, carried.reshape(shape), tuple(near), quality)
 
 
-class _Sampler:
-    """Friction terms at many amplitudes, spread over threads in tasks of a fixed size."""
+class _Samples:
+    """Contact terms at many amplitudes, spread over threads in tasks of a fixed size."""
 
     def __init__(
         self,
-        reduced: Reduced,
-        law: Friction,
-        grid: Discretisation,
-        tolerance: float,
-        smallest_scale: Floats,
+        solve: Callable[[Floats], ContactTerms],
+        columns: Columns,
         pool: ThreadPoolExecutor,
         bar: tqdm[Any],
     ) -> None:
-        self._solve = partial(
-            friction_terms,
-            reduced,
-            law,
-            grid=grid,
-            tolerance=tolerance,
-            smallest_scale=smallest_scale,
-        )
+        self._solve = solve
+        self._columns = columns
         self._pool = pool
         self._bar = bar
         self.periodicity = 0.0
@@ -243,10 +270,11 @@ class _Sampler:
             for start in range(0, len(amplitudes), _POINTS_PER_TASK)
         ]
         parts = []
-        for S, residual in self._pool.map(self._solve, tasks):
-            parts.append(S)
-            self.periodicity = max(self.periodicity, float(residual.max()))
-            self._bar.update(len(S))
+        for terms in self._pool.map(self._solve, tasks):
+            carried = terms.P.reshape(len(terms.S), -1)[:, : self._columns.carried]
+            parts.append(np.hstack((terms.S, terms.T, carried)))
+            self.periodicity = max(self.periodicity, float(terms.residual.max()))
+            self._bar.update(len(terms.S))
         return np.concatenate(parts)
 
 

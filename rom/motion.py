@@ -1,7 +1,8 @@
 """Contact and elastic motion from the slow amplitudes.
 
-The contact problem (12) is marched along the slow trajectory. Friction forgets within a few
-periods, so any window can be had without marching from t = 0.
+The contact problem (12) is marched along the slow trajectory, pulled also by the modes' answer to
+its harmonics. Friction forgets within a few periods, so any window can be had without marching
+from t = 0.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from rom import _kernel
 from rom.amplitude import Complexes, amplitude_rate
+from rom.answer import ModalAnswer, modal_answer
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.model import Model
@@ -48,6 +50,12 @@ class SlowTrajectory:
     force: Complexes
     force_rate: Complexes
 
+    @property
+    def point_frequency(self) -> Floats:
+        """Forcing frequencies at every time, (steps + 1, modes)."""
+        last = self.frequency[-1] + self.frequency_rate[-1] * (self.time[-1] - self.time[-2])
+        return np.vstack((self.frequency, last))
+
     def between(self, start: float, end: float) -> SlowTrajectory:
         """The steps that overlap [start, end]."""
         first = max(int(np.searchsorted(self.time, start, side="right")) - 1, 0)
@@ -63,8 +71,8 @@ class SlowTrajectory:
             self.force_rate[steps],
         )
 
-    def segments(self, model: Model) -> np.ndarray:
-        """The steps as the core reads them."""
+    def segments(self, model: Model, pull: Complexes) -> np.ndarray:
+        """The steps as the core reads them; `pull` (steps + 1, orders, N_c) must outlive them."""
         duration = np.diff(self.time)
         later = duration[:, np.newaxis]
         segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
@@ -83,6 +91,8 @@ class SlowTrajectory:
         segments["angle"][:, modes] = self.angle[:-1]
         segments["frequency"][:, modes] = self.frequency
         segments["frequency_rate"][:, modes] = rates
+        segments["pull_start"] = pull.ctypes.data + pull.strides[0] * np.arange(duration.size)
+        segments["pull_end"] = segments["pull_start"] + pull.strides[0]
         return segments
 
 
@@ -146,20 +156,24 @@ def reconstruct(
         raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
     slowest = trajectory.frequency.min()
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
-    segments = part.segments(model)
+    answer = modal_answer(model, part.amplitude, part.point_frequency)
+    pull = np.ascontiguousarray(answer.pull)
+    segments = part.segments(model, pull)
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
-    problem = contact_problem(model.reduced, model.law)
+    problem = contact_problem(model.reduced, model.law, model.near, answer.orders)
     status = _kernel.lib.sm_contact_motion(
         *(ctypes.byref(problem), len(segments), segments.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    return Motion(sample, x, v, f, _modal_motion(model, segments, sample))
+    return Motion(sample, x, v, f, _modal_motion(model, segments, answer, sample))
 
 
-def _modal_motion(model: Model, segments: np.ndarray, times: Floats) -> Floats:
-    """q_j = 2 Re(a_j exp(i theta_j)), a_j by cubic Hermite interpolation."""
+def _modal_motion(
+    model: Model, segments: np.ndarray, answer: ModalAnswer, times: Floats
+) -> Floats:
+    """q_j: the carrier, a_j by cubic Hermite interpolation, and the answer to the harmonics."""
     index = np.clip(np.searchsorted(segments["start"], times, side="right") - 1, 0, None)
     s = segments[index]
     elapsed = (times - s["start"])[:, np.newaxis]
@@ -174,4 +188,8 @@ def _modal_motion(model: Model, segments: np.ndarray, times: Floats) -> Floats:
     )
     angle = s["angle"] + elapsed * (s["frequency"] + 0.5 * s["frequency_rate"] * elapsed)
     modal: Floats = 2 * np.real(a * np.exp(1j * angle))[:, : model.modes]
+    for q, order in enumerate(answer.orders):
+        start, finish = answer.modal[index, q], answer.modal[index + 1, q]
+        turn = np.exp(1j * (angle @ np.array(order)))[:, np.newaxis]
+        modal += 2 * np.real((start + r * (finish - start)) * turn)
     return modal

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -28,7 +28,8 @@ class Reduced:
     """One or two bonded modes coupled to the contact problem.
 
     x = mode_shapes q + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c., and
-    damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j coupling_j a_j exp(i theta_j).
+    mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
+    with L_j(nu) = spring_j + i nu damper_j - nu^2 inertia_j at the frequency nu of the motion.
 
     Attributes
     ----------
@@ -37,6 +38,9 @@ class Reduced:
         Indices of the retained bonded modes, by ascending frequency.
     frequency : (modes,) ndarray
         Natural frequencies omega_j of the bonded structure [rad/s].
+    carrier : (modes,) ndarray
+        Frequencies at which the contact problem is solved [rad/s]: those of the forcing, as far
+        as they are known, or the natural frequencies.
     modal_damping : (modes,) ndarray
         phi_j^T C phi_j [1/s].
     mode_shapes : (n, modes) ndarray
@@ -44,21 +48,35 @@ class Reduced:
     contact_shapes : (n, N_c) ndarray
         Motion of the structure per unit contact displacement (constraint modes; with residual
         flexibility in the consistent formulation).
-    stiffness, damping : (N_c, N_c) ndarray
-        Of the contact problem, Eq. (13) [N/m], [N s/m].
-    coupling : (modes, N_c) complex ndarray
-        Force on the contacts per unit modal amplitude at the natural frequency.
+    mass, damping, stiffness : (N_c, N_c) ndarray
+        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]. The paper has stiffness alone.
+    spring, damper, inertia : (modes, N_c) ndarray
+        Coupling of the modes to the contacts. The paper has springs alone.
     """
 
     formulation: Formulation
     modes: tuple[int, ...]
     frequency: Floats
+    carrier: Floats
     modal_damping: Floats
     mode_shapes: Floats
     contact_shapes: Floats
-    stiffness: Floats
+    mass: Floats
     damping: Floats
-    coupling: Complexes
+    stiffness: Floats
+    spring: Floats
+    damper: Floats
+    inertia: Floats
+
+    @property
+    def coupling(self) -> Complexes:
+        """L_j at the carrier of its mode, (modes, N_c)."""
+        return self.coupling_at(self.carrier)
+
+    def coupling_at(self, frequency: Floats) -> Complexes:
+        """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c)."""
+        nu = np.asarray(frequency)[:, np.newaxis]
+        return self.spring - nu**2 * self.inertia + 1j * nu * self.damper
 
     @property
     def n_dofs(self) -> int:
@@ -69,6 +87,17 @@ class Reduced:
     def n_contacts(self) -> int:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
+
+    def at_carrier(self, carrier: Sequence[float]) -> Reduced:
+        """The same model with its contact problem at other carrier frequencies [rad/s]."""
+        frequencies = np.asarray(carrier, dtype=float)
+        if frequencies.shape != self.frequency.shape or not np.all(
+            np.isfinite(frequencies) & (frequencies > 0)
+        ):
+            raise SlipmodeError(
+                f"carrier: must be {self.frequency.size} finite numbers > 0 [rad/s], got {carrier}"
+            )
+        return replace(self, carrier=frequencies)
 
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
         """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].
@@ -104,6 +133,7 @@ def reduce(
     structure: Structure,
     modes: Sequence[int] = (0, 1),
     formulation: Formulation = "consistent",
+    carrier: Sequence[float] | None = None,
 ) -> Reduced:
     """Project a structure on one or two bonded modes and its contacts.
 
@@ -115,7 +145,10 @@ def reduce(
     formulation : {"consistent", "paper"}
         "paper": constraint modes alone, damping and inertia of the contacts neglected,
         Eqs. (13), (20). "consistent": residual flexibility of the modes that are not retained,
-        damping on the contacts, inertial coupling at the mode's own frequency.
+        inertia and damping of the contacts, the modes' non-resonant answer to them.
+    carrier : sequence of float, optional
+        Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
+        the forcing the better. Default, and always in "paper": the natural frequencies.
 
     Raises
     ------
@@ -136,7 +169,8 @@ def reduce(
     constraint_modes = -_solve(parts.K_ee, parts.K_ec)
     if formulation == "paper":
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
-    return _reduce_consistent(parts, modes, omega, phi, constraint_modes)
+    reduced = _reduce_consistent(parts, modes, omega, phi, constraint_modes)
+    return reduced if carrier is None else reduced.at_carrier(carrier)
 
 
 def bonded_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
@@ -173,16 +207,22 @@ def _reduce_paper(
     parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, psi: Floats
 ) -> Reduced:
     """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi."""
+    nothing = np.zeros_like(parts.K_cc)
+    spring = phi.T @ parts.K_ec
     return Reduced(
         formulation="paper",
         modes=modes,
         frequency=omega,
+        carrier=omega,
         modal_damping=_modal(phi, parts.C_ee),
         mode_shapes=as_dense(parts.E @ phi),
         contact_shapes=as_dense(parts.E @ psi + parts.R),
+        mass=nothing,
+        damping=nothing,
         stiffness=_symmetric(parts.K_cc + parts.K_ec.T @ psi),
-        damping=np.zeros_like(parts.K_cc),
-        coupling=(phi.T @ parts.K_ec).astype(complex),
+        spring=spring,
+        damper=np.zeros_like(spring),
+        inertia=np.zeros_like(spring),
     )
 
 
@@ -190,23 +230,28 @@ def _reduce_consistent(
     parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, psi: Floats
 ) -> Reduced:
     """Residual flexibility: what the retained modes carry statically is not counted twice."""
-    psi_r = psi + phi @ ((phi.T @ parts.K_ec) / omega[:, np.newaxis] ** 2)
-    damping_to_contact = parts.C_ec.T + psi_r.T @ parts.C_ee
     spring = phi.T @ parts.K_ec
-    damper = (damping_to_contact @ phi).T
-    inertia = phi.T @ parts.M_ec
-    squares = omega[:, np.newaxis] ** 2
+    psi_r = psi + phi @ (spring / omega[:, np.newaxis] ** 2)
     return Reduced(
         formulation="consistent",
         modes=modes,
         frequency=omega,
+        carrier=omega,
         modal_damping=_modal(phi, parts.C_ee),
         mode_shapes=as_dense(parts.E @ phi),
         contact_shapes=as_dense(parts.E @ psi_r + parts.R),
+        mass=_on_contacts(psi_r, parts.M_ee, parts.M_ec, parts.M_cc),
+        damping=_on_contacts(psi_r, parts.C_ee, parts.C_ec, parts.C_cc),
         stiffness=_symmetric(parts.K_cc + parts.K_ec.T @ psi_r),
-        damping=_symmetric(parts.C_cc + psi_r.T @ parts.C_ec + damping_to_contact @ psi_r),
-        coupling=spring - squares * inertia + 1j * omega[:, np.newaxis] * damper,
+        spring=spring,
+        damper=phi.T @ (parts.C_ec + parts.C_ee @ psi_r),
+        inertia=phi.T @ parts.M_ec,
     )
+
+
+def _on_contacts(psi: Floats, ee: Matrix, ec: Floats, cc: Floats) -> Floats:
+    """(psi; I)^T matrix (psi; I): a matrix of the structure in the contact displacements."""
+    return _symmetric(cc + psi.T @ ec + ec.T @ psi + psi.T @ (ee @ psi))
 
 
 def _modal(phi: Floats, matrix: Matrix) -> Floats:

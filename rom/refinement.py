@@ -8,34 +8,86 @@ independent set of points measures the error of the finished table.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
+from rom.near import Order
 from rom.tables import Complexes, Table, make_table
 
-Sampler = Callable[[Floats], Complexes]
+Flags = NDArray[np.bool_]
 
 _FIRST_INTERVALS = 8
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
 
 
-def refine(sample: Sampler, limit: Floats, tolerance: float) -> tuple[Table, float]:
-    """Tabulate `sample` over [0, limit] to a tolerance relative to the largest |S_j|.
+@dataclass(frozen=True)
+class Columns:
+    """What a sample holds.
+
+    Attributes
+    ----------
+    orders : tuple of (n, m)
+        Harmonics behind the tabulated columns, S_j of the modes first.
+    drives : tuple of int
+        The mode that each tabulated column drives; its largest |S_j| is the column's scale.
+    carried : int
+        Further columns that are kept at the nodes but neither tabulated nor refined.
+    """
+
+    orders: tuple[Order, ...]
+    drives: tuple[int, ...]
+    carried: int = 0
+
+    def error(self, difference: Floats, S: Complexes) -> Floats:
+        """Largest |difference| over the tabulated columns, relative to their scales."""
+        largest = np.abs(S[..., : max(self.drives) + 1]).max(axis=tuple(range(S.ndim - 1)))
+        scale = np.where(largest > 0.0, largest, 1.0)[list(self.drives)]
+        return np.asarray((difference / scale).max(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Where samples come from: values (points, columns) at amplitudes (points, modes)."""
+
+    at: Callable[[Floats], Complexes]
+    columns: Columns
+
+    def on_grid(self, node_a: Floats, node_b: Floats, modes: int) -> Complexes:
+        """Samples (n_a, n_b, columns) on a grid."""
+        return self.at(_product(node_a, node_b, modes)).reshape(node_a.size, node_b.size, -1)
+
+    def table(self, axes: list[Floats], samples: Complexes) -> Table:
+        """Table through the tabulated columns of samples on a grid."""
+        orders = self.columns.orders
+        return make_table(axes[0], axes[1], samples[..., : len(orders)], orders)
+
+    def error_of(self, table: Table, points: Floats, exact: Complexes) -> Floats:
+        """Relative error of a table at points with samples `exact`, (points,)."""
+        tabulated = exact[..., : len(self.columns.orders)]
+        difference = np.abs(table.terms(points) - tabulated)
+        return self.columns.error(difference, table.nodes())
+
+
+def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, Complexes, float]:
+    """Tabulate over [0, limit] to a tolerance relative to the largest |S_j|.
 
     Parameters
     ----------
-    sample : callable
-        Friction terms S (points, modes) at amplitudes (points, modes).
+    sampling : Sampling
     limit : (modes,) ndarray
     tolerance : float
 
     Returns
     -------
     table : Table
+    carried : (n_a, n_b, carried) complex ndarray
+        The columns that are not tabulated, at the nodes.
     error : float
         Largest difference found at points that are no nodes, relative to the largest |S_j|.
 
@@ -47,49 +99,52 @@ def refine(sample: Sampler, limit: Floats, tolerance: float) -> tuple[Table, flo
     modes = limit.size
     axes = [np.linspace(0.0, end, _FIRST_INTERVALS + 1) for end in limit]
     axes += [np.zeros(1)] * (2 - modes)
-    S = _sample_product(sample, axes[0], axes[1], modes)
+    samples = sampling.on_grid(axes[0], axes[1], modes)
     flagged = [np.ones(axis.size - 1, dtype=bool) for axis in axes[:modes]]
     check_points = qmc.Halton(modes, scramble=False).random(_CHECK_POINTS + 1)[1:] * limit
-    checks = sample(check_points)
+    checks = sampling.at(check_points)
     for _ in range(_MAX_ROUNDS):
         for axis in range(modes):
-            axes, S, flagged[axis] = _halve(sample, axes, S, axis, flagged[axis], tolerance)
-        table = make_table(axes[0], axes[1], S)
-        errors = _relative(np.abs(table(check_points) - checks), S)
+            axes, samples, flagged[axis] = _halve(
+                sampling, axes, samples, axis, flagged[axis], tolerance
+            )
+        table = sampling.table(axes, samples)
+        errors = sampling.error_of(table, check_points, checks)
         if not any(flags.any() for flags in flagged):
             missed = errors > tolerance
             if not missed.any():
-                return table, float(errors.max())
+                carried = samples[..., len(sampling.columns.orders) :]
+                return table, carried, float(errors.max())
             for axis in range(modes):
                 flagged[axis] |= _cells_of(check_points[missed, axis], axes[axis])
     raise SlipmodeError(
-        f"tolerance: the friction table misses {tolerance:g} by a factor of "
-        f"{errors.max() / tolerance:.1f} after {_MAX_ROUNDS} refinements; allow a larger "
-        "tolerance or a larger alpha"
+        f"tolerance: the friction table still misses {tolerance:g} after {_MAX_ROUNDS} "
+        f"refinements (error {errors.max():.2g}); allow a larger tolerance or a larger alpha"
     )
 
 
 def _halve(
-    sample: Sampler,
+    sampling: Sampling,
     axes: list[Floats],
-    S: Complexes,
+    samples: Complexes,
     axis: int,
-    flagged: np.ndarray,
+    flagged: Flags,
     tolerance: float,
-) -> tuple[list[Floats], Complexes, np.ndarray]:
+) -> tuple[list[Floats], Complexes, Flags]:
     """Insert the midpoints of flagged intervals along one axis; flag the halves that need more."""
     if not flagged.any():
-        return axes, S, flagged
+        return axes, samples, flagged
     node = axes[axis]
     middle = 0.5 * (node[:-1] + node[1:])[flagged]
-    modes = S.shape[-1]
-    new_axes = [middle, axes[1]] if axis == 0 else [axes[0], middle]
-    fresh = _sample_product(sample, new_axes[0], new_axes[1], modes)
-    guess = make_table(axes[0], axes[1], S)(_product(new_axes[0], new_axes[1], modes))
-    surplus = _relative(np.abs(guess - fresh.reshape(guess.shape)), S).reshape(fresh.shape[:2])
-    poor = surplus.max(axis=1 - axis) > tolerance
+    modes = len(axes) if axes[1].size > 1 else 1
+    between = [middle, axes[1]] if axis == 0 else [axes[0], middle]
+    fresh = sampling.on_grid(between[0], between[1], modes)
+    points = _product(between[0], between[1], modes)
+    table = sampling.table(axes, samples)
+    surplus = sampling.error_of(table, points, fresh.reshape(len(points), -1))
+    poor = surplus.reshape(fresh.shape[:2]).max(axis=1 - axis) > tolerance
     order = np.argsort(np.concatenate((node, middle)), kind="stable")
-    merged = np.take(np.concatenate((S, fresh), axis=axis), order, axis=axis)
+    merged = np.take(np.concatenate((samples, fresh), axis=axis), order, axis=axis)
     refined = list(axes)
     refined[axis] = np.concatenate((node, middle))[order]
     still = np.zeros(flagged.size, dtype=bool)
@@ -103,18 +158,7 @@ def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     return grid.reshape(-1, 2)[:, :modes]
 
 
-def _sample_product(sample: Sampler, node_a: Floats, node_b: Floats, modes: int) -> Complexes:
-    return sample(_product(node_a, node_b, modes)).reshape(node_a.size, node_b.size, modes)
-
-
-def _relative(difference: Floats, S: Complexes) -> Floats:
-    """Largest difference over the modes, each relative to its largest |S_j|."""
-    largest = np.abs(S).max(axis=(0, 1))
-    scale = np.where(largest > 0.0, largest, 1.0)
-    return np.asarray((difference / scale).max(axis=-1))
-
-
-def _cells_of(points: Floats, node: Floats) -> np.ndarray:
+def _cells_of(points: Floats, node: Floats) -> Flags:
     """Which intervals of `node` hold a point."""
     cells = np.zeros(node.size - 1, dtype=bool)
     cells[np.clip(np.searchsorted(node, points) - 1, 0, node.size - 2)] = True

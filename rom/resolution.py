@@ -13,7 +13,7 @@ from rom.friction import Friction
 from rom.matrices import Floats
 from rom.reduction import Reduced
 from rom.tables import Complexes
-from rom.torus import Discretisation, friction_terms
+from rom.torus import Discretisation, contact_terms
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
@@ -52,7 +52,7 @@ def choose_resolution(
 
     def solve(steps: int, lines: int) -> Complexes:
         grid = Discretisation(steps, lines)
-        return friction_terms(reduced, law, points, grid, 0.1 * tolerance, limit)[0]
+        return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit).S
 
     def change(coarse: Complexes, fine: Complexes) -> float:
         scale = np.abs(fine).max(axis=0)

@@ -129,7 +129,8 @@ def resonance_curve(
     """
     points = np.asarray(amplitudes, dtype=float)
     r = points[:, mode]
-    Q = model.table(points)[:, mode] / r
+    at_carrier = np.broadcast_to(model.reduced.carrier, points.shape)
+    Q = friction_force(model, points.astype(complex), at_carrier)[:, mode] / r
     half_force = 0.5 * abs(model.reduced.modal_force(mode, force)) / r
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
 
@@ -159,13 +160,14 @@ def _excitation(model: Model, force: Force, phase: Sequence[float]) -> Complexes
 def _relax(model: Model, Omega: Floats, excitation: Complexes) -> Complexes:
     """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
     stiffness = linear_part(model.reduced, Omega).stiffness
-    limit = model.table.limit
+    limit = 0.999 * model.table.limit
     modulus = np.zeros(Omega.shape)
     amplitude = np.zeros(Omega.shape, dtype=complex)
     tiny = 1e-6 * limit
     for _ in range(_RELAXATION_PASSES):
-        probe = np.maximum(modulus, tiny)
-        amplitude = 0.5 * excitation / (stiffness - model.table(probe) / probe)
+        probe = np.maximum(modulus, tiny).astype(complex)
+        Q = friction_force(model, probe, Omega) / probe
+        amplitude = 0.5 * excitation / (stiffness - Q)
         modulus = 0.5 * (modulus + np.minimum(np.abs(amplitude), limit))
     scale = np.divide(modulus, np.abs(amplitude), out=np.zeros(Omega.shape), where=modulus > 0)
     return amplitude * np.minimum(scale, 1.0)
@@ -205,7 +207,7 @@ def _polish(model: Model, Omega: Floats, excitation: Complexes, start: Complexes
 def _imbalance(model: Model, Omega: Floats, excitation: Complexes, amplitude: Complexes) -> Floats:
     """Unbalanced force in the amplitude equations relative to the forces in them, (points,)."""
     stiffness = linear_part(model.reduced, Omega).stiffness
-    balance = 0.5 * excitation + friction_force(model, amplitude) - stiffness * amplitude
+    balance = 0.5 * excitation + friction_force(model, amplitude, Omega) - stiffness * amplitude
     scale = 0.5 * np.abs(excitation).max() + np.abs(stiffness * amplitude).max(axis=-1) + 1e-300
     return np.asarray(np.abs(balance).max(axis=-1) / scale)
 

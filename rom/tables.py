@@ -1,12 +1,14 @@
 """Friction tables: S_j = Q_j |a_j| over the amplitude plane as bicubic Hermite surfaces.
 
 S_j, not Q_j, is tabulated: it goes smoothly to zero with |a_j|. Slopes come from cubic splines
-that know the symmetry at zero amplitude (S_j is odd in its own amplitude and even in the other).
+that know the symmetry at zero amplitude: a harmonic (n, m) is odd in |a_A| where n is odd, and in
+|a_B| where m is; S_A belongs to (1, 0) and S_B to (0, 1).
 """
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,34 +33,43 @@ class Table:
         Amplitudes |a_A| of the grid lines, from 0 [kg^1/2 m].
     node_b : (n_b,) ndarray
         Amplitudes |a_B|; the single entry 0 in a one-mode table.
-    values : (n_a, n_b, 4, 2 modes) ndarray
-        S, dS/da, dS/db, d2S/dadb at the nodes, real and imaginary part of every mode.
+    values : (n_a, n_b, 4, 2 k) ndarray
+        Value, d/da, d/db, d2/dadb at the nodes; real and imaginary part of S_j of every mode,
+        then of the terms T of the near resonances.
+    modes : int
+        Number of modes.
     """
 
     node_a: Floats
     node_b: Floats
     values: Floats
-
-    @property
-    def modes(self) -> int:
-        """Number of modes."""
-        return int(self.values.shape[-1] // 2)
+    modes: int
 
     @property
     def limit(self) -> Floats:
         """Largest tabulated amplitude of each mode, (modes,)."""
         return np.array([self.node_a[-1], self.node_b[-1]][: self.modes])
 
+    def nodes(self) -> Complexes:
+        """Values at the nodes, (n_a, n_b, k)."""
+        values: Complexes = np.ascontiguousarray(self.values[:, :, 0]).view(complex)
+        return values
+
     def kernel(self) -> _kernel.Table:
         """The table as the core reads it."""
         return _kernel.table(
+            self.modes,
             _kernel.contiguous(self.node_a),
             _kernel.contiguous(self.node_b),
             _kernel.contiguous(self.values),
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
-        """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table.
+        """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table."""
+        return self.terms(amplitudes)[..., : self.modes]
+
+    def terms(self, amplitudes: ArrayLike) -> Complexes:
+        """S_j and the near-resonant terms, (..., k), at amplitudes (..., modes) >= 0.
 
         Raises
         ------
@@ -68,7 +79,7 @@ class Table:
         points = _kernel.contiguous(amplitudes)
         if points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
-        result = np.empty(points.shape, dtype=complex)
+        result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
         status = _kernel.lib.sm_table_lookup_many(
             ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
         )
@@ -82,26 +93,28 @@ class Table:
         return result
 
 
-def make_table(node_a: Floats, node_b: Floats, S: Complexes) -> Table:
-    """Table through samples S (n_a, n_b, modes); n_b = 1 for one mode.
+def make_table(
+    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+) -> Table:
+    """Table through samples (n_a, n_b, k) of harmonics `orders`; n_b = 1 for one mode.
 
     Where S says that a mode gives energy to the contacts at every node of a cell, so does the
     surface between them: the slopes of the dissipative parts are limited.
     """
-    modes = S.shape[-1]
-    values = np.zeros((node_a.size, node_b.size, 4, modes, 2))
-    for mode in range(modes):
-        for part, f in enumerate((S[..., mode].real, S[..., mode].imag)):
-            f_a = _slopes(node_a, f, odd=mode == 0)
+    modes = 1 if node_b.size == 1 else 2
+    values = np.zeros((node_a.size, node_b.size, 4, len(orders), 2))
+    for column, (n, m) in enumerate(orders):
+        for part, f in enumerate((samples[..., column].real, samples[..., column].imag)):
+            f_a = _slopes(node_a, f, odd=n % 2 == 1)
+            f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
             if modes == 2:
-                f_b = _slopes(node_b, f.T, odd=mode == 1).T
-                f_ab = _slopes(node_b, f_a.T, odd=mode == 1).T
-            else:
-                f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
-            if part == 1:  # -Im S dissipates
+                f_b = _slopes(node_b, f.T, odd=m % 2 == 1).T
+                f_ab = _slopes(node_b, f_a.T, odd=m % 2 == 1).T
+            if column < modes and part == 1:  # -Im S dissipates
                 f_a, f_b, f_ab = _limit_slopes(node_a, node_b, f, f_a, f_b, f_ab)
-            values[..., mode, part] = np.stack((f, f_a, f_b, f_ab), axis=2)
-    return Table(node_a, node_b, values.reshape(node_a.size, node_b.size, 4, 2 * modes))
+            values[..., column, part] = np.stack((f, f_a, f_b, f_ab), axis=2)
+    shape = (node_a.size, node_b.size, 4, 2 * len(orders))
+    return Table(node_a, node_b, values.reshape(shape), modes)
 
 
 def _slopes(node: Floats, f: Floats, *, odd: bool) -> Floats:

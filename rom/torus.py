@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,8 +13,10 @@ from rom import _kernel
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
 from rom.matrices import Floats
+from rom.near import NearResonance, Order, harmonic_orders
 from rom.reduction import Reduced
 
+FEEDBACK_ORDER = 5  # of the harmonics that the modes answer to; higher ones change nothing
 _MAX_PERIODS = 400
 
 
@@ -53,16 +55,52 @@ class ContactHarmonics:
     periods: NDArray[np.int32]
 
 
-def contact_problem(reduced: Reduced, law: Friction) -> _kernel.Contact:
-    """The contact problem as the core reads it."""
-    return _kernel.contact(
-        _kernel.contiguous(reduced.stiffness),
-        _kernel.contiguous(reduced.damping),
-        np.ascontiguousarray(reduced.coupling),
-        limits(law, reduced.n_contacts),
-        law.code,
-        law.alpha,
+def contact_problem(
+    reduced: Reduced,
+    law: Friction,
+    near: Sequence[NearResonance] = (),
+    orders: Sequence[Order] = (),
+) -> _kernel.Contact:
+    """The contact problem as the core reads it; it keeps the arrays alive.
+
+    The modes' answer leaves out the `near` resonances, which the slow flow has; `orders` are the
+    harmonics of its pull along a slow trajectory.
+    """
+    pulling = np.ascontiguousarray(orders, dtype=np.int32)
+    left_out = (_kernel.Near * max(len(near), 1))(*[_kernel.Near(*astuple(r)) for r in near])
+    matrices = {
+        name: _kernel.contiguous(getattr(reduced, name))
+        for name in ("stiffness", "damping", "mass", "spring", "damper", "inertia")
+    }
+    coupling = np.ascontiguousarray(reduced.coupling)
+    limit = limits(law, reduced.n_contacts)
+    natural, modal_damping = (
+        _kernel.contiguous(values) for values in (reduced.frequency, reduced.modal_damping)
     )
+    answer = _kernel.ModalAnswer(
+        natural=natural.ctypes.data,
+        damping=modal_damping.ctypes.data,
+        near_count=len(near),
+        near=ctypes.addressof(left_out),
+        orders_count=len(orders),
+        orders=pulling.ctypes.data,
+        **{name: matrices[name].ctypes.data for name in ("spring", "damper", "inertia")},
+    )
+    problem = _kernel.Contact(
+        contacts=reduced.n_contacts,
+        modes=len(reduced.modes),
+        law=law.code,
+        alpha=law.alpha,
+        limit=limit.ctypes.data,
+        coupling=coupling.ctypes.data,
+        stiffness=matrices["stiffness"].ctypes.data,
+        damping=matrices["damping"].ctypes.data,
+    )
+    if reduced.formulation == "consistent":
+        problem.mass = matrices["mass"].ctypes.data
+        problem.answer = ctypes.addressof(answer)
+    problem.owned = (matrices, coupling, limit, natural, modal_damping, answer, left_out, pulling)
+    return problem
 
 
 def contact_harmonics(
@@ -73,6 +111,7 @@ def contact_harmonics(
     orders: Sequence[tuple[int, int]] = ((1, 0), (0, 1)),
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
+    near: Sequence[NearResonance] = (),
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -87,19 +126,21 @@ def contact_harmonics(
         displacement at the point's amplitudes.
     smallest_scale : (modes,) array_like
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
+    near : sequence of NearResonance
+        Harmonics that a mode does not answer to here, because its slow flow does.
 
     Notes
     -----
-    Marched at the natural frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
+    Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
     points = _kernel.contiguous(amplitudes)
     if points.ndim != 2 or points.shape[1] != len(reduced.modes):
         raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
-    rates = _kernel.contiguous(reduced.frequency)
+    rates = _kernel.contiguous(reduced.carrier)
     smallest = _kernel.contiguous(smallest_scale)
-    problem = contact_problem(reduced, law)
+    problem = contact_problem(reduced, law, near)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     residual = np.empty(len(points))
     periods = np.empty(len(points), dtype=np.int32)
@@ -120,27 +161,61 @@ def contact_harmonics(
     return ContactHarmonics(P, residual, periods)
 
 
-def friction_terms(
+@dataclass(frozen=True, eq=False)
+class ContactTerms:
+    """What the contacts do to the modes at several amplitudes.
+
+    Attributes
+    ----------
+    S : (points, modes) complex ndarray
+        Q_j |a_j| of Eq. (20) [N kg^-1/2]; exactly 0 where |a_j| = 0.
+    T : (points, near) complex ndarray
+        -L_j^T P_nm of the near resonances.
+    orders : list of (n, m)
+        Harmonics in P.
+    P : (points, orders, N_c) complex ndarray
+        Of the contact displacement [m].
+    residual : (points,) ndarray
+        Distance from periodicity.
+    """
+
+    S: NDArray[np.complex128]
+    T: NDArray[np.complex128]
+    orders: list[Order]
+    P: NDArray[np.complex128]
+    residual: Floats
+
+
+def contact_orders(reduced: Reduced, near: Sequence[NearResonance] = ()) -> list[Order]:
+    """Harmonics that the contact problem needs: for the modes' answer and the near resonances."""
+    highest = FEEDBACK_ORDER if reduced.formulation == "consistent" else 1
+    orders = harmonic_orders(highest, len(reduced.modes))
+    return list(dict.fromkeys([*orders, *(term.stored_order for term in near)]))
+
+
+def contact_terms(
     reduced: Reduced,
     law: Friction,
     amplitudes: ArrayLike,
     grid: Discretisation,
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
-) -> tuple[NDArray[np.complex128], Floats]:
-    """S_j = Q_j |a_j| of every mode, Eq. (20), and the distance from periodicity.
-
-    Returns
-    -------
-    S : (points, modes) complex ndarray
-        [N kg^-1/2]. Exactly 0 where |a_j| = 0.
-    residual : (points,) ndarray
-    """
-    orders = ((1, 0), (0, 1))[: len(reduced.modes)]
-    solved = contact_harmonics(reduced, law, amplitudes, grid, orders, tolerance, smallest_scale)
-    S = -np.einsum("jc,pjc->pj", reduced.coupling, solved.P)
+    near: Sequence[NearResonance] = (),
+) -> ContactTerms:
+    """Solve the contact problem and project its harmonics on the modes; see contact_harmonics."""
+    orders = contact_orders(reduced, near)
+    solved = contact_harmonics(
+        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, near
+    )
+    L = reduced.coupling
+    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)])
     S[np.asarray(amplitudes) == 0.0] = 0.0
-    return S, solved.residual
+    T = np.empty((len(S), len(near)), dtype=complex)
+    for column, term in enumerate(near):
+        P_nm = solved.P[:, orders.index(term.stored_order)]
+        flipped = term.stored_order != (term.n, term.m)
+        T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
+    return ContactTerms(S, T, orders, solved.P, solved.residual)
 
 
 def friction_functions(
@@ -151,6 +226,6 @@ def friction_functions(
     tolerance: float = 1e-5,
 ) -> NDArray[np.complex128]:
     """The complex friction functions Q_j of Eq. (20), (points, modes), for amplitudes > 0."""
-    S, _ = friction_terms(reduced, law, amplitudes, grid, tolerance)
+    S = contact_terms(reduced, law, amplitudes, grid, tolerance).S
     Q: NDArray[np.complex128] = S / np.asarray(amplitudes, dtype=float)
     return Q

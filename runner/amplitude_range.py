@@ -45,7 +45,7 @@ class Excited:
 
     def component(self, model: Model, tolerance: float) -> Component:
         """A component at t = 0 with the scene's initial amplitudes."""
-        component = Component(model, self.force, tolerance=tolerance)
+        component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
         component.reset(amplitude=self.initial)
         return component
 

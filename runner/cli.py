@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror or error}")
     except KeyboardInterrupt:
-        print("slipmode: interrupted; what was recorded until then is readable", file=sys.stderr)
+        print("slipmode: interrupted; a recording is readable as far as it got", file=sys.stderr)
         return _INTERRUPTED
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from fmu import Component
 from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Tanh, reduce
 from rom.cache import cached_model
 from rom.friction import limits
+from rom.near import SEPARATION, NearResonance, near_resonances
 from runner.amplitude_range import Excited, find_range
 from runner.channels import MODES, Mode
 from runner.scene import Scene
@@ -37,6 +39,8 @@ class Plan:
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m].
+    near : tuple of NearResonance
+        Combination frequencies that come near a carrier during the scene.
     decisions : list of Decision
     """
 
@@ -44,6 +48,7 @@ class Plan:
     excited: Excited
     schedule: Schedule
     amplitude: tuple[float, ...]
+    near: tuple[NearResonance, ...]
     decisions: list[Decision]
 
     def model(self, *, progress: bool = False) -> tuple[Model, bool]:
@@ -51,6 +56,8 @@ class Plan:
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
+            near=self.near,
+            harmonics=bool(self.scene.contact) and self.excited.reduced.formulation != "paper",
             progress=progress,
         )
 
@@ -79,6 +86,10 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    near: tuple[NearResonance, ...] = ()
+    if scene.model.formulation == "consistent":
+        excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
+        near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
     if scene.model.amplitude is None:
         amplitude, reason = find_range(excited, schedule, progress=progress)
     else:
@@ -88,9 +99,10 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     decisions = [
         *mode_decisions,
         Decision("friction table", ranges, reason),
+        *_near_decisions(near),
         *_output_decisions(scene),
     ]
-    return Plan(scene, excited, schedule, amplitude, decisions)
+    return Plan(scene, excited, schedule, amplitude, near, decisions)
 
 
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
@@ -145,6 +157,19 @@ def _check_outputs(scene: Scene, reduced: Reduced) -> None:
             raise SlipmodeError(
                 f"output.elastic: DOF {dof} is out of range, allowed: 0 to {reduced.n_dofs - 1}"
             )
+
+
+def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
+    if not near:
+        return [Decision("near resonances", "none", "no combination frequency near a carrier")]
+    return [
+        Decision(
+            "near resonance",
+            f"{term.n:+d} A {term.m:+d} B",
+            f"within {SEPARATION:.0%} of mode {MODES[term.mode]} in this scene: in its slow flow",
+        )
+        for term in near
+    ]
 
 
 def _output_decisions(scene: Scene) -> list[Decision]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,6 +16,7 @@ from fmu import Component, StoppedError
 from rom import Model
 from rom.motion import SPIN_UP_PERIODS, SlowTrajectory, reconstruct
 from runner import channels
+from runner.interruption import interrupts_held_back
 from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
@@ -84,6 +85,10 @@ def run(
     progress : bool
         Progress bars on work longer than a second.
 
+    Returns
+    -------
+    Recording
+
     Raises
     ------
     SlipmodeError
@@ -91,6 +96,8 @@ def run(
         readable, and says why it ends.
     OSError
         If the recording cannot be written.
+    KeyboardInterrupt
+        On Ctrl-C, once the recording is whole up to there; a second Ctrl-C does not wait.
     """
     started = time.perf_counter()
     if not isinstance(scene, Scene):
@@ -103,8 +110,11 @@ def run(
     rrd = folder / f"{scene.name}.rrd" if scene.log.rerun else None
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
-    with _open(plan, model, mcap, rrd) as recorder:
-        pass_ = _Pass(plan, model, plan.component(model), recorder)
+    with (
+        interrupts_held_back() as raise_if_interrupted,
+        _open(plan, model, mcap, rrd) as recorder,
+    ):
+        pass_ = _Pass(plan, model, plan.component(model), recorder, raise_if_interrupted)
         pass_.through_slow_time(progress)
     return Recording(
         plan=plan,
@@ -148,13 +158,22 @@ def _open(plan: Plan, model: Model, mcap: Path | None, rrd: Path | None) -> Reco
 class _Pass:
     """One pass of a component through the schedule of a plan."""
 
-    def __init__(self, plan: Plan, model: Model, component: Component, recorder: Recorder) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        model: Model,
+        component: Component,
+        recorder: Recorder,
+        raise_if_interrupted: Callable[[], None],
+    ) -> None:
         self.samples = 0
         self.slow_seconds = 0.0
         self._plan = plan
         self._model = model
         self._component = component
         self._recorder = recorder
+        self._raise_if_interrupted = raise_if_interrupted
+        self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
         self._columns = {name: k for k, name in enumerate(component.output_names)}
         self._rows = [self._present_row()]
         self._windows = list(plan.scene.contact)
@@ -179,11 +198,8 @@ class _Pass:
             raise
         recorder.event(self._now, "info", "end of the scene")
 
-    @property
-    def _now(self) -> float:
-        return float(self._rows[-1][-1, 0])
-
     def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:
+        self._raise_if_interrupted()
         started = time.perf_counter()
         try:
             outputs = self._component.run(durations, inputs)
@@ -199,6 +215,7 @@ class _Pass:
         if not len(outputs):
             return
         self._rows.append(outputs)
+        self._now = float(self._plan.schedule.time[first + len(outputs)])
         self._record(outputs, first + 1)
         while self._windows and self._windows[0].end <= self._now:
             self._reconstruct(self._windows.pop(0))
@@ -228,6 +245,7 @@ class _Pass:
         elastic = self._plan.scene.output.elastic
         times = _sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
+            self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]
             motion = reconstruct(self._model, trajectory, batch, spin_up=SPIN_UP_PERIODS)
             for i in range(self._model.reduced.n_contacts):

@@ -62,6 +62,7 @@ _SECTIONS = {
 }
 _FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
 _CONTACT = ("window", "samples_per_period")
+_LARGEST_STEP_COUNT = 1e7
 _AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
 
 
@@ -243,6 +244,9 @@ def _run(table: Table) -> Run:
         raise table.error(
             "step", f"must be at most run.duration = {run.duration:g}, got {run.step:g}"
         )
+    if run.duration > _LARGEST_STEP_COUNT * run.step:
+        least = run.duration / _LARGEST_STEP_COUNT
+        raise table.error("step", f"must be at least run.duration / 1e7 = {least:g}")
     return run
 
 

@@ -48,6 +48,19 @@ class Schedule:
                 columns.append(self.values[name])
         return np.column_stack(columns)
 
+    def mean_frequency(self, modes: Sequence[str]) -> list[float]:
+        """Forcing frequency of each mode [rad/s], its mean weighted by the force amplitude."""
+        middle = 0.5 * self.durations
+        means = []
+        for mode in modes:
+            frequency, force = (
+                self.values[f"{name}_{mode}"] + self.rates[f"{name}_{mode}"] * middle
+                for name in ("frequency", "force")
+            )
+            weight = self.durations * (force if force.any() else 1.0)
+            means.append(float(np.average(frequency, weights=weight)))
+        return means
+
     def at_points(self, names: Sequence[str]) -> Floats:
         """Values at every communication point, (steps + 1, len(names)), right of jumps."""
         later = self.durations[-1]
@@ -79,12 +92,10 @@ def make_schedule(scene: Scene, natural: dict[str, float]) -> Schedule:
 
 
 def _communication_points(duration: float, step: float, scripts: dict[str, Script]) -> Floats:
-    """Multiples of the step, the end, and every breakpoint; points that all but coincide merge."""
-    regular = np.append(np.arange(0.0, duration, step), duration)
-    breaks = np.array(sorted({b for s in scripts.values() for b in s.breaks if 0 < b < duration}))
-    if breaks.size:
-        nearest = np.abs(regular[:, np.newaxis] - breaks).min(axis=1)
-        regular = regular[nearest > 1e-9 * step]
-    time = np.unique(np.concatenate((regular, breaks)))
-    too_close = np.append(False, np.diff(time) <= 1e-9 * step) & ~np.isin(time, breaks)
-    return np.asarray(time[~too_close])
+    """0, the end, every breakpoint, and the multiples of the step that coincide with none."""
+    breaks = {b for script in scripts.values() for b in script.breaks if 0 < b < duration}
+    fixed = np.array(sorted({0.0, duration, *breaks}))
+    regular = step * np.arange(np.ceil(duration / step))
+    after = np.clip(np.searchsorted(fixed, regular), 1, fixed.size - 1)
+    nearest = np.minimum(np.abs(regular - fixed[after - 1]), np.abs(fixed[after] - regular))
+    return np.union1d(fixed, regular[nearest > 1e-9 * step])

@@ -30,15 +30,6 @@ struct sm_component {
     uint64_t accepted, rejected;
 };
 
-static sm_status check_flow(const sm_slow_flow *flow) {
-    sm_status status = sm_table_check(&flow->table);
-    for (int j = 0; status == SM_OK && j < flow->table.modes; j++) {
-        status = sm_check_positive(flow->natural[j]);
-        if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
-    }
-    return status;
-}
-
 static sm_status check_motion(const sm_motion *motion, size_t modes, size_t contacts) {
     if (!motion->wanted) return SM_OK;
     if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
@@ -66,7 +57,8 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
                               sm_component **component) {
     if (!flow || !motion || !component) return SM_BAD_ARGUMENT;
     sm_status status = sm_check_positive(tolerance);
-    if (status == SM_OK) status = check_flow(flow);
+    if (status == SM_OK) status = sm_table_check(&flow->table);
+    if (status == SM_OK) status = sm_slow_flow_check(flow);
     if (status == SM_OK) status = sm_contact_check(contact);
     if (status != SM_OK) return status;
     if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
@@ -76,9 +68,10 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
 
     const size_t count_a = (size_t)flow->table.count_a;
     const size_t count_b = modes == 2 ? (size_t)flow->table.count_b : 0;
-    const size_t values = count_a * (modes == 2 ? count_b : 1) * 8 * modes;
+    const size_t fields = 2 * (modes + (size_t)flow->table.near);
+    const size_t values = count_a * (modes == 2 ? count_b : 1) * 4 * fields;
     const size_t elastic = motion->wanted ? (size_t)motion->elastic : 0;
-    const size_t total = count_a + count_b + values + n + 2 * n * n + 2 * modes * n
+    const size_t total = count_a + count_b + values + n + 3 * n * n + 2 * modes * n
                          + elastic * (modes + n) + 3 * n + sm_march_size(contact->contacts);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
@@ -98,6 +91,8 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
     c->contact.limit = keep(&memory, contact->limit, n);
     c->contact.stiffness = keep(&memory, contact->stiffness, n * n);
     c->contact.damping = keep(&memory, contact->damping, n * n);
+    c->contact.mass = contact->mass ? keep(&memory, contact->mass, n * n) : NULL;
+    c->contact.answer = NULL; /* the march has no harmonics to answer to */
     c->contact.coupling = keep(&memory, contact->coupling, 2 * modes * n);
     if (elastic > 0) {
         c->motion.modes_out = keep(&memory, motion->modes_out, elastic * modes);
@@ -110,22 +105,29 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
 
 void sm_component_free(sm_component *component) { free(component); }
 
+/* The inputs carry the angles for the near resonances; the state has them exactly. */
+static void align_angles(sm_component *c) {
+    for (int j = 0; j < SM_MODES; j++) c->inputs.angle[j] = c->slow.angle[j].value;
+}
+
 /* SM_OK where the slow flow is defined: finite amplitudes inside the table. */
-static sm_status check_amplitude(const sm_component *c, const double *amplitude) {
+static sm_status check_amplitude(const sm_component *c, const sm_inputs *inputs,
+                                 const double *amplitude) {
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     if (!sm_all_finite(amplitude, 2 * (size_t)c->flow.table.modes)) return SM_NOT_FINITE;
     memcpy(y, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
-    return sm_slow_flow_derivative(&c->flow, &c->inputs, 0.0, y, dy);
+    return sm_slow_flow_derivative(&c->flow, inputs, 0.0, y, dy);
 }
 
 sm_status sm_component_reset(sm_component *c, double time, const double *amplitude) {
     if (!c || !amplitude) return SM_BAD_ARGUMENT;
     if (!isfinite(time)) return SM_NOT_FINITE;
-    const sm_status status = check_amplitude(c, amplitude);
+    const sm_status status = check_amplitude(c, &c->inputs, amplitude);
     if (status != SM_OK) return status;
     slow_state fresh = {.time = {time, 0.0}};
     memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow = fresh;
+    align_angles(c);
     memset(c->contact_state, 0, 3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;
 }
@@ -133,7 +135,9 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     if (!c || !inputs) return SM_BAD_ARGUMENT;
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
-    if (status == SM_OK) c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
+    if (status != SM_OK) return status;
+    c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
+    align_angles(c);
     return status;
 }
 
@@ -237,6 +241,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
 
     c->slow = fresh;
     c->inputs = after;
+    align_angles(c);
     if (c->motion.wanted) {
         memcpy(c->contact_state, c->march.lane.x, n * sizeof(double));
         memcpy(c->contact_state + n, c->march.lane.v, n * sizeof(double));
@@ -317,8 +322,8 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     sm_inputs inputs;
     memcpy(&slow, state, sizeof slow);
     memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
-    sm_status status = check_amplitude(c, slow.amplitude);
-    if (status == SM_OK) status = sm_inputs_check(&inputs, c->flow.table.modes);
+    sm_status status = sm_inputs_check(&inputs, c->flow.table.modes);
+    if (status == SM_OK) status = check_amplitude(c, &inputs, slow.amplitude);
     if (status != SM_OK) return status;
     c->slow = slow;
     c->inputs = inputs;

@@ -1,8 +1,12 @@
 #include "contact.h"
 
+#include <stdlib.h>
+
 #include "check.h"
 
 #define MAX_CONTACTS 32768     /* indices of (N_c, N_c) matrices fit an int */
+#define MAX_ORDER 64
+#define MAX_ORDERS_COUNT 4096
 #define SYMMETRY_TOLERANCE 1e-9
 
 static int symmetric(const double *matrix, size_t n) {
@@ -13,6 +17,30 @@ static int symmetric(const double *matrix, size_t n) {
             if (!(difference <= SYMMETRY_TOLERANCE * size)) return 0;
         }
     return 1;
+}
+
+static sm_status check_answer(const sm_contact *contact) {
+    const sm_modal_answer *answer = contact->answer;
+    const size_t modes = (size_t)contact->modes, count = modes * (size_t)contact->contacts;
+    if (!answer->natural || !answer->damping || !answer->spring || !answer->damper ||
+        !answer->inertia)
+        return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(answer->natural, modes) || !sm_all_finite(answer->damping, modes) ||
+        !sm_all_finite(answer->spring, count) || !sm_all_finite(answer->damper, count) ||
+        !sm_all_finite(answer->inertia, count))
+        return SM_NOT_FINITE;
+    for (size_t j = 0; j < modes; j++)
+        if (!(answer->natural[j] > 0.0)) return SM_BAD_ARGUMENT;
+    if (answer->near_count < 0 || answer->near_count > SM_NEAR ||
+        (answer->near_count > 0 && !answer->near))
+        return SM_BAD_ARGUMENT;
+    if (answer->orders_count < 0 || answer->orders_count > MAX_ORDERS_COUNT ||
+        (answer->orders_count > 0 && !answer->orders))
+        return SM_BAD_ARGUMENT;
+    for (int32_t k = 0; k < 2 * answer->orders_count; k++)
+        if (answer->orders[k] < -MAX_ORDER || answer->orders[k] > MAX_ORDER)
+            return SM_BAD_ARGUMENT;
+    return SM_OK;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
@@ -34,13 +62,54 @@ sm_status sm_contact_check(const sm_contact *contact) {
     for (size_t i = 0; i < n; i++)
         if (contact->limit[i] < 0.0 || !(contact->stiffness[i * n + i] > 0.0))
             return SM_BAD_ARGUMENT;
-    return symmetric(contact->stiffness, n) && symmetric(contact->damping, n) ? SM_OK
-                                                                              : SM_BAD_ARGUMENT;
+    if (contact->mass && !sm_all_finite(contact->mass, n * n)) return SM_NOT_FINITE;
+    if (!symmetric(contact->stiffness, n) || !symmetric(contact->damping, n) ||
+        (contact->mass && !symmetric(contact->mass, n)))
+        return SM_BAD_ARGUMENT;
+    return contact->answer ? check_answer(contact) : SM_OK;
+}
+
+/* Whether harmonic (n, m) is the carrier of mode j or near it: the slow flow has its answer. */
+static int is_resonant(const sm_modal_answer *answer, int j, int n, int m) {
+    if (abs(n) == (j == 0) && abs(m) == (j == 1)) return 1;
+    for (int k = 0; k < answer->near_count; k++) {
+        const sm_near *near = &answer->near[k];
+        if (near->mode == j && ((near->n == n && near->m == m) ||
+                                (near->n == -n && near->m == -m)))
+            return 1;
+    }
+    return 0;
+}
+
+/* L_j L_j^T / (omega_j^2 - nu^2 + i gamma_j nu), L_j = spring + i nu damper - nu^2 inertia. */
+void sm_modal_feedback(const sm_contact *contact, int order_n, int order_m, double nu,
+                       double *feedback) {
+    const sm_modal_answer *answer = contact->answer;
+    const size_t n = (size_t)contact->contacts;
+    memset(feedback, 0, 2 * n * n * sizeof(double));
+    for (size_t j = 0; j < (size_t)contact->modes; j++) {
+        const double omega = answer->natural[j], gamma = answer->damping[j];
+        if (is_resonant(answer, (int)j, order_n, order_m)) continue;
+        const double re = omega * omega - nu * nu, im = gamma * nu;
+        const double norm = re * re + im * im;
+        for (size_t i = 0; i < n; i++) {
+            const double p_re = answer->spring[j * n + i] - nu * nu * answer->inertia[j * n + i];
+            const double p_im = nu * answer->damper[j * n + i];
+            for (size_t k = 0; k < n; k++) {
+                const double r_re = answer->spring[j * n + k]
+                                    - nu * nu * answer->inertia[j * n + k];
+                const double r_im = nu * answer->damper[j * n + k];
+                const double q_re = p_re * r_re - p_im * r_im, q_im = p_re * r_im + p_im * r_re;
+                feedback[(i * n + k) * 2] += (q_re * re + q_im * im) / norm;
+                feedback[(i * n + k) * 2 + 1] += (q_im * re - q_re * im) / norm;
+            }
+        }
+    }
 }
 
 size_t sm_stepper_size(int contacts) {
     const size_t n = (size_t)contacts;
-    return 3 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
+    return 4 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
 }
 
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
@@ -50,7 +119,9 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
     stepper->matrix = memory;
     stepper->stiffness = memory + n * n;
     stepper->factor = memory + 2 * n * n;
-    stepper->laws = (sm_resolvent *)(void *)(memory + 3 * n * n); /* aligned as doubles are */
+    stepper->inertia = memory + 3 * n * n;
+    stepper->massless = 1;
+    stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
 }
 
 /* Whether Cholesky factorisation runs through, the diagonal raised by what rounding may have
@@ -72,8 +143,11 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     stepper->h = 0.0; /* until the matrix is known to be good */
     for (int i = 0; i < n * n; i++) {
         stepper->stiffness[i] = contact->stiffness[i];
-        stepper->matrix[i] = contact->damping[i] + SM_GAMMA * h * contact->stiffness[i];
+        stepper->inertia[i] = contact->mass ? contact->mass[i] / (SM_GAMMA * h) : 0.0;
+        stepper->matrix[i] = stepper->inertia[i] + contact->damping[i]
+                             + SM_GAMMA * h * contact->stiffness[i];
     }
+    stepper->massless = !contact->mass;
     for (int i = 0; i < n; i++)
         stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * n + i],
                                              contact->limit[i], contact->alpha);

@@ -1,8 +1,8 @@
-/* One implicit step of the contact problem, eq. (12): D x' + K x + g(x') = u(t).
+/* One implicit step of the contact problem, eq. (12): [M x'' +] D x' + K x + g(x') = u(t).
  *
  * Two-stage L-stable SDIRK of second order (Alexander 1977, gamma = 1 - 1/sqrt 2): stages at
  * t + gamma h and t + h, so that a stuck contact stays exactly where it is. Each stage is
- *   S v + g(v) = r,   S = D + gamma h K,
+ *   S v + g(v) = r,   S = [M / (gamma h) +] D + gamma h K,
  * the minimum of a strictly convex potential. With y_i = S_ii v_i + g_i(v_i) it reads
  *   y + (S - diag S) v(y) = r,
  * solved by semismooth Newton. Should Newton not settle, Gauss-Seidel sweeps take over: they
@@ -21,6 +21,8 @@ typedef struct {
     double h;            /* step [s] */
     double *matrix;      /* (N_c, N_c) S */
     double *stiffness;   /* (N_c, N_c) K */
+    double *inertia;     /* (N_c, N_c) M / (gamma h) */
+    int massless;
     double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
@@ -35,6 +37,10 @@ typedef struct {
     double *factor;      /* (N_c, N_c) per lane, three contacts or more */
 } sm_lanes;
 
+/* H(nu) of contact->answer at nu = n Omega_A + m Omega_B, (N_c, N_c, 2): force on the contacts per
+ * x_c exp(i nu t) by the retained modes that are not in resonance with the harmonic (n, m). */
+void sm_modal_feedback(const sm_contact *contact, int n, int m, double nu, double *feedback);
+
 size_t sm_stepper_size(int contacts);                /* doubles */
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
 /* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique answer. */
@@ -42,7 +48,9 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
 
-/* Largest |residual_i| / (limit_i + |r_i|) of each lane into norm; infinite if one is NaN. */
+/* Largest residual of each lane into norm, relative to the forces that meet at the contact,
+ * limit_i + |r_i| + sum_j |S_ij v_j|: without the last, rounding alone could exceed the tolerance
+ * where there is no friction and r_i passes through zero. Infinite if one is NaN. */
 SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
                            double *restrict norm) {
     const int n = s->contacts;
@@ -50,19 +58,27 @@ SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
     for (int i = 0; i < n; i++) {
         double *restrict res = m->residual + (size_t)i * lanes;
         const double *restrict y = m->y + (size_t)i * lanes, *restrict r = m->r + (size_t)i * lanes;
+        const double limit = s->laws[i].limit;
+        double force[SM_LANES];
         SM_SIMD
-        for (int l = 0; l < lanes; l++) res[l] = y[l] - r[l];
+        for (int l = 0; l < lanes; l++) {
+            res[l] = y[l] - r[l];
+            force[l] = limit + fabs(r[l]) + 1e-300;
+        }
         for (int j = 0; j < n; j++) {
             if (j == i) continue;
             const double s_ij = s->matrix[i * n + j];
             const double *restrict v = m->v + (size_t)j * lanes;
             SM_SIMD
-            for (int l = 0; l < lanes; l++) res[l] += s_ij * v[l];
+            for (int l = 0; l < lanes; l++) {
+                const double from_j = s_ij * v[l];
+                res[l] += from_j;
+                force[l] += fabs(from_j);
+            }
         }
-        const double limit = s->laws[i].limit;
         SM_SIMD
         for (int l = 0; l < lanes; l++) {
-            const double relative = fabs(res[l]) / (limit + fabs(r[l]) + 1e-300);
+            const double relative = fabs(res[l]) / force[l];
             const double ordered = relative < INFINITY ? relative : INFINITY;
             norm[l] = ordered > norm[l] ? ordered : norm[l];
         }
@@ -191,10 +207,30 @@ SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
     }
 }
 
+/* r += M (velocity the stage starts from) / (gamma h). The last stage of a step ends it, so
+ * stage_v[1] holds the velocity at its start until that stage is solved. */
+SM_INLINE void sm_stage_load_inertia(const int lanes, const sm_stepper *s, sm_lanes *m,
+                                     int stage) {
+    const int n = s->contacts;
+    const double gain = stage == 0 ? 0.0 : (1.0 - SM_GAMMA) / SM_GAMMA;
+    for (int i = 0; i < n; i++) {
+        double *restrict r = m->r + (size_t)i * lanes;
+        for (int j = 0; j < n; j++) {
+            const double m_ij = s->inertia[i * n + j];
+            const double *restrict start = m->stage_v[1] + (size_t)j * lanes;
+            const double *restrict first = m->stage_v[0] + (size_t)j * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++)
+                r[l] += m_ij * (start[l] + gain * (first[l] - start[l]));
+        }
+    }
+}
+
 /* One stage: forcing in m->u; velocity into m->v. stage is 0 or 1. */
 SM_INLINE sm_status sm_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
     const size_t size = (size_t)s->contacts * (size_t)lanes;
     sm_stage_load(lanes, s, m, stage == 0 ? m->x : m->base);
+    if (!s->massless) sm_stage_load_inertia(lanes, s, m, stage);
     memcpy(m->v, m->stage_v[stage], size * sizeof(double));
     const sm_status status = sm_solve_stage(lanes, s, m);
     memcpy(m->stage_v[stage], m->v, size * sizeof(double));

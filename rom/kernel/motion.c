@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "cnumber.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
 #define TWO_PI 6.283185307179586
@@ -28,27 +29,52 @@ void sm_march_start(sm_march *march, const double *x, const double *v) {
     }
 }
 
-/* u = -2 Re sum_j L_j a_j exp(i theta_j) at `elapsed` seconds into the segment; a_j by cubic
- * Hermite interpolation. */
+/* a_j at the fraction r of the segment, by cubic Hermite interpolation. */
+static sm_complex amplitude_at(const sm_segment *g, int j, double r) {
+    const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
+    const double rate_start = g->duration * (r - 2.0 * r2 + r3);
+    const double rate_end = g->duration * (r3 - r2);
+    double a[2];
+    for (int p = 0; p < 2; p++)
+        a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
+               + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
+    return sm_cx(a[0], a[1]);
+}
+
+/* u += Re sum G_nm exp(i (n theta_A + m theta_B)) at the fraction r of the segment. */
+static void add_pull(const sm_contact *contact, const sm_segment *g, double r,
+                     const sm_complex *carrier, double *u) {
+    const int n = contact->contacts;
+    for (int q = 0; q < contact->answer->orders_count; q++) {
+        const int32_t *order = contact->answer->orders + 2 * q;
+        const sm_complex turn = sm_cmul(sm_unit_power(carrier[0], order[0]),
+                                        sm_unit_power(carrier[1], order[1]));
+        for (int i = 0; i < n; i++) {
+            const size_t at = 2 * ((size_t)q * (size_t)n + (size_t)i);
+            const double re = g->pull_start[at] + r * (g->pull_end[at] - g->pull_start[at]);
+            const double im = g->pull_start[at + 1]
+                              + r * (g->pull_end[at + 1] - g->pull_start[at + 1]);
+            u[i] += re * turn.re - im * turn.im;
+        }
+    }
+}
+
+/* u = -2 Re sum_j L_j a_j exp(i theta_j) [+ pull] at `elapsed` seconds into the segment. */
 static void load_forcing(const sm_contact *contact, const sm_segment *g, double elapsed,
                          double *u) {
     const int n = contact->contacts;
-    const double h = g->duration, r = elapsed / h, r2 = r * r, r3 = r2 * r;
-    const double end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
-    const double rate_start = h * (r - 2.0 * r2 + r3), rate_end = h * (r3 - r2);
+    const double r = elapsed / g->duration;
+    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}};
     for (int i = 0; i < n; i++) u[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
-        double a[2];
-        for (int p = 0; p < 2; p++)
-            a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
-                   + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
         const double angle =
             g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
-        const double c = cos(angle), s = sin(angle);
-        const double re = a[0] * c - a[1] * s, im = a[0] * s + a[1] * c;
+        carrier[j] = sm_cx(cos(angle), sin(angle));
+        const sm_complex q = sm_cmul(amplitude_at(g, j, r), carrier[j]);
         const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
-        for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * re - L[2 * i + 1] * im);
+        for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
     }
+    if (contact->answer && g->pull_start && g->pull_end) add_pull(contact, g, r, carrier, u);
 }
 
 sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,

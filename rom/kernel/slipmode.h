@@ -20,6 +20,7 @@
 #endif
 
 #define SM_MODES 2 /* the method treats one or two forced modes */
+#define SM_NEAR 8  /* near resonances that a slow flow may have at most */
 
 typedef enum {
     SM_OK = 0,
@@ -37,7 +38,26 @@ SM_API const char *sm_message(sm_status status);
 
 typedef enum { SM_TANH = 0, SM_COULOMB = 1 } sm_law;
 
-/* D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with contact damping D. */
+/* A harmonic (n, m) of the contact motion whose frequency n Omega_A + m Omega_B comes near the
+ * carrier of a mode: it drives that mode by T = -L^T P_nm. */
+typedef struct {
+    int32_t mode, n, m;
+} sm_near;
+
+/* How the retained modes answer to the contacts at frequencies nu that are not their carrier:
+ *   q_j = -L_j(nu)^T x_c / (omega_j^2 - nu^2 + i gamma_j nu),
+ *   L_j(nu) = spring_j + i nu damper_j - nu^2 inertia_j. */
+typedef struct {
+    const double *natural, *damping;          /* (modes) omega_j, gamma_j */
+    const double *spring, *damper, *inertia;  /* (modes, N_c) */
+    int32_t near_count;
+    const sm_near *near; /* (near_count) left to the slow flow, as each carrier is */
+    int32_t orders_count;
+    const int32_t *orders; /* (orders_count, 2) harmonics of the pull in a segment */
+} sm_modal_answer;
+
+/* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
+ * damping of the contacts. */
 typedef struct {
     int32_t contacts;        /* N_c */
     int32_t modes;           /* 1 or 2 */
@@ -46,7 +66,9 @@ typedef struct {
     const double *limit;     /* (N_c) friction limits mu N [N] */
     const double *stiffness; /* (N_c, N_c) K */
     const double *damping;   /* (N_c, N_c) D */
-    const double *coupling;  /* (modes, N_c, 2) L_j */
+    const double *coupling;  /* (modes, N_c, 2) L_j at the carrier */
+    const double *mass;      /* (N_c, N_c) M; NULL: massless */
+    const sm_modal_answer *answer; /* NULL: the modes move at their carrier alone */
 } sm_contact;
 
 SM_API sm_status sm_contact_check(const sm_contact *contact);
@@ -55,7 +77,8 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  * amplitude pairs, by characteristics: `lines` phase lines of `steps` steps per period of mode A.
  *   rates      (modes) carrier frequencies [rad/s]
  *   amplitudes (points, modes), >= 0
- *   orders     (orders_count, 2) harmonic indices (n, m)
+ *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m); with
+ *              contact->answer, the modes answer to the harmonics listed
  *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
  *              contact displacement by its mode at the point, or at smallest_scale (modes) if
  *              that is larger
@@ -81,6 +104,9 @@ typedef struct {
     double angle[SM_MODES];                    /* theta_j at the start [rad] */
     double frequency[SM_MODES];                /* Omega_j at the start [rad/s] */
     double frequency_rate[SM_MODES];           /* dOmega_j/dt [rad/s^2] */
+    /* (answer->orders_count, N_c, 2) G_nm at the start and the end, or NULL: the modes' answer
+     * pulls at the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)) [N] */
+    const double *pull_start, *pull_end;
 } sm_segment;
 
 /* Contact displacement, velocity and force at increasing times inside consecutive segments,
@@ -93,31 +119,43 @@ SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
 
 /* ---- friction tables ------------------------------------------------------------------ */
 
-/* Bicubic Hermite surface of S_j. For one mode: count_b = 1 and node_b = NULL.
- *   values (count_a, count_b, 4, 2 modes): S, dS/da, dS/db, d2S/dadb of (Re, Im) per mode. */
+/* Bicubic Hermite surface of S_j, and of the near-resonant terms T_k if there are any.
+ * For one mode: count_b = 1 and node_b = NULL.
+ *   values (count_a, count_b, 4, 2 (modes + near)): value, d/da, d/db, d2/dadb of (Re, Im) of
+ *   each S_j, then of each T_k. */
 typedef struct {
     int32_t modes;
+    int32_t near;
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
-/* S_j at amplitudes (a, b): (2 modes). SM_OUTSIDE_TABLE beyond the last node. */
+/* S_j and T_k at amplitudes (a, b): (2 (modes + near)). SM_OUTSIDE_TABLE beyond the last node. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* The same for many points: amplitudes (points, modes), s (points, 2 modes). */
+/* The same for many points: amplitudes (points, modes), s (points, 2 (modes + near)). */
 SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
                                       const double *amplitudes, double *s);
 
 /* ---- slow flow ------------------------------------------------------------------------ */
 
-/* Amplitude equations (18), (19) in the frame of the forcing:
- *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j. */
+/* How the coupling L_j(nu) of a mode turns away from the one at the table's carrier:
+ * L_j(nu) = (1 + c_0 + i nu c_1 - nu^2 c_2) L_j(carrier), c_k complex. */
 typedef struct {
-    int32_t paper;            /* 1: carrier at the natural frequency; 0: at the forcing */
-    double natural[SM_MODES]; /* omega_j [rad/s] */
-    double damping[SM_MODES]; /* phi_j^T C phi_j [1/s] */
+    double c[3][2];
+} sm_turn;
+
+/* Amplitude equations (18), (19) in the frame of the forcing:
+ *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j [+ near resonances]. */
+typedef struct {
+    int32_t paper;              /* 1: carrier at the natural frequency; 0: at the forcing */
+    double natural[SM_MODES];   /* omega_j [rad/s] */
+    double damping[SM_MODES];   /* phi_j^T C phi_j [1/s] */
     sm_table table;
+    sm_turn turn[SM_MODES];
+    double shift[SM_MODES][2];  /* the contacts feel a_j + shift_j F_j exp(i ph_j) */
+    sm_near near[SM_NEAR];      /* table.near of them */
 } sm_slow_flow;
 
 /* Inputs over a step: value at its start and rate of change during it. */
@@ -125,6 +163,7 @@ typedef struct {
     double force[SM_MODES], force_rate[SM_MODES];         /* modal F_j [N kg^-1/2] */
     double frequency[SM_MODES], frequency_rate[SM_MODES]; /* Omega_j [rad/s] */
     double phase[SM_MODES], phase_rate[SM_MODES];         /* of the force [rad], [rad/s] */
+    double angle[SM_MODES];   /* theta_j at the start [rad]; the component sets it itself */
 } sm_inputs;
 
 /* da_j/dt, input power and friction power at `elapsed` seconds after the inputs' start. */
@@ -177,5 +216,43 @@ SM_API sm_status sm_component_set_state(sm_component *component, const double *s
 /* Accepted and rejected internal steps since creation. */
 SM_API void sm_component_work(const sm_component *component, uint64_t *accepted,
                               uint64_t *rejected);
+
+/* ---- full order: the reference --------------------------------------------------------- */
+
+/* I q'' + C q' + diag(stiffness) q + W g(W^T q') = sum_j pattern_j F_j cos(theta_j + ph_j), in
+ * coordinates q where the mass is the identity and the stiffness diagonal. */
+typedef struct {
+    int32_t coordinates;      /* n */
+    int32_t contacts;         /* N_c, at most n */
+    int32_t modes;            /* harmonic forces, 1 or 2 */
+    int32_t outputs;          /* 0 or more */
+    int32_t law;              /* sm_law */
+    int32_t diagonal;         /* 1: C, and with it A, is diagonal */
+    double alpha;             /* regularisation velocity of the tanh law [m/s] */
+    double step;              /* h [s] */
+    const double *limit;      /* (N_c) friction limits mu N [N] */
+    const double *stiffness;  /* (n) squared natural frequencies, free of friction */
+    const double *damping;    /* C, (n) if diagonal, else (n, n) */
+    const double *directions; /* (N_c, n) W^T */
+    const double *patterns;   /* (modes, n) */
+    const double *output;     /* (outputs, n): displacements wanted */
+    const double *inverse;    /* of A = I / (gamma h) + C + gamma h diag(stiffness), as damping */
+    const double *resistance; /* (N_c, N_c) S = (W^T A^-1 W)^-1 */
+} sm_full;
+
+#define SM_FULL_GAMMA 0.25
+
+/* State: q and q' (n each), contact displacement, velocity and force (N_c each), and the energy
+ * dissipated at the contacts. */
+SM_API size_t sm_full_state_count(const sm_full *full);
+
+/* `samples` times `every` steps, from `elapsed` seconds after the inputs start; the state is moved
+ * along, and left undefined on any status but SM_OK. After every so many steps:
+ *   displacement, velocity (samples, outputs)
+ *   contact                (samples, 3, N_c): displacement, velocity, friction force
+ *   dissipated             (samples) */
+SM_API sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
+                               size_t samples, size_t every, double *state, double *displacement,
+                               double *velocity, double *contact, double *dissipated);
 
 #endif

@@ -1,7 +1,7 @@
 /* The slow flow: amplitude equations (18), (19) in the frame of the forcing.
  *
  * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
- *   mass a' + stiffness a = F exp(i ph) / 2 + S_j a / |a|.
+ *   mass a' + stiffness a = F exp(i ph) / 2 + S_j a / |a| [+ near resonances].
  * Carrier at the forcing (consistent formulation):
  *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
  * carrier at the natural frequency, detuning to first order (the paper's):
@@ -10,12 +10,38 @@
 #include "slow_flow.h"
 
 #include "check.h"
+#include "cnumber.h"
+
+#define MAX_ORDER 1000 /* of a near resonance */
+
+static int near_is_valid(const sm_near *near, int modes) {
+    const int most = modes == SM_MODES ? MAX_ORDER : 0;
+    return near->mode >= 0 && near->mode < modes && near->n >= -MAX_ORDER &&
+           near->n <= MAX_ORDER && near->m >= -most && near->m <= most;
+}
+
+sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
+    const int modes = flow->table.modes;
+    if (modes < 1 || modes > SM_MODES || flow->table.near < 0 || flow->table.near > SM_NEAR)
+        return SM_BAD_ARGUMENT;
+    for (int j = 0; j < modes; j++) {
+        sm_status status = sm_check_positive(flow->natural[j]);
+        if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
+        if (status != SM_OK) return status;
+        if (!sm_all_finite(flow->turn[j].c[0], sizeof flow->turn[j].c / sizeof(double)) ||
+            !sm_all_finite(flow->shift[j], 2))
+            return SM_NOT_FINITE;
+    }
+    for (int k = 0; k < flow->table.near; k++)
+        if (!near_is_valid(&flow->near[k], modes)) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
 
 sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
     for (int j = 0; j < modes; j++) {
         const double values[] = {inputs->force[j], inputs->force_rate[j],
                                  inputs->frequency_rate[j], inputs->phase[j],
-                                 inputs->phase_rate[j]};
+                                 inputs->phase_rate[j], inputs->angle[j]};
         if (!sm_all_finite(values, sizeof values / sizeof *values)) return SM_NOT_FINITE;
         const sm_status status = sm_check_positive(inputs->frequency[j]);
         if (status != SM_OK) return status;
@@ -32,71 +58,115 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
         after.frequency_rate[j] = inputs->frequency_rate[j];
         after.phase[j] = inputs->phase[j] + inputs->phase_rate[j] * elapsed;
         after.phase_rate[j] = inputs->phase_rate[j];
+        after.angle[j] = inputs->angle[j]
+                         + elapsed * (inputs->frequency[j]
+                                      + 0.5 * inputs->frequency_rate[j] * elapsed);
     }
     return after;
 }
 
-/* S_j at the amplitudes in y; |a_j| into modulus. */
-static sm_status friction_term(const sm_slow_flow *flow, const double *y, double *modulus,
-                               double *s) {
-    for (int j = 0; j < flow->table.modes; j++)
-        modulus[j] = sqrt(y[2 * j] * y[2 * j] + y[2 * j + 1] * y[2 * j + 1]);
-    return sm_table_lookup(&flow->table, modulus, s);
+/* What the contacts feel of a mode, and what they answer. */
+typedef struct {
+    sm_complex turn;   /* L_j(Omega_j) / L_j(carrier) */
+    sm_complex unit;   /* direction of the amplitude that the contacts feel */
+    sm_complex force;  /* of the contacts on the mode: Q_j a_j and the near resonances */
+} mode_contact;
+
+static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]); }
+
+static double frequency_at(const sm_inputs *in, int j, double elapsed) {
+    return in->frequency[j] + in->frequency_rate[j] * elapsed;
 }
 
-static void mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, double elapsed,
-                      const double *a, const double *s, double modulus, double *rate) {
-    const double natural = flow->natural[j], damping = flow->damping[j];
-    const double frequency = in->frequency[j] + in->frequency_rate[j] * elapsed;
-    const double force = 0.5 * (in->force[j] + in->force_rate[j] * elapsed);
+/* F exp(i ph) */
+static sm_complex excitation(const sm_inputs *in, int j, double elapsed) {
+    const double force = in->force[j] + in->force_rate[j] * elapsed;
     const double phase = in->phase[j] + in->phase_rate[j] * elapsed;
-    double mass_re, mass_im, stiff_re, stiff_im;
-    if (flow->paper) {
-        mass_re = 0.0;
-        mass_im = 2.0 * natural;
-        stiff_re = 2.0 * natural * (natural - frequency);
-        stiff_im = damping * natural;
-    } else {
-        mass_re = damping;
-        mass_im = 2.0 * frequency;
-        stiff_re = (natural - frequency) * (natural + frequency);
-        stiff_im = damping * frequency + in->frequency_rate[j];
-    }
-    /* S a / |a| tends to 0 with a */
-    const double unit_re = modulus > 0.0 ? a[0] / modulus : 0.0;
-    const double unit_im = modulus > 0.0 ? a[1] / modulus : 0.0;
-    const double re = force * cos(phase) + s[0] * unit_re - s[1] * unit_im
-                      - (stiff_re * a[0] - stiff_im * a[1]);
-    const double im = force * sin(phase) + s[0] * unit_im + s[1] * unit_re
-                      - (stiff_re * a[1] + stiff_im * a[0]);
-    const double norm = 1.0 / (mass_re * mass_re + mass_im * mass_im);
-    rate[0] = (re * mass_re + im * mass_im) * norm;
-    rate[1] = (im * mass_re - re * mass_im) * norm;
+    return sm_cx(force * cos(phase), force * sin(phase));
 }
 
-/* Mean power that leaves the modes at the contacts: -2 sum_j Omega_j |a_j| Im S_j. */
-static double contact_power(const sm_slow_flow *flow, const sm_inputs *in, double elapsed,
-                            const double *modulus, const double *s) {
-    double power = 0.0;
-    for (int j = 0; j < flow->table.modes; j++) {
-        const double frequency = in->frequency[j] + in->frequency_rate[j] * elapsed;
-        power -= 2.0 * frequency * modulus[j] * s[2 * j + 1];
+static sm_complex coupling_turn(const sm_turn *turn, double nu) {
+    const sm_complex c0 = pair(turn->c[0]), c1 = pair(turn->c[1]), c2 = pair(turn->c[2]);
+    return sm_cx(1.0 + c0.re - nu * c1.im - nu * nu * c2.re,
+                 c0.im + nu * c1.re - nu * nu * c2.im);
+}
+
+/* The amplitude that the contacts feel: its modulus is returned, turn and unit are set. */
+static double felt_amplitude(const sm_slow_flow *flow, const sm_inputs *in, int j,
+                             double elapsed, const double *a, mode_contact *contact) {
+    const sm_complex shift = sm_cmul(pair(flow->shift[j]), excitation(in, j, elapsed));
+    contact->turn = coupling_turn(&flow->turn[j], frequency_at(in, j, elapsed));
+    const sm_complex felt = sm_cmul(contact->turn, sm_cadd(pair(a), shift));
+    const double modulus = sqrt(sm_cabs2(felt));
+    /* S a / |a| tends to 0 with a */
+    contact->unit = modulus > 0.0 ? sm_cscale(felt, 1.0 / modulus) : sm_cx(0.0, 0.0);
+    return modulus;
+}
+
+/* T exp(i (n t_A + m t_B - theta_j)) of a near resonance, t_j = theta_j + arg a_j. */
+static sm_complex near_force(const sm_near *near, const sm_inputs *in, double elapsed,
+                             const mode_contact *contact, sm_complex t) {
+    double theta[SM_MODES];
+    for (int j = 0; j < SM_MODES; j++)
+        theta[j] = in->angle[j]
+                   + elapsed * (in->frequency[j] + 0.5 * in->frequency_rate[j] * elapsed);
+    const double angle = near->n * theta[0] + near->m * theta[1] - theta[near->mode];
+    const sm_complex units = sm_cmul(sm_unit_power(contact[0].unit, near->n),
+                                     sm_unit_power(contact[1].unit, near->m));
+    return sm_cmul(sm_cmul(t, units), sm_cx(cos(angle), sin(angle)));
+}
+
+/* Forces of the contacts on the modes at the amplitudes in y. */
+static sm_status contact_forces(const sm_slow_flow *flow, const sm_inputs *in, double elapsed,
+                                const double *y, mode_contact *contact) {
+    const int modes = flow->table.modes;
+    double modulus[SM_MODES] = {0.0}, s[2 * (SM_MODES + SM_NEAR)];
+    for (int j = 0; j < modes; j++)
+        modulus[j] = felt_amplitude(flow, in, j, elapsed, y + 2 * j, &contact[j]);
+    const sm_status status = sm_table_lookup(&flow->table, modulus, s);
+    if (status != SM_OK) return status;
+    for (int j = 0; j < modes; j++)
+        contact[j].force = sm_cmul(pair(s + 2 * j), contact[j].unit);
+    for (int k = 0; k < flow->table.near; k++) {
+        sm_complex *force = &contact[flow->near[k].mode].force;
+        *force = sm_cadd(*force, near_force(&flow->near[k], in, elapsed, contact,
+                                            pair(s + 2 * (modes + k))));
     }
-    return power;
+    for (int j = 0; j < modes; j++)
+        contact[j].force = sm_cmul(contact[j].turn, contact[j].force);
+    return SM_OK;
+}
+
+static sm_complex mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, double elapsed,
+                            sm_complex a, sm_complex contact_force) {
+    const double natural = flow->natural[j], damping = flow->damping[j];
+    const double frequency = frequency_at(in, j, elapsed);
+    const sm_complex mass = flow->paper ? sm_cx(0.0, 2.0 * natural)
+                                        : sm_cx(damping, 2.0 * frequency);
+    const sm_complex stiffness =
+        flow->paper ? sm_cx(2.0 * natural * (natural - frequency), damping * natural)
+                    : sm_cx((natural - frequency) * (natural + frequency),
+                            damping * frequency + in->frequency_rate[j]);
+    const sm_complex force =
+        sm_cadd(sm_cscale(excitation(in, j, elapsed), 0.5), contact_force);
+    return sm_cdiv(sm_csub(force, sm_cmul(stiffness, a)), mass);
 }
 
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
                                   double elapsed, const double *y, double *dy) {
-    double modulus[SM_MODES], s[2 * SM_MODES];
-    const sm_status status = friction_term(flow, y, modulus, s);
+    mode_contact contact[SM_MODES] = {{{1.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
+    const sm_status status = contact_forces(flow, inputs, elapsed, y, contact);
     if (status != SM_OK) return status;
-    for (int j = 0; j < SM_MODES; j++) {
-        if (j < flow->table.modes)
-            mode_rate(flow, inputs, j, elapsed, y + 2 * j, s + 2 * j, modulus[j], dy + 2 * j);
-        else
-            dy[2 * j] = dy[2 * j + 1] = 0.0;
+    for (int u = 0; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
+    for (int j = 0; j < flow->table.modes; j++) {
+        const sm_complex a = pair(y + 2 * j), force = contact[j].force;
+        const sm_complex rate = mode_rate(flow, inputs, j, elapsed, a, force);
+        dy[2 * j] = rate.re;
+        dy[2 * j + 1] = rate.im;
+        /* mean power that leaves the mode at the contacts: -2 Omega Im(conj(a) force) */
+        dy[2 * SM_MODES] -=
+            2.0 * frequency_at(inputs, j, elapsed) * sm_cmul(sm_conj(a), force).im;
     }
-    dy[2 * SM_MODES] = contact_power(flow, inputs, elapsed, modulus, s);
     return SM_OK;
 }
 
@@ -105,11 +175,12 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
                             double *friction_power) {
     if (!flow || !inputs || !amplitude || !rate || !input_power || !friction_power)
         return SM_BAD_ARGUMENT;
-    const int modes = flow->table.modes;
-    if (modes < 1 || modes > SM_MODES) return SM_BAD_ARGUMENT;
+    sm_status status = sm_slow_flow_check(flow);
+    if (status != SM_OK) return status;
     if (!isfinite(elapsed)) return SM_NOT_FINITE;
+    const int modes = flow->table.modes;
     const sm_inputs now = sm_inputs_after(inputs, modes, elapsed);
-    sm_status status = sm_inputs_check(&now, modes);
+    status = sm_inputs_check(&now, modes);
     if (status != SM_OK) return status;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];

@@ -5,6 +5,9 @@
 
 #define SM_UNKNOWNS (2 * SM_MODES + 1) /* a_A, a_B and the energy dissipated at the contacts */
 
+/* Everything but the contents of the table. */
+sm_status sm_slow_flow_check(const sm_slow_flow *flow);
+
 /* Finite inputs of the first `modes` modes, frequencies > 0. */
 sm_status sm_inputs_check(const sm_inputs *inputs, int modes);
 

@@ -11,10 +11,13 @@ static sm_status check_nodes(const double *node, int32_t count) {
     return SM_OK;
 }
 
+static size_t field_count(const sm_table *table) { return 2 * (size_t)(table->modes + table->near); }
+
 /* What keeps a look-up inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
+    if (table->near < 0 || table->near > SM_NEAR) return 0;
     if (table->modes == 1) return table->count_b == 1;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
            table->count_b <= MAX_COUNT;
@@ -26,8 +29,7 @@ sm_status sm_table_check(const sm_table *table) {
     if (status == SM_OK && table->modes == SM_MODES)
         status = check_nodes(table->node_b, table->count_b);
     if (status != SM_OK) return status;
-    const size_t count =
-        (size_t)table->count_a * (size_t)table->count_b * 8 * (size_t)table->modes;
+    const size_t count = (size_t)table->count_a * (size_t)table->count_b * 4 * field_count(table);
     return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
 }
 
@@ -54,33 +56,38 @@ static void hermite(double u, double h, double weight[4]) {
 }
 
 static void lookup_one_mode(const sm_table *table, double a, double *s) {
+    const size_t fields = field_count(table);
     const int32_t i = find_cell(table->node_a, table->count_a, a);
     const double h = table->node_a[i + 1] - table->node_a[i];
     double w[4];
     hermite((a - table->node_a[i]) / h, h, w);
-    const double *left = table->values + (size_t)i * 8, *right = left + 8;
-    for (int f = 0; f < 2; f++)
-        s[f] = w[0] * left[f] + w[1] * left[2 + f] + w[2] * right[f] + w[3] * right[2 + f];
+    const double *left = table->values + (size_t)i * 4 * fields, *right = left + 4 * fields;
+    for (size_t f = 0; f < fields; f++)
+        s[f] = w[0] * left[f] + w[1] * left[fields + f] + w[2] * right[f]
+               + w[3] * right[fields + f];
 }
 
-static void lookup_two_modes(const sm_table *table, double a, double b, double *s) {
+/* `fields` is a literal in the common case, so that the loops over it are unrolled. */
+static inline void lookup_two_modes(const sm_table *table, double a, double b,
+                                    const size_t fields, double *s) {
     const int32_t i = find_cell(table->node_a, table->count_a, a);
     const int32_t j = find_cell(table->node_b, table->count_b, b);
     const double h_a = table->node_a[i + 1] - table->node_a[i];
     const double h_b = table->node_b[j + 1] - table->node_b[j];
-    double wa[4], wb[4], sum[4] = {0.0, 0.0, 0.0, 0.0};
+    double wa[4], wb[4], sum[2 * (SM_MODES + SM_NEAR)] = {0.0};
     hermite((a - table->node_a[i]) / h_a, h_a, wa);
     hermite((b - table->node_b[j]) / h_b, h_b, wb);
     for (int p = 0; p < 2; p++)
         for (int q = 0; q < 2; q++) {
-            const double *v =
-                table->values + ((size_t)(i + p) * (size_t)table->count_b + (size_t)(j + q)) * 16;
+            const size_t node = (size_t)(i + p) * (size_t)table->count_b + (size_t)(j + q);
+            const double *v = table->values + node * 4 * fields;
             const double w = wa[2 * p] * wb[2 * q], w_a = wa[2 * p + 1] * wb[2 * q];
             const double w_b = wa[2 * p] * wb[2 * q + 1], w_ab = wa[2 * p + 1] * wb[2 * q + 1];
-            for (int f = 0; f < 4; f++)
-                sum[f] += w * v[f] + w_a * v[4 + f] + w_b * v[8 + f] + w_ab * v[12 + f];
+            for (size_t f = 0; f < fields; f++)
+                sum[f] += w * v[f] + w_a * v[fields + f] + w_b * v[2 * fields + f]
+                          + w_ab * v[3 * fields + f];
         }
-    for (int f = 0; f < 4; f++) s[f] = sum[f];
+    for (size_t f = 0; f < fields; f++) s[f] = sum[f];
 }
 
 static sm_status check_amplitude(double amplitude, double largest) {
@@ -97,9 +104,11 @@ sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, doubl
     if (status != SM_OK) return status;
     if (table->modes == 1)
         lookup_one_mode(table, amplitudes[0], s);
+    else if (table->near == 0)
+        lookup_two_modes(table, amplitudes[0], amplitudes[1], 2 * SM_MODES, s);
     else
-        lookup_two_modes(table, amplitudes[0], amplitudes[1], s);
-    return sm_all_finite(s, 2 * (size_t)table->modes) ? SM_OK : SM_NOT_FINITE;
+        lookup_two_modes(table, amplitudes[0], amplitudes[1], field_count(table), s);
+    return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,
@@ -108,6 +117,6 @@ sm_status sm_table_lookup_many(const sm_table *table, size_t points, const doubl
     if (status == SM_OK && points > 0 && (!amplitudes || !s)) return SM_BAD_ARGUMENT;
     const size_t modes = status == SM_OK ? (size_t)table->modes : 0;
     for (size_t k = 0; k < points && status == SM_OK; k++)
-        status = sm_table_lookup(table, amplitudes + k * modes, s + 2 * k * modes);
+        status = sm_table_lookup(table, amplitudes + k * modes, s + k * field_count(table));
     return status;
 }

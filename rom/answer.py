@@ -1,0 +1,79 @@
+"""The non-resonant answer of the retained modes to the harmonics of the contact motion.
+
+q_j,nm = -L_j(nu)^T P_nm / (omega_j^2 - nu^2 + i gamma_j nu),  nu = n Omega_A + m Omega_B
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from rom.amplitude import Complexes
+from rom.matrices import Floats
+from rom.model import Model
+from rom.near import Order
+from rom.torus import contact_orders
+
+
+@dataclass(frozen=True, eq=False)
+class ModalAnswer:
+    """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
+
+    Attributes
+    ----------
+    orders : list of (n, m)
+    modal : (points, orders, modes) complex ndarray
+        q_nm exp(-i (n theta_A + m theta_B)) / 2, so that the answer of mode j is
+        2 Re sum_nm modal exp(i (n theta_A + m theta_B)).
+    pull : (points, orders, N_c) complex ndarray
+        G_nm: the force on the contacts is Re sum_nm G_nm exp(i (n theta_A + m theta_B)) [N].
+    """
+
+    orders: list[Order]
+    modal: Complexes
+    pull: Complexes
+
+
+def modal_answer(model: Model, amplitude: Complexes, frequency: Floats) -> ModalAnswer:
+    """Answer of the modes at amplitudes and forcing frequencies (points, modes).
+
+    The model must hold harmonics; without them (the paper's formulation) the answer is empty.
+    """
+    if model.harmonics.shape[2] == 0:
+        nothing = np.zeros((len(amplitude), 0, 0), dtype=complex)
+        return ModalAnswer([], nothing, nothing)
+    orders = contact_orders(model.reduced, model.near)
+    P = _harmonics(model, amplitude)
+    modal = np.zeros((len(amplitude), len(orders), model.modes), dtype=complex)
+    pull = np.zeros_like(P)
+    reduced = model.reduced
+    resonant = {(term.mode, term.stored_order) for term in model.near}
+    for q, order in enumerate(orders):
+        nu = frequency @ np.array(order[: model.modes], dtype=float)
+        for j in range(model.modes):
+            if order == ((1, 0), (0, 1))[j] or (j, order) in resonant:
+                continue
+            L = (
+                reduced.spring[j]
+                + 1j * nu[:, np.newaxis] * reduced.damper[j]
+                - nu[:, np.newaxis] ** 2 * reduced.inertia[j]
+            )
+            stiffness = reduced.frequency[j] ** 2 - nu**2 + 1j * reduced.modal_damping[j] * nu
+            modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness
+            pull[:, q] -= 2.0 * L * modal[:, q, j, np.newaxis]
+    return ModalAnswer(orders, modal, pull)
+
+
+def _harmonics(model: Model, amplitude: Complexes) -> Complexes:
+    """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
+    modulus = np.abs(amplitude)
+    axes = (model.table.node_a, model.table.node_b)[: model.modes]
+    shape = model.harmonics.shape
+    nodes = model.harmonics.reshape(*shape[: model.modes], *shape[2:])
+    P = RegularGridInterpolator(axes, nodes)(np.minimum(modulus, model.table.limit))
+    unit = np.divide(amplitude, modulus, out=np.ones_like(amplitude), where=modulus > 0)
+    orders = np.array(contact_orders(model.reduced, model.near))[:, : model.modes]
+    turned: Complexes = P * np.prod(unit[:, np.newaxis] ** orders, axis=2)[..., np.newaxis]
+    return turned

@@ -1,0 +1,24 @@
+"""Full-order time integration: the reference that the reduced model is measured against.
+
+drive = full.Drive.harmonic(structure, force=({0: 0.15}, {1: 0.25}), frequency=(0.98, 1.65))
+motion = full.integrate(structure, law, drive, times=600.0)
+reference = full.converged(structure, law, drive, times=600.0)
+steady = full.steady_amplitude(structure, law, drive, outputs=(0, 1))
+"""
+
+from rom.full.convergence import Converged, converged
+from rom.full.drive import Drive
+from rom.full.integration import integrate
+from rom.full.motion import FullMotion, State
+from rom.full.steady import SteadyAmplitude, steady_amplitude
+
+__all__ = [
+    "Converged",
+    "Drive",
+    "FullMotion",
+    "State",
+    "SteadyAmplitude",
+    "converged",
+    "integrate",
+    "steady_amplitude",
+]

@@ -1,0 +1,119 @@
+"""Coordinates in which the linear part of a time step costs O(n): the modes of (M, K)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import scipy.linalg
+
+from rom import _kernel
+from rom.friction import Friction, limits
+from rom.matrices import Floats, as_dense
+from rom.structure import Structure
+
+_GAMMA = 0.25  # SM_FULL_GAMMA
+_UNCOUPLED = 1e-9  # largest damping between two modes, relative to their own, that is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ModalCoordinates:
+    """x = shapes q: the identity as mass, a diagonal stiffness.
+
+    Attributes
+    ----------
+    shapes : (n, n) ndarray
+        Modes with free contacts, mass-normalised columns [kg^-1/2].
+    squares : (n,) ndarray
+        Squared natural frequencies [rad^2/s^2].
+    damping : (n,) or (n, n) ndarray
+        [1/s]; (n,) if the modes diagonalise it.
+    directions : (N_c, n) ndarray
+        Contact displacement per modal displacement, W^T shapes.
+    to_modal : (n, n) ndarray
+        q = to_modal x.
+    """
+
+    shapes: Floats
+    squares: Floats
+    damping: Floats
+    directions: Floats
+    to_modal: Floats
+
+    @classmethod
+    def of(cls, structure: Structure) -> Self:
+        """The modes of a structure, damping diagonal wherever it can be."""
+        mass = as_dense(structure.mass)
+        squares, shapes = scipy.linalg.eigh(as_dense(structure.stiffness), mass)
+        if structure.beta is not None:
+            damping = structure.beta * squares
+        else:
+            damping = _diagonal_if_possible(shapes.T @ as_dense(structure.damping @ shapes))
+        return cls(
+            shapes=shapes,
+            squares=squares,
+            damping=damping,
+            directions=_kernel.contiguous(structure.directions.T @ shapes),
+            to_modal=shapes.T @ mass,
+        )
+
+    def inverse(self, step: float) -> Floats:
+        """A^-1 with A = I / (gamma h) + C + gamma h K, in the shape of the damping."""
+        diagonal = 1.0 / (_GAMMA * step) + _GAMMA * step * self.squares
+        if self.damping.ndim == 1:
+            return np.asarray(1.0 / (diagonal + self.damping))
+        inverse = scipy.linalg.inv(np.diag(diagonal) + self.damping)
+        return np.asarray(0.5 * (inverse + inverse.T))
+
+    def resistance(self, inverse: Floats) -> Floats:
+        """S = (W^T A^-1 W)^-1: impulse at the contacts per unit change of their velocity."""
+        W = self.directions.T
+        answer = inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W
+        S = scipy.linalg.inv(W.T @ answer)
+        return np.asarray(0.5 * (S + S.T))
+
+    def kernel(self, law: Friction, patterns: Floats, output: Floats, step: float) -> _kernel.Full:
+        """The problem as the core reads it, for one size of the time step.
+
+        Parameters
+        ----------
+        patterns : (modes, n) ndarray
+            Forces on the DOFs of the structure.
+        output : (outputs, n) ndarray
+            Displacements wanted, as rows that act on the DOFs of the structure.
+        """
+        inverse = self.inverse(step)
+        arrays = {
+            "limit": limits(law, len(self.directions)),
+            "stiffness": self.squares,
+            "damping": self.damping,
+            "directions": self.directions,
+            "patterns": patterns @ self.shapes,
+            "output": output @ self.shapes,
+            "inverse": inverse,
+            "resistance": self.resistance(inverse),
+        }
+        arrays = {name: _kernel.contiguous(array) for name, array in arrays.items()}
+        full = _kernel.Full(
+            coordinates=self.squares.size,
+            contacts=len(self.directions),
+            modes=len(patterns),
+            outputs=len(output),
+            law=law.code,
+            diagonal=int(self.damping.ndim == 1),
+            alpha=law.alpha,
+            step=step,
+            **{name: array.ctypes.data for name, array in arrays.items()},
+        )
+        full.owned = arrays
+        return full
+
+
+def _diagonal_if_possible(damping: Floats) -> Floats:
+    """The diagonal (n,) of a matrix that couples no modes beyond rounding, else the matrix."""
+    own = np.sqrt(np.abs(np.diag(damping)))
+    coupling = np.abs(damping - np.diag(np.diag(damping)))
+    if np.all(coupling <= _UNCOUPLED * np.outer(own, own)):
+        return np.diag(damping).copy()
+    return 0.5 * (damping + damping.T)

@@ -1,0 +1,161 @@
+"""Carrier amplitudes of the steady motion under constant forcing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rom.errors import SlipmodeError
+from rom.friction import Friction
+from rom.full.drive import Drive
+from rom.full.integration import Integrator
+from rom.full.motion import FullMotion, State
+from rom.matrices import Floats
+from rom.structure import Structure
+
+Complexes = NDArray[np.complex128]
+
+_WINDOW_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window beyond the 4th
+_BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
+_ORDER = 7  # |n| + |m| of the lines that are kept apart from the carriers
+_SHORTEST, _LONGEST = 40, 1000  # window in periods of the slowest carrier
+_SAMPLES_PER_PERIOD = 32  # of the fastest carrier: odd harmonics up to the 29th stay apart
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyAmplitude:
+    """x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
+
+    Attributes
+    ----------
+    amplitude : (modes, outputs) complex ndarray
+        Of each carrier in each output [m].
+    error : (modes, outputs) ndarray
+        Estimate: change on halving the time step, plus what is left of the transient [m].
+    end : State
+        A state on the steady motion.
+    """
+
+    amplitude: Complexes
+    error: Floats
+    end: State
+
+
+def steady_amplitude(
+    structure: Structure,
+    law: Friction,
+    drive: Drive,
+    *,
+    outputs: Sequence[int] | ArrayLike | None = None,
+    tolerance: float = 1e-5,
+    steps_per_period: float = 64,
+    step: float | None = None,
+    start: State | None = None,
+    most_windows: int = 100,
+) -> SteadyAmplitude:
+    """Integrate until the carrier amplitudes no longer change.
+
+    Parameters
+    ----------
+    drive : Drive
+        Constant.
+    outputs : sequence of int, or (outputs, n) array_like, optional
+        DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.
+    tolerance : float, default 1e-5
+        Largest change from one window to the next, relative to the largest amplitude of the
+        carrier among the outputs.
+    start : State, optional
+        A state near the steady motion, with its time and so the angles theta_j, saves the
+        transient; by default at rest.
+    most_windows : int, default 100
+        Windows to try before giving up.
+
+    Raises
+    ------
+    SlipmodeError
+        If the drive is not constant, or the amplitudes still change after the last window.
+
+    Notes
+    -----
+    A window is long enough for every line n Omega_A + m Omega_B, |n| + |m| <= 7, to lie 12
+    resolution widths from the carriers, at most 1000 periods; lines that coincide with a carrier
+    (commensurate frequencies) belong to its amplitude.
+    """
+    if not drive.is_constant:
+        raise SlipmodeError("drive: must be constant for a steady amplitude")
+    if not 0 < tolerance < 1:
+        raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
+    integrator = Integrator(structure, law, drive, outputs, steps_per_period, step)
+    window = _Window.of(drive)
+    coarse = _settle(integrator, window, start, 1, tolerance, most_windows)
+    fine = _settle(integrator, window, coarse.end, 2, tolerance, most_windows)
+    error = np.abs(fine.amplitude - coarse.amplitude) + fine.error
+    return SteadyAmplitude(fine.amplitude, error, fine.end)
+
+
+@dataclass(frozen=True)
+class _Window:
+    """Stretch of time over which a carrier is projected out of a signal."""
+
+    frequency: Floats
+    length: float
+    samples: int
+
+    @classmethod
+    def of(cls, drive: Drive) -> _Window:
+        frequency = drive.frequency[0]
+        driven = frequency[drive.amplitude[0] != 0]
+        slowest = frequency.min()
+        needed = _BINS / _line_spacing(driven if driven.size else frequency)
+        periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
+        length = 2 * np.pi * periods / slowest
+        samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
+        return cls(frequency, length, samples)
+
+    def times(self, begin: float) -> Floats:
+        return begin + self.length * np.arange(1, self.samples + 1) / self.samples
+
+    def project(self, motion: FullMotion, begin: float) -> Complexes:
+        """Amplitude of every carrier in every output, (modes, outputs)."""
+        weight = np.sin(np.pi * (motion.time - begin) / self.length) ** _WINDOW_POWER
+        carrier = np.exp(-1j * np.outer(self.frequency, motion.time))
+        return np.asarray((carrier * (weight / weight.sum())) @ motion.displacement)
+
+
+def _line_spacing(frequency: Floats) -> float:
+    """Least distance from a carrier to another line of the spectrum [rad/s]."""
+    orders = np.arange(-_ORDER, _ORDER + 1)
+    n, m = np.meshgrid(orders, orders if frequency.size == 2 else [0])
+    listed = np.abs(n) + np.abs(m) <= _ORDER
+    lines = n[listed] * frequency[0] + m[listed] * frequency[-1]
+    distance = np.abs(lines[:, np.newaxis] - frequency)
+    return float(distance[distance > 1e-9 * frequency.max()].min())
+
+
+def _settle(
+    integrator: Integrator,
+    window: _Window,
+    start: State | None,
+    refine: int,
+    tolerance: float,
+    most_windows: int,
+) -> SteadyAmplitude:
+    """Window after window until the amplitudes repeat."""
+    state, last = start, None
+    for _ in range(most_windows):
+        begin = float(integrator.drive.start[0]) if state is None else state.time
+        motion = integrator.run(window.times(begin), state, refine)
+        state, amplitude = motion.end, window.project(motion, begin)
+        if last is not None:
+            change = np.abs(amplitude - last)
+            largest = np.abs(amplitude).max(axis=1, keepdims=True)
+            if np.all(change <= tolerance * largest):
+                return SteadyAmplitude(amplitude, change, state)
+        last = amplitude
+    raise SlipmodeError(
+        f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s; "
+        "raise most_windows or the tolerance, or look at the motion itself"
+    )

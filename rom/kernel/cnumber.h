@@ -1,0 +1,36 @@
+/* Complex numbers as a struct: compilers without C99 complex arithmetic can build the core. */
+#ifndef SLIPMODE_CNUMBER_H
+#define SLIPMODE_CNUMBER_H
+
+typedef struct {
+    double re, im;
+} sm_complex;
+
+static inline sm_complex sm_cx(double re, double im) {
+    const sm_complex z = {re, im};
+    return z;
+}
+static inline sm_complex sm_cadd(sm_complex a, sm_complex b) {
+    return sm_cx(a.re + b.re, a.im + b.im);
+}
+static inline sm_complex sm_csub(sm_complex a, sm_complex b) {
+    return sm_cx(a.re - b.re, a.im - b.im);
+}
+static inline sm_complex sm_cmul(sm_complex a, sm_complex b) {
+    return sm_cx(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re);
+}
+static inline sm_complex sm_cscale(sm_complex a, double s) { return sm_cx(a.re * s, a.im * s); }
+static inline sm_complex sm_conj(sm_complex a) { return sm_cx(a.re, -a.im); }
+static inline double sm_cabs2(sm_complex a) { return a.re * a.re + a.im * a.im; }
+static inline sm_complex sm_cdiv(sm_complex a, sm_complex b) {
+    return sm_cscale(sm_cmul(a, sm_conj(b)), 1.0 / sm_cabs2(b));
+}
+/* z^n for a number on the unit circle; n < 0 by the conjugate. */
+static inline sm_complex sm_unit_power(sm_complex z, int n) {
+    const sm_complex factor = n < 0 ? sm_conj(z) : z;
+    sm_complex result = sm_cx(1.0, 0.0);
+    for (int k = n < 0 ? -n : n; k > 0; k--) result = sm_cmul(result, factor);
+    return result;
+}
+
+#endif

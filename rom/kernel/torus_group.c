@@ -1,0 +1,333 @@
+#include "torus_group.h"
+
+#include <stdlib.h>
+
+#include "check.h"
+
+static size_t whole_lines(size_t doubles) { return (doubles + 7) & ~(size_t)7; }
+
+/* ---- the grid ------------------------------------------------------------------------ */
+
+static double order_rate(const sm_torus_grid *grid, int q) {
+    return grid->orders[2 * q] + grid->orders[2 * q + 1] * grid->ratio;
+}
+
+static void fill_angles(sm_torus_grid *grid) {
+    for (int k = 0; k < grid->steps; k++) {
+        for (int stage = 0; stage < 2; stage++) {
+            const double t = SM_TWO_PI_TORUS * (k + (stage == 0 ? SM_GAMMA : 1.0)) / grid->steps;
+            double *c = grid->carrier + (k * 2 + stage) * 4;
+            c[0] = cos(t);
+            c[1] = sin(t);
+            c[2] = cos(grid->ratio * t);
+            c[3] = sin(grid->ratio * t);
+            for (int q = 0; q < grid->orders_count && grid->turn; q++) {
+                double *turn = grid->turn + (size_t)((k * 2 + stage) * grid->orders_count + q) * 2;
+                turn[0] = cos(order_rate(grid, q) * t);
+                turn[1] = sin(order_rate(grid, q) * t);
+            }
+        }
+        const double t = SM_TWO_PI_TORUS * (k + 1) / grid->steps;
+        for (int q = 0; q < grid->orders_count; q++) {
+            double *w = grid->weight + (size_t)(k * grid->orders_count + q) * 2;
+            w[0] = cos(order_rate(grid, q) * t) / grid->steps;
+            w[1] = -sin(order_rate(grid, q) * t) / grid->steps;
+        }
+    }
+}
+
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
+                             int steps, int lines, int orders_count, const int32_t *orders) {
+    const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
+    const size_t carrier = (size_t)steps * 8, weight = (size_t)steps * count * 2;
+    const size_t stepper = whole_lines(sm_stepper_size(contact->contacts));
+    const size_t turn = contact->answer ? (size_t)steps * count * 4 : 0;
+    const size_t feedback = contact->answer ? count * n * n * 2 : 0;
+    grid->contact = contact;
+    grid->steps = steps;
+    grid->lines = lines;
+    grid->points_per_group = lines > SM_LANES ? 1 : SM_LANES / lines;
+    grid->orders_count = orders_count;
+    grid->per_point = count * n * 2;
+    grid->orders = orders;
+    grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
+    grid->memory = calloc(stepper + carrier + weight + turn + feedback, sizeof(double));
+    if (!grid->memory) return SM_NO_MEMORY;
+    sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
+    grid->carrier = grid->memory + stepper;
+    grid->weight = grid->carrier + carrier;
+    grid->turn = contact->answer ? grid->weight + weight : NULL;
+    grid->feedback = contact->answer ? grid->weight + weight + turn : NULL;
+    fill_angles(grid);
+    for (int q = 0; q < orders_count && grid->feedback; q++)
+        sm_modal_feedback(contact, orders[2 * q], orders[2 * q + 1], order_rate(grid, q) * rates[0],
+                          grid->feedback + (size_t)q * n * n * 2);
+    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI_TORUS / (rates[0] * steps));
+}
+
+void sm_torus_grid_release(sm_torus_grid *grid) { free(grid->memory); }
+
+/* ---- the group ----------------------------------------------------------------------- */
+
+sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+    const int n = grid->contact->contacts;
+    const size_t points = (size_t)grid->points_per_group;
+    g->blocks = grid->lines > SM_LANES ? grid->lines / SM_LANES : 1;
+    const size_t wide = (size_t)g->blocks * SM_LANES;
+    const size_t lanes = whole_lines(sm_lanes_size(n, SM_LANES)) * (size_t)g->blocks;
+    const size_t sums = wide * grid->per_point;
+    const size_t pull = grid->feedback ? sums : 0;
+    const size_t harmonics = whole_lines(points * grid->per_point);
+    const size_t speed = whole_lines(sm_acceleration_size(n, grid->lines));
+    const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
+    g->memory = calloc(lanes + 4 * wide + sums + pull + 2 * harmonics + points * speed + line_state,
+                       sizeof(double));
+    g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
+    g->track = calloc(points, sizeof(sm_progress));
+    g->faster = calloc(points, sizeof(sm_acceleration));
+    if (!g->memory || !g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
+    double *memory = g->memory;
+    for (int block = 0; block < g->blocks; block++, memory += lanes / (size_t)g->blocks)
+        sm_lanes_place(&g->lanes[block], n, SM_LANES, memory);
+    g->a = memory;
+    g->b = g->a + wide;
+    g->phase = g->b + wide;
+    g->sums = g->phase + 2 * wide;
+    g->pull = grid->feedback ? g->sums + sums : NULL;
+    g->fresh = g->sums + sums + pull;
+    g->last = g->fresh + harmonics;
+    memory = g->last + harmonics;
+    for (size_t p = 0; p < points; p++, memory += speed)
+        sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
+    g->line_state = memory;
+    return SM_OK;
+}
+
+void sm_torus_group_release(sm_torus_group *g) {
+    free(g->memory);
+    free(g->lanes);
+    free(g->track);
+    free(g->faster);
+}
+
+void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
+                          size_t points, const double *amplitudes) {
+    const size_t modes = (size_t)grid->contact->modes;
+    const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
+    for (int block = 0; block < g->blocks; block++)
+        memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
+    if (g->pull)
+        memset(g->pull, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const int block = lane / SM_LANES, l = lane % SM_LANES;
+        size_t point = first + (size_t)(lane / grid->lines);
+        point = point < points ? point : points - 1; /* spare lanes repeat the last point */
+        const double t_b0 = SM_TWO_PI_TORUS * (lane % grid->lines) / grid->lines;
+        g->a[lane] = amplitudes[point * modes];
+        g->b[lane] = modes == 2 ? amplitudes[point * 2 + 1] : 0.0;
+        g->phase[block * 2 * SM_LANES + l] = cos(t_b0);
+        g->phase[(block * 2 + 1) * SM_LANES + l] = sin(t_b0);
+    }
+    for (int p = 0; p < grid->points_per_group; p++) {
+        sm_progress_start(&g->track[p]);
+        sm_acceleration_start(&g->faster[p]);
+    }
+}
+
+/* ---- one period ---------------------------------------------------------------------- */
+
+/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane. */
+SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
+                            const double *restrict a, const double *restrict b,
+                            const double *restrict phase, double *restrict u) {
+    const int n = contact->contacts;
+    for (int i = 0; i < n; i++) {
+        const double *L = contact->coupling + 2 * i;
+        const double from_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * a[l];
+        if (contact->modes == 1) continue;
+        L = contact->coupling + 2 * (n + i);
+        /* Re(L exp(i (t_B0 + ratio t_A))) = p cos t_B0 - q sin t_B0 */
+        const double p = -2.0 * (L[0] * carrier[2] - L[1] * carrier[3]);
+        const double q = -2.0 * (L[1] * carrier[2] + L[0] * carrier[3]);
+        SM_SIMD
+        for (int l = 0; l < lanes; l++)
+            u[i * lanes + l] += b[l] * (p * phase[l] - q * phase[lanes + l]);
+    }
+}
+
+/* u += Re sum_q pull_q exp(i (n + m ratio) t_A). */
+SM_INLINE void add_pull(const int lanes, const sm_torus_grid *grid, const double *turn,
+                        const double *pull, double *restrict u) {
+    const int n = grid->contact->contacts;
+    for (int q = 0; q < grid->orders_count; q++)
+        for (int i = 0; i < n; i++) {
+            const double *restrict re = pull + ((size_t)q * (size_t)n + (size_t)i) * 2 * lanes;
+            const double *restrict im = re + lanes;
+            const double c = turn[2 * q], s = turn[2 * q + 1];
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) u[i * lanes + l] += re[l] * c - im[l] * s;
+        }
+}
+
+SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, const double *weight,
+                             const double *all_x, double *sums) {
+    const int n = grid->contact->contacts;
+    for (int q = 0; q < grid->orders_count; q++)
+        for (int i = 0; i < n; i++) {
+            double *restrict sum = sums + ((size_t)q * (size_t)n + (size_t)i) * 2 * lanes;
+            const double *restrict x = all_x + (size_t)i * lanes;
+            const double re = weight[2 * q], im = weight[2 * q + 1];
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) {
+                sum[l] += re * x[l];
+                sum[lanes + l] += im * x[l];
+            }
+        }
+}
+
+/* One block of lanes through a period of mode A. */
+SM_HOT static sm_status march_block(const sm_torus_grid *grid, sm_lanes *m, const double *a,
+                                    const double *b, const double *phase, const double *pull,
+                                    double *sums) {
+    const size_t per_step = (size_t)grid->orders_count * 2;
+    for (int k = 0; k < grid->steps; k++) {
+        for (int stage = 0; stage < 2; stage++) {
+            const size_t at = (size_t)(2 * k + stage);
+            load_forcing(SM_LANES, grid->contact, grid->carrier + 4 * at, a, b, phase, m->u);
+            if (pull) add_pull(SM_LANES, grid, grid->turn + per_step * at, pull, m->u);
+            const sm_status status = sm_stage(SM_LANES, &grid->stepper, m, stage);
+            if (status != SM_OK) return status;
+        }
+        add_harmonics(SM_LANES, grid, grid->weight + per_step * (size_t)k, m->x, sums);
+    }
+    return SM_OK;
+}
+
+/* exp(i m angle) from (cos, sin) of the angle, for a small integer m. */
+static void power(double c, double s, int m, double *re, double *im) {
+    const double signed_s = m < 0 ? -s : s;
+    double pr = 1.0, pi = 0.0;
+    for (int k = 0; k < abs(m); k++) {
+        const double t = pr * c - pi * signed_s;
+        pi = pr * signed_s + pi * c;
+        pr = t;
+    }
+    *re = pr;
+    *im = pi;
+}
+
+/* Mean over lines: fresh = sum over lanes of sums exp(-i m t_B0) / lines. */
+static void collect(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t n = (size_t)grid->contact->contacts;
+    memset(g->fresh, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+        double *point = g->fresh + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *phase = g->phase + block * 2 * SM_LANES;
+        const double *sums = g->sums + block * SM_LANES * grid->per_point;
+        for (int q = 0; q < grid->orders_count; q++) {
+            double re, im;
+            power(phase[l], phase[SM_LANES + l], -grid->orders[2 * q + 1], &re, &im);
+            for (size_t i = 0; i < n; i++) {
+                const size_t at = ((size_t)q * n + i) * 2;
+                const double *sum = sums + at * SM_LANES + l;
+                point[at] += (re * sum[0] - im * sum[SM_LANES]) / grid->lines;
+                point[at + 1] += (re * sum[SM_LANES] + im * sum[0]) / grid->lines;
+            }
+        }
+    }
+}
+
+sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t block_sums = SM_LANES * grid->per_point;
+    memset(g->sums, 0, sizeof(double) * (size_t)g->blocks * block_sums);
+    for (int block = 0; block < g->blocks; block++) {
+        const size_t at = (size_t)block * SM_LANES;
+        const sm_status status = march_block(
+            grid, &g->lanes[block], g->a + at, g->b + at, g->phase + 2 * at,
+            g->pull ? g->pull + (size_t)block * block_sums : NULL,
+            g->sums + (size_t)block * block_sums);
+        if (status != SM_OK) return status;
+    }
+    collect(grid, g);
+    return sm_all_finite(g->fresh, (size_t)grid->points_per_group * grid->per_point)
+               ? SM_OK
+               : SM_NOT_FINITE;
+}
+
+/* ---- between periods ----------------------------------------------------------------- */
+
+static void turn_phases(const sm_torus_grid *grid, sm_torus_group *g) {
+    const double c = cos(SM_TWO_PI_TORUS * grid->ratio), s = sin(SM_TWO_PI_TORUS * grid->ratio);
+    for (int block = 0; block < g->blocks; block++) {
+        double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
+        for (int l = 0; l < SM_LANES; l++) {
+            const double t = pc[l] * c - ps[l] * s;
+            ps[l] = pc[l] * s + ps[l] * c;
+            pc[l] = t;
+        }
+    }
+}
+
+/* Copies the lanes of point p of the group into line_state, or back. */
+static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
+    const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
+    double *x = g->line_state, *angle = x + n * lines;
+    for (size_t line = 0; line < lines; line++) {
+        const size_t lane = p * lines + line, block = lane / SM_LANES, l = lane % SM_LANES;
+        for (size_t i = 0; i < n; i++) {
+            double *in_lane = g->lanes[block].x + i * SM_LANES + l;
+            double *in_line = x + i * lines + line;
+            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
+        }
+        angle[line] = g->phase[block * 2 * SM_LANES + l];
+        angle[lines + line] = g->phase[(block * 2 + 1) * SM_LANES + l];
+    }
+}
+
+static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
+    const double *angle = g->line_state + (size_t)(grid->contact->contacts * grid->lines);
+    for (size_t p = 0; p < points; p++) {
+        if (g->track[p].done) continue;
+        exchange_lines(grid, g, p, 0);
+        if (sm_accelerate(&g->faster[p], angle, angle + grid->lines, g->line_state)) {
+            exchange_lines(grid, g, p, 1);
+            g->track[p].change = 0.0; /* what follows does not continue the series */
+        }
+    }
+}
+
+/* pull = 2 H_q P_q exp(i m t_B0): the force of the modes' non-resonant answer to x_c. */
+static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t n = (size_t)grid->contact->contacts;
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+        const double *point = g->fresh + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *phase = g->phase + block * 2 * SM_LANES;
+        double *pull = g->pull + block * SM_LANES * grid->per_point;
+        for (int q = 0; q < grid->orders_count; q++) {
+            double re, im;
+            power(phase[l], phase[SM_LANES + l], grid->orders[2 * q + 1], &re, &im);
+            for (size_t i = 0; i < n; i++) {
+                const double *H = grid->feedback + ((size_t)q * n + i) * n * 2;
+                double f_re = 0.0, f_im = 0.0;
+                for (size_t k = 0; k < n; k++) {
+                    const double *P = point + ((size_t)q * n + k) * 2;
+                    f_re += 2.0 * (H[2 * k] * P[0] - H[2 * k + 1] * P[1]);
+                    f_im += 2.0 * (H[2 * k] * P[1] + H[2 * k + 1] * P[0]);
+                }
+                double *value = pull + ((size_t)q * n + i) * 2 * SM_LANES + l;
+                value[0] = f_re * re - f_im * im;
+                value[SM_LANES] = f_re * im + f_im * re;
+            }
+        }
+    }
+}
+
+void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
+    turn_phases(grid, g);
+    accelerate(grid, g, points);
+    if (g->pull) set_pull(grid, g);
+}

@@ -1,0 +1,57 @@
+/* A group of phase lines that are marched together in lanes, and what they have in common. */
+#ifndef SLIPMODE_TORUS_GROUP_H
+#define SLIPMODE_TORUS_GROUP_H
+
+#include "acceleration.h"
+#include "contact.h"
+#include "periodicity.h"
+
+#define SM_TWO_PI_TORUS 6.283185307179586
+
+/* What all groups share: the discretisation of the torus and the angles at its steps. */
+typedef struct {
+    const sm_contact *contact;
+    int steps, lines, points_per_group, orders_count;
+    size_t per_point;        /* doubles: orders, N_c, 2 */
+    const int32_t *orders;
+    double ratio;            /* omega_B / omega_A */
+    sm_stepper stepper;
+    double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
+    double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
+    double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
+    double *feedback;        /* (orders, N_c, N_c, 2): modal answer; NULL without one */
+    double *memory;
+} sm_torus_grid;
+
+/* The lanes of one point, or of several points when lines < SM_LANES. */
+typedef struct {
+    int blocks;              /* lanes of the group / SM_LANES */
+    sm_lanes *lanes;         /* (blocks) */
+    double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane */
+    double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
+    double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
+    double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
+    double *fresh, *last;    /* (points_per_group, orders, N_c, 2) harmonics of two periods */
+    sm_progress *track;      /* (points_per_group) */
+    sm_acceleration *faster; /* (points_per_group) */
+    double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
+    double *memory;
+} sm_torus_group;
+
+/* Both take their memory here; release it with the functions that follow, also after a failure. */
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
+                             int steps, int lines, int orders_count, const int32_t *orders);
+sm_status sm_torus_group_make(sm_torus_group *group, const sm_torus_grid *grid);
+void sm_torus_grid_release(sm_torus_grid *grid);
+void sm_torus_group_release(sm_torus_group *group);
+
+/* Contacts at rest, for points `first` on of `points`. */
+void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
+                          size_t points, const double *amplitudes);
+/* One period of mode A; the harmonics over it are in `fresh`. */
+sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *group);
+/* Between periods: turn the phases, move the lines of unfinished points closer to periodicity,
+ * let the retained modes answer to the harmonics in `fresh`. */
+void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points);
+
+#endif

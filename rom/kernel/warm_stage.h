@@ -1,0 +1,135 @@
+/* The stage problem S v + g(v) = r where successive right-hand sides lie close together.
+ *
+ * Tanh friction is smooth, so the last solution and its Newton matrix J = S + diag g'(v) predict
+ * the next one, v + J^-1 (r_new - r), and one or two steps of Chebyshev's cubic iteration end
+ * at rounding: no more than two tanh a contact. Where that does not settle at once (a contact
+ * passing from stick to slip within a step, exact Coulomb friction) sm_solve_stage takes over.
+ */
+#ifndef SLIPMODE_WARM_STAGE_H
+#define SLIPMODE_WARM_STAGE_H
+
+#include "contact.h"
+
+typedef struct {
+    double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
+    double *v, *r;         /* the last solution and its right-hand side */
+    double *factor;        /* (N_c, N_c) of J: unit lower triangle, inverse pivots */
+    double *next;          /* v under iteration */
+    double *delta, *bend;  /* Newton's step; its correction for the curvature of g */
+    double *tanh, *sech2;  /* of v / alpha */
+} sm_warm;
+
+static inline size_t sm_warm_size(int contacts) {
+    return (size_t)contacts * (size_t)(contacts + 7);
+}
+
+static inline void sm_warm_place(sm_warm *warm, int contacts, double *memory) {
+    double **arrays[] = {&warm->v,     &warm->r,    &warm->next, &warm->delta,
+                         &warm->bend, &warm->tanh, &warm->sech2};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += contacts)
+        *arrays[i] = memory;
+    warm->factor = memory;
+}
+
+/* Friction tanh(v / alpha) and its slope, and the factor L D L^T of J there. */
+SM_INLINE void sm_warm_linearise(const int n, const sm_stepper *s, sm_warm *warm) {
+    double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2, *restrict f = warm->factor;
+    for (int i = 0; i < n; i++) {
+        const double w = warm->next[i] * warm->per_alpha;
+        const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
+        tanh[i] = copysign((1.0 - e) * inv, w);
+        sech2[i] = 4.0 * e * inv * inv;
+    }
+    for (int i = 0; i < n; i++) {
+        double pivot = s->matrix[i * n + i]
+                       + s->laws[i].limit * warm->per_alpha * sech2[i];
+        for (int j = 0; j < i; j++) {
+            double sum = s->matrix[i * n + j];
+            for (int k = 0; k < j; k++) sum -= f[i * n + k] * f[j * n + k];
+            f[i * n + j] = sum;
+        }
+        for (int j = 0; j < i; j++) {
+            const double entry = f[i * n + j] * f[j * n + j];
+            pivot -= f[i * n + j] * entry;
+            f[i * n + j] = entry;
+        }
+        f[i * n + i] = 1.0 / pivot;
+    }
+}
+
+/* x = J^-1 x */
+SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict x) {
+    const double *restrict f = warm->factor;
+    for (int i = 1; i < n; i++)
+        for (int j = 0; j < i; j++) x[i] -= f[i * n + j] * x[j];
+    for (int i = 0; i < n; i++) x[i] *= f[i * n + i];
+    for (int i = n - 1; i > 0; i--)
+        for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
+}
+
+/* One Chebyshev step from `next`; whether what remains is below the stage tolerance. */
+SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
+                              const double *r) {
+    sm_warm_linearise(n, s, warm);
+    for (int i = 0; i < n; i++) {
+        double sum = r[i] - s->laws[i].limit * warm->tanh[i];
+        for (int j = 0; j < n; j++) sum -= s->matrix[i * n + j] * warm->next[j];
+        warm->delta[i] = sum;
+    }
+    sm_warm_divide(n, warm, warm->delta);
+    int small = 1, settled = 1;
+    for (int i = 0; i < n; i++) {
+        const double x = warm->delta[i] * warm->per_alpha;
+        const double curved = warm->sech2[i] * x * x;
+        warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
+        small = small && fabs(x) < 1.0;
+        settled = settled && curved * fabs(x) < 0.1 * SM_STAGE_TOLERANCE;
+    }
+    for (int i = 0; i < n; i++) warm->next[i] += warm->delta[i];
+    if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
+    sm_warm_divide(n, warm, warm->bend);
+    for (int i = 0; i < n; i++) warm->next[i] += warm->bend[i];
+    return settled;
+}
+
+/* Begin at velocities v under friction forces g(v). */
+static inline void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v,
+                                 const double *force) {
+    const int n = s->contacts;
+    warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
+    for (int i = 0; i < n; i++) {
+        warm->v[i] = warm->next[i] = v[i];
+        warm->r[i] = force[i];
+        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * v[j];
+    }
+    if (warm->per_alpha > 0.0) sm_warm_linearise(n, s, warm);
+}
+
+/* Solve for the right-hand side lane->r into warm->v. */
+SM_INLINE sm_status sm_warm_solve_for(const int n, const sm_stepper *s, sm_warm *warm,
+                                      sm_lanes *lane) {
+    const int tries = warm->per_alpha > 0.0 ? 4 : 0;
+    const size_t bytes = (size_t)n * sizeof(double);
+    for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
+    if (tries > 0) sm_warm_divide(n, warm, warm->delta);
+    for (int i = 0; i < n; i++) warm->next[i] = warm->v[i] + warm->delta[i];
+    memcpy(warm->r, lane->r, bytes);
+    for (int k = 0; k < tries; k++)
+        if (sm_warm_iterate(n, s, warm, lane->r)) {
+            memcpy(warm->v, warm->next, bytes);
+            return SM_OK;
+        }
+    memcpy(lane->v, warm->v, bytes);
+    const sm_status status = sm_solve_stage(1, s, lane);
+    memcpy(warm->v, lane->v, bytes);
+    memcpy(warm->next, lane->v, bytes);
+    if (tries > 0) sm_warm_linearise(n, s, warm);
+    return status;
+}
+
+SM_INLINE sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
+    return s->contacts == 2 ? sm_warm_solve_for(2, s, warm, lane)
+                            : sm_warm_solve_for(s->contacts, s, warm, lane);
+}
+
+#endif

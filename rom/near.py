@@ -1,0 +1,86 @@
+"""Near resonances: harmonics of the contact motion that drive a mode close to its carrier.
+
+Where n Omega_A + m Omega_B comes near Omega_j the non-resonant answer of mode j would have a small
+denominator. Such a harmonic is left out of that answer and drives the slow flow of mode j instead,
+by T exp(i (n t_A + m t_B - theta_j)) with T = -L_j^T P_nm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+HIGHEST_ORDER = 7
+SEPARATION = 0.05  # distance from a carrier, relative to it, that counts as near
+MOST = 8  # that the core takes
+
+Order = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class NearResonance:
+    """Harmonic (n, m) of the contacts near the carrier of a mode, 0 for A and 1 for B."""
+
+    mode: int
+    n: int
+    m: int
+
+    @property
+    def stored_order(self) -> Order:
+        """The one of +-(n, m) whose coefficient is computed; the other is its conjugate."""
+        order = (self.n, self.m)
+        return order if order > (0, 0) else (-self.n, -self.m)
+
+
+def harmonic_orders(highest: int, modes: int) -> list[Order]:
+    """Harmonics (n, m) with |n| + |m| <= highest, the modes' own first, one of each +-(n, m).
+
+    Both friction laws are odd, so that P_nm = 0 where n + m is even.
+    """
+    if modes == 1:
+        return [(n, 0) for n in range(1, highest + 1, 2)]
+    span = range(-highest, highest + 1)
+    half_plane = [(n, m) for n in span for m in span if (n, m) > (0, 0)]
+    odd = [(n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (n + m) % 2]
+    return sorted(odd, key=lambda order: (abs(order[0]) + abs(order[1]), -order[0], -order[1]))
+
+
+def near_resonances(
+    frequencies: ArrayLike, separation: float = SEPARATION
+) -> tuple[NearResonance, ...]:
+    """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
+
+    Parameters
+    ----------
+    frequencies : (points, modes) array_like
+        Forcing frequencies [rad/s], e.g. along a sweep.
+    separation : float
+        Relative distance that counts as near.
+
+    Returns
+    -------
+    tuple of NearResonance
+        Lowest orders first, at most 8; empty for one mode.
+    """
+    points = np.atleast_2d(np.asarray(frequencies, dtype=float))
+    if points.shape[1] == 1:
+        return ()
+    carriers = ((1, 0), (0, 1))
+    found = []
+    for order in harmonic_orders(HIGHEST_ORDER, 2):
+        for n, m in (order, (-order[0], -order[1])):
+            nu = n * points[:, 0] + m * points[:, 1]
+            for mode in range(2):
+                close = np.abs(nu - points[:, mode]) < separation * points[:, mode]
+                if close.any() and (n, m) != carriers[mode]:
+                    found.append(NearResonance(mode, n, m))
+    return tuple(found[:MOST])
+
+
+def tabulated_orders(near: Sequence[NearResonance], modes: int) -> list[Order]:
+    """Harmonics behind the columns of a table: the modes' own, then the near ones."""
+    own: list[Order] = [(1, 0), (0, 1)]
+    return own[:modes] + [(term.n, term.m) for term in near]
