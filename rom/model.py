@@ -214,7 +214,7 @@ def tabulate(
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
     if near is None:
         near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
-    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance)
+    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
     solve = partial(
         contact_terms,
         reduced,

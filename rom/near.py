@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 HIGHEST_ORDER = 7
-SEPARATION = 0.05  # distance from a carrier, relative to it, that counts as near
+SEPARATION = 0.1  # distance from a carrier, relative to it, that counts as near
 MOST = 8  # that the core takes
 
 Order = tuple[int, int]

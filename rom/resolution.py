@@ -11,6 +11,7 @@ import numpy as np
 from rom.errors import SlipmodeError
 from rom.friction import Friction
 from rom.matrices import Floats
+from rom.near import NearResonance
 from rom.reduction import Reduced
 from rom.tables import Complexes
 from rom.torus import Discretisation, contact_terms
@@ -38,7 +39,11 @@ class Resolution:
 
 
 def choose_resolution(
-    reduced: Reduced, law: Friction, limit: Floats, tolerance: float
+    reduced: Reduced,
+    law: Friction,
+    limit: Floats,
+    tolerance: float,
+    near: Sequence[NearResonance] = (),
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
 
@@ -52,7 +57,7 @@ def choose_resolution(
 
     def solve(steps: int, lines: int) -> Complexes:
         grid = Discretisation(steps, lines)
-        return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit).S
+        return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near).S
 
     def change(coarse: Complexes, fine: Complexes) -> float:
         scale = np.abs(fine).max(axis=0)
