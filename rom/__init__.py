@@ -9,20 +9,33 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh
 from rom.model import Model, Quality, tabulate
+from rom.motion import Motion, SlowTrajectory, reconstruct
+from rom.near import NearResonance, near_resonances
 from rom.reduction import Reduced, reduce
+from rom.resonance import ResonanceCurve, ResonanceSurface, resonance, resonance_curve, steady
 from rom.structure import Structure, load_structure, two_mass
 
 __all__ = [
     "Coulomb",
     "Friction",
     "Model",
+    "Motion",
+    "NearResonance",
     "Quality",
     "Reduced",
+    "ResonanceCurve",
+    "ResonanceSurface",
     "SlipmodeError",
+    "SlowTrajectory",
     "Structure",
     "Tanh",
     "load_structure",
+    "near_resonances",
+    "reconstruct",
     "reduce",
+    "resonance",
+    "resonance_curve",
+    "steady",
     "tabulate",
     "two_mass",
 ]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 from ctypes import POINTER, Structure, c_char_p, c_double, c_int32, c_size_t, c_uint64, c_void_p
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import _core
 from rom.errors import SlipmodeError
 
 MODES = 2
@@ -47,7 +47,6 @@ class ModalAnswer(Structure):
         ("damping", c_void_p),
         ("spring", c_void_p),
         ("damper", c_void_p),
-        ("inertia", c_void_p),
         ("near_count", c_int32),
         ("near", c_void_p),
         ("orders_count", c_int32),
@@ -83,7 +82,7 @@ class SlowFlow(Structure):
         ("natural", c_double * MODES),
         ("damping", c_double * MODES),
         ("table", Table),
-        ("turn", (c_double * 2 * 3) * MODES),
+        ("turn", (c_double * 2 * 2) * MODES),
         ("shift", (c_double * 2) * MODES),
         ("near", Near * NEAR),
     )
@@ -178,7 +177,10 @@ _SIGNATURES: dict[str, list[Any]] = {
 
 
 def _load() -> ctypes.CDLL:
-    library = ctypes.CDLL(_core.__file__)
+    core = importlib.util.find_spec("rom._core")
+    if core is None or core.origin is None:
+        raise ImportError("rom._core: the compiled core is missing; install slipmode again")
+    library = ctypes.CDLL(core.origin)
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
     for name in ("sm_component_output_count", "sm_component_state_count"):

@@ -39,14 +39,14 @@ def coupling_turn(reduced: Reduced, frequency: Floats) -> Complexes:
     Exact where all contacts of a mode turn alike, as with damping proportional to stiffness.
     """
     c = _turn_coefficients(reduced)
-    turn: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1] - frequency**2 * c[:, 2]
+    turn: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1]
     return turn
 
 
 def _turn_coefficients(reduced: Reduced) -> Complexes:
-    """c_k, (modes, 3): L(nu) is nearest to (1 + c_0 + i nu c_1 - nu^2 c_2) L(carrier)."""
+    """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
     L = reduced.coupling
-    parts = np.stack((reduced.spring - L, reduced.damper, reduced.inertia), axis=1)
+    parts = np.stack((reduced.spring - L, reduced.damper), axis=1)
     norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
     return np.asarray(np.einsum("jkc,jc->jk", parts, L.conj()) / np.where(norm > 0, norm, 1.0))
 

@@ -55,11 +55,7 @@ def modal_answer(model: Model, amplitude: Complexes, frequency: Floats) -> Modal
         for j in range(model.modes):
             if order == ((1, 0), (0, 1))[j] or (j, order) in resonant:
                 continue
-            L = (
-                reduced.spring[j]
-                + 1j * nu[:, np.newaxis] * reduced.damper[j]
-                - nu[:, np.newaxis] ** 2 * reduced.inertia[j]
-            )
+            L = reduced.spring[j] + 1j * nu[:, np.newaxis] * reduced.damper[j]
             stiffness = reduced.frequency[j] ** 2 - nu**2 + 1j * reduced.modal_damping[j] * nu
             modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness
             pull[:, q] -= 2.0 * L * modal[:, q, j, np.newaxis]

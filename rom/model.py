@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, astuple, dataclass
@@ -26,11 +27,16 @@ from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 3  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 4  # of the file; raised whenever tables computed before must not be used any more
 
+# What numpy and zipfile raise on an archive that is none, or was damaged.
+_UNREADABLE = (
+    *(OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, NotImplementedError),
+    *(RuntimeError, zipfile.BadZipFile, zlib.error),
+)
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("mass", "damping", "stiffness", "spring", "damper", "inertia"),
+    *("mass", "damping", "stiffness", "spring", "damper"),
 )
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
@@ -125,7 +131,7 @@ class Model:
             expected = header.pop("hash")
         except FileNotFoundError:
             raise SlipmodeError(f"{path}: no such model file") from None
-        except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        except _UNREADABLE as error:
             raise SlipmodeError(f"{path}: not a readable model file ({error})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(
@@ -228,6 +234,7 @@ def tabulate(
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
         drives=(*range(limit.size), *(term.mode for term in near)),
+        loss=_structural_loss(reduced),
         carried=len(orders) * reduced.n_contacts,
     )
     with (
@@ -246,6 +253,12 @@ def tabulate(
     )
     shape = (*carried.shape[:2], len(orders), reduced.n_contacts)
     return Model(reduced, law, table, carried.reshape(shape), tuple(near), quality)
+
+
+def _structural_loss(reduced: Reduced) -> Floats:
+    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation."""
+    loss = reduced.modal_damping * reduced.carrier
+    return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
 
 
 class _Samples:

@@ -58,17 +58,18 @@ class SlowTrajectory:
 
     def between(self, start: float, end: float) -> SlowTrajectory:
         """The steps that overlap [start, end]."""
-        first = max(int(np.searchsorted(self.time, start, side="right")) - 1, 0)
-        last = min(int(np.searchsorted(self.time, end, side="left")), self.time.size - 1)
-        points, steps = slice(first, last + 1), slice(first, last)
+        steps = self.time.size - 1
+        first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
+        last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
+        points, within = slice(first, last + 1), slice(first, last)
         return SlowTrajectory(
             self.time[points],
             self.amplitude[points],
             self.angle[points],
-            self.frequency[steps],
-            self.frequency_rate[steps],
-            self.force[steps],
-            self.force_rate[steps],
+            self.frequency[within],
+            self.frequency_rate[within],
+            self.force[within],
+            self.force_rate[within],
         )
 
     def segments(self, model: Model, pull: Complexes) -> np.ndarray:
@@ -150,8 +151,8 @@ def reconstruct(
     """
     sample = _kernel.contiguous(times)
     first, last = trajectory.time[[0, -1]]
-    if sample.size == 0 or np.any(np.diff(sample) <= 0):
-        raise SlipmodeError("times: must be increasing, at least one")
+    if sample.size == 0 or not np.all(np.isfinite(sample)) or np.any(np.diff(sample) <= 0):
+        raise SlipmodeError("times: must be finite and increasing, at least one")
     if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
         raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
     slowest = trajectory.frequency.min()

@@ -29,7 +29,7 @@ class Reduced:
 
     x = mode_shapes q + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c., and
     mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
-    with L_j(nu) = spring_j + i nu damper_j - nu^2 inertia_j at the frequency nu of the motion.
+    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion.
 
     Attributes
     ----------
@@ -47,10 +47,10 @@ class Reduced:
         Bonded modes in the structure's DOFs, normalised to unit modal mass [kg^-1/2].
     contact_shapes : (n, N_c) ndarray
         Motion of the structure per unit contact displacement (constraint modes; with residual
-        flexibility in the consistent formulation).
+        flexibility in the consistent formulation) [-].
     mass, damping, stiffness : (N_c, N_c) ndarray
         Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]. The paper has stiffness alone.
-    spring, damper, inertia : (modes, N_c) ndarray
+    spring, damper : (modes, N_c) ndarray
         Coupling of the modes to the contacts. The paper has springs alone.
     """
 
@@ -66,7 +66,6 @@ class Reduced:
     stiffness: Floats
     spring: Floats
     damper: Floats
-    inertia: Floats
 
     @property
     def coupling(self) -> Complexes:
@@ -76,7 +75,7 @@ class Reduced:
     def coupling_at(self, frequency: Floats) -> Complexes:
         """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c)."""
         nu = np.asarray(frequency)[:, np.newaxis]
-        return self.spring - nu**2 * self.inertia + 1j * nu * self.damper
+        return self.spring + 1j * nu * self.damper
 
     @property
     def n_dofs(self) -> int:
@@ -166,10 +165,11 @@ def reduce(
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
     omega, phi = bonded_modes(parts, max(modes) + 1)
     omega, phi = omega[list(modes)], phi[:, list(modes)]
-    constraint_modes = -_solve(parts.K_ee, parts.K_ec)
+    mode_shapes = as_dense(parts.E @ phi)
+    constraint_modes = as_dense(parts.R - parts.E @ _solve(parts.K_ee, parts.K_ec))
     if formulation == "paper":
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
-    reduced = _reduce_consistent(parts, modes, omega, phi, constraint_modes)
+    reduced = _reduce_consistent(structure, modes, omega, mode_shapes, constraint_modes)
     return reduced if carrier is None else reduced.at_carrier(carrier)
 
 
@@ -204,9 +204,9 @@ _RIGID = (
 
 
 def _reduce_paper(
-    parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, psi: Floats
+    parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, constraint_modes: Floats
 ) -> Reduced:
-    """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi."""
+    """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi, and no more."""
     nothing = np.zeros_like(parts.K_cc)
     spring = phi.T @ parts.K_ec
     return Reduced(
@@ -214,50 +214,45 @@ def _reduce_paper(
         modes=modes,
         frequency=omega,
         carrier=omega,
-        modal_damping=_modal(phi, parts.C_ee),
+        modal_damping=np.diag(phi.T @ as_dense(parts.C_ee @ phi)).copy(),
         mode_shapes=as_dense(parts.E @ phi),
-        contact_shapes=as_dense(parts.E @ psi + parts.R),
+        contact_shapes=constraint_modes,
         mass=nothing,
         damping=nothing,
-        stiffness=_symmetric(parts.K_cc + parts.K_ec.T @ psi),
+        stiffness=_symmetric(parts.K_cc - parts.K_ec.T @ _solve(parts.K_ee, parts.K_ec)),
         spring=spring,
         damper=np.zeros_like(spring),
-        inertia=np.zeros_like(spring),
     )
 
 
 def _reduce_consistent(
-    parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, psi: Floats
+    structure: Structure,
+    modes: tuple[int, ...],
+    omega: Floats,
+    Phi: Floats,
+    constraint_modes: Floats,
 ) -> Reduced:
-    """Residual flexibility: what the retained modes carry statically is not counted twice."""
-    spring = phi.T @ parts.K_ec
-    psi_r = psi + phi @ (spring / omega[:, np.newaxis] ** 2)
+    """Constraint modes made M-orthogonal to the retained modes.
+
+    What the retained modes carry statically is then not counted twice (residual flexibility),
+    and they couple to the contacts through stiffness and damping alone.
+    """
+    M, C, K = structure.mass, structure.damping, structure.stiffness
+    X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
     return Reduced(
         formulation="consistent",
         modes=modes,
         frequency=omega,
         carrier=omega,
-        modal_damping=_modal(phi, parts.C_ee),
-        mode_shapes=as_dense(parts.E @ phi),
-        contact_shapes=as_dense(parts.E @ psi_r + parts.R),
-        mass=_on_contacts(psi_r, parts.M_ee, parts.M_ec, parts.M_cc),
-        damping=_on_contacts(psi_r, parts.C_ee, parts.C_ec, parts.C_cc),
-        stiffness=_symmetric(parts.K_cc + parts.K_ec.T @ psi_r),
-        spring=spring,
-        damper=phi.T @ (parts.C_ec + parts.C_ee @ psi_r),
-        inertia=phi.T @ parts.M_ec,
+        modal_damping=np.diag(Phi.T @ as_dense(C @ Phi)).copy(),
+        mode_shapes=Phi,
+        contact_shapes=X,
+        mass=_symmetric(X.T @ as_dense(M @ X)),
+        damping=_symmetric(X.T @ as_dense(C @ X)),
+        stiffness=_symmetric(X.T @ as_dense(K @ X)),
+        spring=Phi.T @ as_dense(K @ X),
+        damper=Phi.T @ as_dense(C @ X),
     )
-
-
-def _on_contacts(psi: Floats, ee: Matrix, ec: Floats, cc: Floats) -> Floats:
-    """(psi; I)^T matrix (psi; I): a matrix of the structure in the contact displacements."""
-    return _symmetric(cc + psi.T @ ec + ec.T @ psi + psi.T @ (ee @ psi))
-
-
-def _modal(phi: Floats, matrix: Matrix) -> Floats:
-    """phi_j^T matrix phi_j for every column."""
-    product: Floats = np.einsum("ij,ij->j", phi, as_dense(matrix @ phi))
-    return product
 
 
 def _solve(K_ee: Matrix, right: Floats) -> Floats:

@@ -36,12 +36,15 @@ class Columns:
         Harmonics behind the tabulated columns, S_j of the modes first.
     drives : tuple of int
         The mode that each tabulated column drives; its largest |S_j| is the column's scale.
+    loss : (modes,) ndarray
+        Structural loss of each mode, see `make_table`.
     carried : int
         Further columns that are kept at the nodes but neither tabulated nor refined.
     """
 
     orders: tuple[Order, ...]
     drives: tuple[int, ...]
+    loss: Floats
     carried: int = 0
 
     def error(self, difference: Floats, S: Complexes) -> Floats:
@@ -65,7 +68,8 @@ class Sampling:
     def table(self, axes: list[Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
         orders = self.columns.orders
-        return make_table(axes[0], axes[1], samples[..., : len(orders)], orders)
+        tabulated = samples[..., : len(orders)]
+        return make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
 
     def error_of(self, table: Table, points: Floats, exact: Complexes) -> Floats:
         """Relative error of a table at points with samples `exact`, (points,)."""

@@ -18,6 +18,7 @@ Force = Sequence[Mapping[int, float] | ArrayLike]
 
 _RELAXATION_PASSES = 60
 _NEWTON_PASSES = 25
+_CURVE_PASSES = 12
 _CONVERGED = 1e-10  # of the forces in the amplitude equation
 
 
@@ -129,21 +130,29 @@ def resonance_curve(
     """
     points = np.asarray(amplitudes, dtype=float)
     r = points[:, mode]
-    at_carrier = np.broadcast_to(model.reduced.carrier, points.shape)
-    Q = friction_force(model, points.astype(complex), at_carrier)[:, mode] / r
     half_force = 0.5 * abs(model.reduced.modal_force(mode, force)) / r
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
+    paper = model.reduced.formulation == "paper"
+
+    def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
+        """Q, and the square of the detuning that the force affords, at frequencies Omega."""
+        frequencies = np.tile(model.reduced.carrier, (r.size, 1))
+        frequencies[:, mode] = Omega
+        Q = friction_force(model, points.astype(complex), frequencies)[:, mode] / r
+        loss = Q.imag - gamma * (omega if paper else Omega)
+        return Q, half_force**2 - loss**2
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        with np.errstate(invalid="ignore"):
-            if model.reduced.formulation == "paper":
-                reach = np.sqrt(half_force**2 - (Q.imag - gamma * omega) ** 2)
-                return np.asarray(omega - (Q.real - sign * reach) / (2 * omega))
-            for _ in range(8):  # the damping term moves with Omega, weakly
-                reach = np.sqrt(half_force**2 - (Q.imag - gamma * Omega) ** 2)
-                Omega = np.sqrt(omega**2 - Q.real + sign * reach)
-        return Omega
+        for _ in range(_CURVE_PASSES):  # friction and damping move with Omega, weakly
+            Q, square = reach_at(Omega)
+            reach = sign * np.sqrt(np.maximum(square, 0.0))
+            Omega = (
+                omega - (Q.real - reach) / (2 * omega)
+                if paper
+                else np.sqrt(np.maximum(omega**2 - Q.real + reach, 0.0))
+            )
+        return np.where(square >= 0.0, Omega, np.nan)
 
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
 

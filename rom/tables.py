@@ -94,12 +94,20 @@ class Table:
 
 
 def make_table(
-    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+    node_a: Floats,
+    node_b: Floats,
+    samples: Complexes,
+    orders: Sequence[tuple[int, int]],
+    loss: Floats,
 ) -> Table:
     """Table through samples (n_a, n_b, k) of harmonics `orders`; n_b = 1 for one mode.
 
-    Where S says that a mode gives energy to the contacts at every node of a cell, so does the
-    surface between them: the slopes of the dissipative parts are limited.
+    Parameters
+    ----------
+    loss : (modes,) ndarray
+        Structural loss gamma_j Omega_j of each mode. Where mode and contacts together lose energy
+        at every node of a cell, loss |a_j| - Im S_j >= 0, they do so between them too: the slopes
+        of the dissipative parts are limited.
     """
     modes = 1 if node_b.size == 1 else 2
     values = np.zeros((node_a.size, node_b.size, 4, len(orders), 2))
@@ -110,8 +118,14 @@ def make_table(
             if modes == 2:
                 f_b = _slopes(node_b, f.T, odd=m % 2 == 1).T
                 f_ab = _slopes(node_b, f_a.T, odd=m % 2 == 1).T
-            if column < modes and part == 1:  # -Im S dissipates
-                f_a, f_b, f_ab = _limit_slopes(node_a, node_b, f, f_a, f_b, f_ab)
+            if column < modes and part == 1:
+                own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[column]
+                gain = np.array([loss[column] * (column == mode) for mode in range(2)])
+                limited = _limit_slopes(
+                    *(node_a, node_b, f - loss[column] * own),
+                    *(f_a - gain[0], f_b - gain[1], f_ab),
+                )
+                f_a, f_b, f_ab = limited[0] + gain[0], limited[1] + gain[1], limited[2]
             values[..., column, part] = np.stack((f, f_a, f_b, f_ab), axis=2)
     shape = (node_a.size, node_b.size, 4, 2 * len(orders))
     return Table(node_a, node_b, values.reshape(shape), modes)

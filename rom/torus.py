@@ -70,7 +70,7 @@ def contact_problem(
     left_out = (_kernel.Near * max(len(near), 1))(*[_kernel.Near(*astuple(r)) for r in near])
     matrices = {
         name: _kernel.contiguous(getattr(reduced, name))
-        for name in ("stiffness", "damping", "mass", "spring", "damper", "inertia")
+        for name in ("stiffness", "damping", "mass", "spring", "damper")
     }
     coupling = np.ascontiguousarray(reduced.coupling)
     limit = limits(law, reduced.n_contacts)
@@ -84,7 +84,7 @@ def contact_problem(
         near=ctypes.addressof(left_out),
         orders_count=len(orders),
         orders=pulling.ctypes.data,
-        **{name: matrices[name].ctypes.data for name in ("spring", "damper", "inertia")},
+        **{name: matrices[name].ctypes.data for name in ("spring", "damper")},
     )
     problem = _kernel.Contact(
         contacts=reduced.n_contacts,

@@ -67,7 +67,7 @@ class ModalCoordinates:
         return np.asarray(0.5 * (inverse + inverse.T))
 
     def resistance(self, inverse: Floats) -> Floats:
-        """S = (W^T A^-1 W)^-1: impulse at the contacts per unit change of their velocity."""
+        """S = (W^T A^-1 W)^-1: force on the contacts per unit of velocity it takes away."""
         W = self.directions.T
         answer = inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W
         S = scipy.linalg.inv(W.T @ answer)

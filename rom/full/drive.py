@@ -129,10 +129,10 @@ class Drive:
         return self.start.size == 1 and not any(np.any(rate) for rate in rates)
 
     def fastest(self, until: float) -> float:
-        """The largest frequency before a time [rad/s]."""
+        """The largest frequency up to a time, not before the start [rad/s]."""
         end = np.minimum(np.append(self.start[1:], until), until)
         lasting = np.clip(end - self.start, 0.0, None)[:, np.newaxis]
-        begun = self.start <= max(until, self.start[0])
+        begun = self.start <= until
         reached = np.maximum(self.frequency, self.frequency + lasting * self.frequency_rate)
         return float(reached[begun].max())
 
@@ -143,10 +143,8 @@ class Drive:
         inputs = np.zeros(self.start.size, dtype=_kernel.INPUTS)
         modes = slice(0, self.modes)
         inputs["frequency"] = 1.0  # of a mode that is not there
-        inputs["force"][:, modes], inputs["force_rate"][:, modes] = (
-            self.amplitude,
-            self.amplitude_rate,
-        )
+        inputs["force"][:, modes] = self.amplitude
+        inputs["force_rate"][:, modes] = self.amplitude_rate
         for name in ("frequency", "frequency_rate", "phase", "phase_rate"):
             inputs[name][:, modes] = getattr(self, name)
         inputs["angle"][1:, modes] = np.cumsum(turned, axis=0) % (2 * np.pi)

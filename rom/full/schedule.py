@@ -59,21 +59,23 @@ class Schedule:
 
     @classmethod
     def plan(
-        cls, times: ArrayLike, begin: float, longest: float, segments: Floats, refine: int = 1
+        cls, time: Floats, begin: float, longest: float, segments: Floats, refine: int = 1
     ) -> Self:
         """Schedule steps of at most `longest`, each divided by `refine`.
 
         Parameters
         ----------
-        times : (samples,) array_like or float
-            Sample times, or the end for a sample at every undivided step.
+        time : (samples,) ndarray, or () ndarray
+            Sample times; or the end, for a sample at every undivided step.
         begin : float
             Time of the initial state [s].
         segments : (segments,) ndarray
             Where the segments of the drive start; a step never crosses one.
         """
-        time = np.asarray(times, dtype=float)
-        _check(time, begin, longest, float(segments[0]))
+        if (time.max() - begin) / longest > _MOST_STEPS:
+            raise SlipmodeError(
+                f"step: must reach the end in {_MOST_STEPS:g} steps, {longest:g} s"
+            )
         if time.ndim == 0:
             return cls._every_step(float(time), begin, longest, segments, refine)
         samples_start = bool(time[0] - begin <= _ROUNDING * longest)
@@ -152,15 +154,15 @@ def _nearest(sorted_values: Floats, points: Floats) -> Floats:
     return np.where(is_below, sorted_values[below], sorted_values[above])
 
 
-def _check(time: Floats, begin: float, longest: float, drive_start: float) -> None:
+def checked_times(times: ArrayLike, begin: float, drive_start: float) -> Floats:
+    """Sample times (samples,), or the end (), as an array that a motion from `begin` can have."""
+    time = np.asarray(times, dtype=float)
     if time.size == 0 or time.ndim > 1 or not np.all(np.isfinite(time)):
         raise SlipmodeError("times: must be finite, increasing numbers, or the end [s]")
-    if np.any(np.diff(time) <= 0):
+    if np.any(np.diff(np.atleast_1d(time)) <= 0):
         raise SlipmodeError("times: must be increasing")
     if not begin >= drive_start:
         raise SlipmodeError(f"start: must not lie before the drive starts, {drive_start:g} s")
-    first, last = np.atleast_1d(time)[[0, -1]]
-    if first < begin or (time.ndim == 0 and last <= begin):
+    if time.min() < begin or (time.ndim == 0 and time <= begin):
         raise SlipmodeError(f"times: must not lie before the start, {begin:g} s")
-    if (last - begin) / longest > _MOST_STEPS:
-        raise SlipmodeError(f"step: must allow the end in {_MOST_STEPS:g} steps, got {longest:g}")
+    return time

@@ -22,7 +22,9 @@ _WINDOW_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
 _ORDER = 7  # |n| + |m| of the lines that are kept apart from the carriers
 _SHORTEST, _LONGEST = 40, 1000  # window in periods of the slowest carrier
-_SAMPLES_PER_PERIOD = 32  # of the fastest carrier: odd harmonics up to the 29th stay apart
+# of the fastest carrier: no whole number, so that no harmonic aliases onto a carrier and the steps
+# fall on every phase of it within a window
+_SAMPLES_PER_PERIOD = 32.618
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ def steady_amplitude(
         DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.
     tolerance : float, default 1e-5
         Largest change from one window to the next, relative to the largest amplitude of the
-        carrier among the outputs.
+        carrier among the outputs (of both carriers where one is not driven).
     start : State, optional
         A state near the steady motion, with its time and so the angles theta_j, saves the
         transient; by default at rest.
@@ -100,20 +102,21 @@ def steady_amplitude(
 class _Window:
     """Stretch of time over which a carrier is projected out of a signal."""
 
-    frequency: Floats
+    frequency: Floats  # (modes,) of the carriers
+    driven: NDArray[np.bool_]  # (modes,) whether there is any force
     length: float
     samples: int
 
     @classmethod
     def of(cls, drive: Drive) -> _Window:
         frequency = drive.frequency[0]
-        driven = frequency[drive.amplitude[0] != 0]
+        driven = np.any(drive.patterns != 0, axis=1) & (drive.amplitude[0] != 0)
         slowest = frequency.min()
-        needed = _BINS / _line_spacing(driven if driven.size else frequency)
+        needed = _BINS / _line_spacing(frequency[driven] if driven.any() else frequency)
         periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
         samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
-        return cls(frequency, length, samples)
+        return cls(frequency, driven, length, samples)
 
     def times(self, begin: float) -> Floats:
         return begin + self.length * np.arange(1, self.samples + 1) / self.samples
@@ -123,6 +126,11 @@ class _Window:
         weight = np.sin(np.pi * (motion.time - begin) / self.length) ** _WINDOW_POWER
         carrier = np.exp(-1j * np.outer(self.frequency, motion.time))
         return np.asarray((carrier * (weight / weight.sum())) @ motion.displacement)
+
+    def scale(self, amplitude: Complexes) -> Floats:
+        """Largest amplitude of each carrier, of any where it is not driven, (modes, 1)."""
+        largest = np.abs(amplitude).max(axis=1, keepdims=True)
+        return np.asarray(np.where(self.driven[:, np.newaxis], largest, largest.max()))
 
 
 def _line_spacing(frequency: Floats) -> float:
@@ -151,8 +159,7 @@ def _settle(
         state, amplitude = motion.end, window.project(motion, begin)
         if last is not None:
             change = np.abs(amplitude - last)
-            largest = np.abs(amplitude).max(axis=1, keepdims=True)
-            if np.all(change <= tolerance * largest):
+            if np.all(change <= tolerance * window.scale(amplitude)):
                 return SteadyAmplitude(amplitude, change, state)
         last = amplitude
     raise SlipmodeError(

@@ -22,12 +22,10 @@ static int symmetric(const double *matrix, size_t n) {
 static sm_status check_answer(const sm_contact *contact) {
     const sm_modal_answer *answer = contact->answer;
     const size_t modes = (size_t)contact->modes, count = modes * (size_t)contact->contacts;
-    if (!answer->natural || !answer->damping || !answer->spring || !answer->damper ||
-        !answer->inertia)
+    if (!answer->natural || !answer->damping || !answer->spring || !answer->damper)
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(answer->natural, modes) || !sm_all_finite(answer->damping, modes) ||
-        !sm_all_finite(answer->spring, count) || !sm_all_finite(answer->damper, count) ||
-        !sm_all_finite(answer->inertia, count))
+        !sm_all_finite(answer->spring, count) || !sm_all_finite(answer->damper, count))
         return SM_NOT_FINITE;
     for (size_t j = 0; j < modes; j++)
         if (!(answer->natural[j] > 0.0)) return SM_BAD_ARGUMENT;
@@ -81,7 +79,7 @@ static int is_resonant(const sm_modal_answer *answer, int j, int n, int m) {
     return 0;
 }
 
-/* L_j L_j^T / (omega_j^2 - nu^2 + i gamma_j nu), L_j = spring + i nu damper - nu^2 inertia. */
+/* L_j L_j^T / (omega_j^2 - nu^2 + i gamma_j nu), L_j = spring + i nu damper. */
 void sm_modal_feedback(const sm_contact *contact, int order_n, int order_m, double nu,
                        double *feedback) {
     const sm_modal_answer *answer = contact->answer;
@@ -93,11 +91,10 @@ void sm_modal_feedback(const sm_contact *contact, int order_n, int order_m, doub
         const double re = omega * omega - nu * nu, im = gamma * nu;
         const double norm = re * re + im * im;
         for (size_t i = 0; i < n; i++) {
-            const double p_re = answer->spring[j * n + i] - nu * nu * answer->inertia[j * n + i];
+            const double p_re = answer->spring[j * n + i];
             const double p_im = nu * answer->damper[j * n + i];
             for (size_t k = 0; k < n; k++) {
-                const double r_re = answer->spring[j * n + k]
-                                    - nu * nu * answer->inertia[j * n + k];
+                const double r_re = answer->spring[j * n + k];
                 const double r_im = nu * answer->damper[j * n + k];
                 const double q_re = p_re * r_re - p_im * r_im, q_im = p_re * r_im + p_im * r_re;
                 feedback[(i * n + k) * 2] += (q_re * re + q_im * im) / norm;

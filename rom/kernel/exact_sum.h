@@ -5,7 +5,8 @@
 #include <math.h>
 
 #define SM_TWO_PI 6.283185307179586
-#define SM_TWO_PI_LOW 2.4492935982947064e-16 /* 2 pi - SM_TWO_PI */
+#define SM_TWO_PI_HIGH 6.283185303211212 /* 30 bits of 2 pi: times up to 2^23 turns it is exact */
+#define SM_TWO_PI_LOW 3.968374318722162e-09 /* 2 pi - SM_TWO_PI_HIGH */
 
 typedef struct {
     double value, carry; /* the sum is value + carry, value the double nearest to it */
@@ -27,7 +28,7 @@ static inline void sm_add_angle(sm_exact_sum *angle, double term) {
     sm_add(angle, term);
     const double turns = floor(angle->value / SM_TWO_PI);
     if (turns != 0.0) {
-        sm_add(angle, -turns * SM_TWO_PI);
+        sm_add(angle, -turns * SM_TWO_PI_HIGH);
         sm_add(angle, -turns * SM_TWO_PI_LOW);
     }
 }

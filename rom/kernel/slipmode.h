@@ -45,11 +45,10 @@ typedef struct {
 } sm_near;
 
 /* How the retained modes answer to the contacts at frequencies nu that are not their carrier:
- *   q_j = -L_j(nu)^T x_c / (omega_j^2 - nu^2 + i gamma_j nu),
- *   L_j(nu) = spring_j + i nu damper_j - nu^2 inertia_j. */
+ *   q_j = -L_j(nu)^T x_c / (omega_j^2 - nu^2 + i gamma_j nu), L_j(nu) = spring_j + i nu damper_j. */
 typedef struct {
     const double *natural, *damping;          /* (modes) omega_j, gamma_j */
-    const double *spring, *damper, *inertia;  /* (modes, N_c) */
+    const double *spring, *damper;            /* (modes, N_c) */
     int32_t near_count;
     const sm_near *near; /* (near_count) left to the slow flow, as each carrier is */
     int32_t orders_count;
@@ -141,9 +140,9 @@ SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
 /* ---- slow flow ------------------------------------------------------------------------ */
 
 /* How the coupling L_j(nu) of a mode turns away from the one at the table's carrier:
- * L_j(nu) = (1 + c_0 + i nu c_1 - nu^2 c_2) L_j(carrier), c_k complex. */
+ * L_j(nu) = (1 + c_0 + i nu c_1) L_j(carrier), c_k complex. */
 typedef struct {
-    double c[3][2];
+    double c[2][2];
 } sm_turn;
 
 /* Amplitude equations (18), (19) in the frame of the forcing:

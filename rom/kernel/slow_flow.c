@@ -86,9 +86,8 @@ static sm_complex excitation(const sm_inputs *in, int j, double elapsed) {
 }
 
 static sm_complex coupling_turn(const sm_turn *turn, double nu) {
-    const sm_complex c0 = pair(turn->c[0]), c1 = pair(turn->c[1]), c2 = pair(turn->c[2]);
-    return sm_cx(1.0 + c0.re - nu * c1.im - nu * nu * c2.re,
-                 c0.im + nu * c1.re - nu * nu * c2.im);
+    const sm_complex c0 = pair(turn->c[0]), c1 = pair(turn->c[1]);
+    return sm_cx(1.0 + c0.re - nu * c1.im, c0.im + nu * c1.re);
 }
 
 /* The amplitude that the contacts feel: its modulus is returned, turn and unit are set. */

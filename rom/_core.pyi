@@ -1,1 +1,0 @@
-"""The compiled core: an extension module without members, called through ctypes."""
