@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom import Model, SlipmodeError, _kernel
-from rom.amplitude import slow_flow
+from rom.amplitude import felt_shift, slow_flow
 from rom.torus import contact_problem
 
 MODE_NAMES = ("A", "B")
@@ -117,7 +117,7 @@ class Component:
             f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
         )
         self.output_names = _output_names(model, self._mode_names, contact, elastic)
-        self._handle = _create(model, contact, elastic, tolerance)
+        self._handle = _create(model, force, contact, elastic, tolerance)
         self._inputs = np.zeros(1, dtype=_kernel.INPUTS)
         self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
         self.reset()
@@ -364,7 +364,11 @@ def _force_factors(
 
 
 def _create(
-    model: Model, contact: bool, elastic: Sequence[int], tolerance: float
+    model: Model,
+    force: Sequence[Mapping[int, float] | ArrayLike] | None,
+    contact: bool,
+    elastic: Sequence[int],
+    tolerance: float,
 ) -> ctypes.c_void_p:
     """The core's component, freed with the handle's owner."""
     modes_out = _kernel.contiguous(model.reduced.mode_shapes[list(elastic)])
@@ -377,7 +381,8 @@ def _create(
         steps_per_period=STEPS_PER_PERIOD,
         memory_periods=MEMORY_PERIODS,
     )
-    flow, problem = slow_flow(model), contact_problem(model.reduced, model.law)
+    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()
     status = _kernel.lib.sm_component_create(
         *(ctypes.byref(flow), ctypes.byref(problem), ctypes.byref(motion), tolerance),

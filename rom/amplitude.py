@@ -5,6 +5,7 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from rom import _kernel
 from rom.matrices import Floats
 from rom.model import Model
-from rom.reduction import Reduced
+from rom.reduction import Reduced, force_vector
 
 Complexes = NDArray[np.complex128]
 
 
-def slow_flow(model: Model) -> _kernel.SlowFlow:
-    """The amplitude equations as the core reads them."""
+def slow_flow(model: Model, shift: Complexes | None = None) -> _kernel.SlowFlow:
+    """The amplitude equations as the core reads them; `shift` as `felt_shift` gives it."""
     table = model.table.kernel()
     flow = _kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
     for mode in range(model.modes):
@@ -27,6 +28,8 @@ def slow_flow(model: Model) -> _kernel.SlowFlow:
         flow.damping[mode] = model.reduced.modal_damping[mode]
         for power, coefficient in enumerate(_turn_coefficients(model.reduced)[mode]):
             flow.turn[mode][power][:] = (coefficient.real, coefficient.imag)
+        if shift is not None:
+            flow.shift[mode][:] = (shift[mode].real, shift[mode].imag)
     for k, term in enumerate(model.near):
         flow.near[k] = _kernel.Near(term.mode, term.n, term.m)
     flow.owned = table
@@ -41,6 +44,40 @@ def coupling_turn(reduced: Reduced, frequency: Floats) -> Complexes:
     c = _turn_coefficients(reduced)
     turn: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1]
     return turn
+
+
+def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike]) -> Complexes:
+    """What the forces do to the contacts past their own mode, as a shift of its amplitude.
+
+    Force j also acts on the contacts directly, by contact_shapes^T f, and through the other mode,
+    which answers off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
+    Exact for one contact; for several, the part along L_j.
+
+    Parameters
+    ----------
+    force : one {DOF: amplitude} or (n,) array_like per mode
+        Force directions.
+
+    Returns
+    -------
+    (modes,) complex ndarray
+        0 in the paper's formulation.
+    """
+    shift = np.zeros(len(reduced.modes), dtype=complex)
+    if reduced.formulation == "paper":
+        return shift
+    for j, pattern in enumerate(force):
+        f = force_vector(pattern, reduced.n_dofs)
+        modal = reduced.mode_shapes.T @ f
+        if modal[j] == 0.0:
+            continue
+        Omega = reduced.carrier[j]
+        L = reduced.spring + 1j * Omega * reduced.damper
+        stiffness = reduced.frequency**2 - Omega**2 + 1j * reduced.modal_damping * Omega
+        other = np.arange(len(modal)) != j
+        on_contacts = reduced.contact_shapes.T @ f - (modal / stiffness)[other] @ L[other]
+        shift[j] = -0.5 * (L[j].conj() @ on_contacts) / np.sum(np.abs(L[j]) ** 2) / modal[j]
+    return shift
 
 
 def _turn_coefficients(reduced: Reduced) -> Complexes:
@@ -87,6 +124,7 @@ def amplitude_rate(
     frequency: Floats,
     force: Complexes,
     frequency_rate: Floats | float = 0.0,
+    shift: Complexes | float = 0.0,
 ) -> Complexes:
     """da/dt (..., modes) at amplitudes (..., modes).
 
@@ -98,9 +136,11 @@ def amplitude_rate(
         F_j exp(i phase_j), modal [N kg^-1/2].
     frequency_rate : (..., modes) ndarray or float
         Rate of a sweep [rad/s^2]; the "paper" formulation has no such term.
+    shift : (modes,) complex ndarray or float
+        As `felt_shift` gives it.
     """
     part = linear_part(model.reduced, frequency)
-    contact_force = friction_force(model, amplitude, frequency)
+    contact_force = friction_force(model, amplitude, frequency, shift * force)
     sweep = 0.0 if model.reduced.formulation == "paper" else 1j * np.asarray(frequency_rate)
     rate: Complexes = (
         0.5 * force + contact_force - (part.stiffness + sweep) * amplitude
@@ -108,13 +148,17 @@ def amplitude_rate(
     return rate
 
 
-def friction_force(model: Model, amplitude: Complexes, frequency: Floats) -> Complexes:
+def friction_force(
+    model: Model, amplitude: Complexes, frequency: Floats, shift: Complexes | float = 0.0
+) -> Complexes:
     """Q_j a_j (..., modes) at forcing frequencies (..., modes), tending to 0 with a_j.
 
-    Without the near resonances, whose mean over time is zero.
+    Without the near resonances, whose mean over time is zero. `shift` is what the contacts feel
+    on top of the amplitude: felt_shift times the modal force.
     """
     turn = coupling_turn(model.reduced, np.asarray(frequency))
-    felt = turn * amplitude
+    felt = turn * (amplitude + shift)
     modulus = np.abs(felt)
-    unit = np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > 0)
+    tiny = np.finfo(float).tiny  # below it the quotient overflows
+    unit = np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > tiny)
     return np.asarray(turn * model.table(modulus) * unit)

@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
-from rom.amplitude import Complexes, amplitude_rate, friction_force, linear_part
+from rom.amplitude import (
+    Complexes,
+    amplitude_rate,
+    felt_shift,
+    friction_force,
+    linear_part,
+)
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.model import Model
@@ -96,12 +102,11 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    excitation = _excitation(model, force, phase)
+    problem = _Steady(model, _excitation(model, force, phase), felt_shift(model.reduced, force))
     points = Omega.reshape(-1, model.modes)
-    amplitude = _polish(model, points, excitation, _relax(model, points, excitation))
-    error = _imbalance(model, points, excitation, amplitude)
-    for point in np.flatnonzero(error > _CONVERGED):
-        amplitude[point] = _from_rest(model, points[point], excitation)
+    amplitude = problem.polish(points, problem.relax(points))
+    for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
+        amplitude[point] = problem.from_rest(points[point])
     return amplitude.reshape(Omega.shape)
 
 
@@ -166,76 +171,85 @@ def _excitation(model: Model, force: Force, phase: Sequence[float]) -> Complexes
     return turned
 
 
-def _relax(model: Model, Omega: Floats, excitation: Complexes) -> Complexes:
-    """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
-    stiffness = linear_part(model.reduced, Omega).stiffness
-    limit = 0.999 * model.table.limit
-    modulus = np.zeros(Omega.shape)
-    amplitude = np.zeros(Omega.shape, dtype=complex)
-    tiny = 1e-6 * limit
-    for _ in range(_RELAXATION_PASSES):
-        probe = np.maximum(modulus, tiny).astype(complex)
-        Q = friction_force(model, probe, Omega) / probe
-        amplitude = 0.5 * excitation / (stiffness - Q)
-        modulus = 0.5 * (modulus + np.minimum(np.abs(amplitude), limit))
-    scale = np.divide(modulus, np.abs(amplitude), out=np.zeros(Omega.shape), where=modulus > 0)
-    return amplitude * np.minimum(scale, 1.0)
+@dataclass(frozen=True, eq=False)
+class _Steady:
+    """da/dt = 0 under a constant excitation F_j exp(i phase_j)."""
 
+    model: Model
+    excitation: Complexes
+    shift: Complexes
 
-def _polish(model: Model, Omega: Floats, excitation: Complexes, start: Complexes) -> Complexes:
-    """Newton's method for da/dt = 0 at all points at once, inside the table."""
-    unknowns = 2 * model.modes
-    limit = model.table.limit
+    def rate(self, amplitude: Complexes, Omega: Floats) -> Complexes:
+        return amplitude_rate(self.model, amplitude, Omega, self.excitation, shift=self.shift)
 
-    def rate(real: Floats) -> Floats:
-        amplitude = real.view(complex)
-        return amplitude_rate(model, amplitude, Omega, excitation).view(float)
+    def friction(self, amplitude: Complexes, Omega: Floats) -> Complexes:
+        return friction_force(self.model, amplitude, Omega, self.shift * self.excitation)
 
-    def inside(real: Floats) -> Floats:
-        amplitude = real.view(complex).copy()
+    def relax(self, Omega: Floats) -> Complexes:
+        """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
+        stiffness = linear_part(self.model.reduced, Omega).stiffness
+        amplitude = np.broadcast_to(1e-6 * self._limit, Omega.shape).astype(complex)
+        for _ in range(_RELAXATION_PASSES):
+            Q = self.friction(amplitude, Omega) / amplitude
+            balanced = 0.5 * self.excitation / (stiffness - Q)
+            modulus = 0.5 * (np.abs(amplitude) + np.minimum(np.abs(balanced), self._limit))
+            turned = np.exp(1j * np.angle(balanced))
+            amplitude = np.maximum(modulus, 1e-12 * self._limit) * turned
+        return amplitude
+
+    def polish(self, Omega: Floats, start: Complexes) -> Complexes:
+        """Newton's method at all points at once, inside the table."""
+        y = self.inside(start).view(float)
+        step = 1e-7 * self._limit.max()
+        for _ in range(_NEWTON_PASSES):
+            residual = self.rate(y.view(complex), Omega).view(float)
+            jacobian = np.empty((*y.shape, y.shape[-1]))
+            for k in range(y.shape[-1]):
+                shifted = y.copy()
+                shifted[:, k] += step
+                jacobian[..., k] = (
+                    self.rate(shifted.view(complex), Omega).view(float) - residual
+                ) / step
+            update = np.linalg.solve(jacobian, residual[..., np.newaxis])[..., 0]
+            y = self.inside((y - update).view(complex)).view(float)
+        return y.view(complex)
+
+    def imbalance(self, Omega: Floats, amplitude: Complexes) -> Floats:
+        """Unbalanced force relative to the forces in the amplitude equations, (points,)."""
+        stiffness = linear_part(self.model.reduced, Omega).stiffness
+        elastic = stiffness * amplitude
+        balance = 0.5 * self.excitation + self.friction(amplitude, Omega) - elastic
+        scale = 0.5 * np.abs(self.excitation).max() + np.abs(elastic).max(axis=-1) + 1e-300
+        return np.asarray(np.abs(balance).max(axis=-1) / scale)
+
+    def from_rest(self, Omega: Floats) -> Complexes:
+        """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
+        slowest = self.model.reduced.modal_damping.min()
+        if slowest <= 0.0:
+            slowest = 1e-3 * self.model.reduced.frequency.min()
+        y = np.zeros(2 * self.model.modes)
+        points = Omega[np.newaxis]
+        for _ in range(20):
+            y = solve_ivp(
+                lambda _, z: self.rate(z.view(complex), Omega).view(float),
+                *((0.0, 10.0 / slowest), y),
+                rtol=1e-8,
+                atol=1e-12,
+            ).y[:, -1]
+            point = self.polish(points, y.view(complex)[np.newaxis])
+            if self.imbalance(points, point)[0] <= _CONVERGED:
+                found: Complexes = point[0]
+                return found
+        raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s")
+
+    def inside(self, amplitude: Complexes) -> Complexes:
+        """The amplitudes, scaled back to the table where they leave it."""
         modulus = np.abs(amplitude)
-        over = modulus > 0.999 * limit
-        amplitude[over] *= (
-            0.999 * np.broadcast_to(limit, modulus.shape) / np.maximum(modulus, 1e-300)
-        )[over]
-        return amplitude.view(float)
+        over = modulus > self._limit
+        factor = np.divide(self._limit, modulus, out=np.ones(modulus.shape), where=over)
+        return amplitude * factor
 
-    y = inside(np.ascontiguousarray(start).view(float))
-    step = 1e-7 * limit.max()
-    for _ in range(_NEWTON_PASSES):
-        residual = rate(y)
-        jacobian = np.empty((*y.shape, unknowns))
-        for k in range(unknowns):
-            shifted = y.copy()
-            shifted[:, k] += step
-            jacobian[..., k] = (rate(shifted) - residual) / step
-        y = inside(y - np.linalg.solve(jacobian, residual[..., np.newaxis])[..., 0])
-    return y.view(complex)
-
-
-def _imbalance(model: Model, Omega: Floats, excitation: Complexes, amplitude: Complexes) -> Floats:
-    """Unbalanced force in the amplitude equations relative to the forces in them, (points,)."""
-    stiffness = linear_part(model.reduced, Omega).stiffness
-    balance = 0.5 * excitation + friction_force(model, amplitude, Omega) - stiffness * amplitude
-    scale = 0.5 * np.abs(excitation).max() + np.abs(stiffness * amplitude).max(axis=-1) + 1e-300
-    return np.asarray(np.abs(balance).max(axis=-1) / scale)
-
-
-def _from_rest(model: Model, Omega: Floats, excitation: Complexes) -> Complexes:
-    """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
-
-    def rate(_: float, y: Floats) -> Floats:
-        amplitude = y.view(complex)
-        return amplitude_rate(model, amplitude, Omega, excitation).view(float)
-
-    slowest = model.reduced.modal_damping.min()
-    if slowest <= 0.0:
-        slowest = 1e-3 * model.reduced.frequency.min()
-    y = np.zeros(2 * model.modes)
-    for _ in range(20):
-        y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
-        point = _polish(model, Omega[np.newaxis], excitation, y.view(complex)[np.newaxis])
-        if _imbalance(model, Omega[np.newaxis], excitation, point)[0] <= _CONVERGED:
-            found: Complexes = point[0]
-            return found
-    raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s")
+    @property
+    def _limit(self) -> Floats:
+        """A little inside the table, so that the coupling may turn."""
+        return 0.998 * self.model.table.limit

@@ -36,6 +36,20 @@ static void fill_angles(sm_torus_grid *grid) {
     }
 }
 
+/* The answer to one period acts in the next: a fixed-point iteration with factor H / K. Where that
+ * is large, soft contacts on stiff modes, it is relaxed. */
+static double relaxation_of(const sm_contact *contact, const double *H) {
+    const size_t n = (size_t)contact->contacts;
+    double factor = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double row = 0.0;
+        for (size_t k = 0; k < n; k++)
+            row += hypot(H[2 * (i * n + k)], H[2 * (i * n + k) + 1]);
+        factor = fmax(factor, row / contact->stiffness[i * n + i]);
+    }
+    return factor > 0.3 ? 1.0 / (1.0 + factor) : 1.0;
+}
+
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
                              int steps, int lines, int orders_count, const int32_t *orders) {
     const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
@@ -43,6 +57,7 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     const size_t stepper = whole_lines(sm_stepper_size(contact->contacts));
     const size_t turn = contact->answer ? (size_t)steps * count * 4 : 0;
     const size_t feedback = contact->answer ? count * n * n * 2 : 0;
+    const size_t relaxation = contact->answer ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
     grid->lines = lines;
@@ -51,17 +66,22 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    grid->memory = calloc(stepper + carrier + weight + turn + feedback, sizeof(double));
+    grid->memory = calloc(stepper + carrier + weight + turn + feedback + relaxation,
+                          sizeof(double));
     if (!grid->memory) return SM_NO_MEMORY;
     sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
     grid->carrier = grid->memory + stepper;
     grid->weight = grid->carrier + carrier;
     grid->turn = contact->answer ? grid->weight + weight : NULL;
     grid->feedback = contact->answer ? grid->weight + weight + turn : NULL;
+    grid->relaxation = contact->answer ? grid->feedback + feedback : NULL;
     fill_angles(grid);
-    for (int q = 0; q < orders_count && grid->feedback; q++)
+    for (int q = 0; q < orders_count && grid->feedback; q++) {
+        double *H = grid->feedback + (size_t)q * n * n * 2;
         sm_modal_feedback(contact, orders[2 * q], orders[2 * q + 1], order_rate(grid, q) * rates[0],
-                          grid->feedback + (size_t)q * n * n * 2);
+                          H);
+        grid->relaxation[q] = relaxation_of(contact, H);
+    }
     return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI_TORUS / (rates[0] * steps));
 }
 
@@ -80,7 +100,7 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t harmonics = whole_lines(points * grid->per_point);
     const size_t speed = whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
-    g->memory = calloc(lanes + 4 * wide + sums + pull + 2 * harmonics + points * speed + line_state,
+    g->memory = calloc(lanes + 4 * wide + sums + pull + 3 * harmonics + points * speed + line_state,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
     g->track = calloc(points, sizeof(sm_progress));
@@ -96,7 +116,8 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->pull = grid->feedback ? g->sums + sums : NULL;
     g->fresh = g->sums + sums + pull;
     g->last = g->fresh + harmonics;
-    memory = g->last + harmonics;
+    g->answered = g->last + harmonics;
+    memory = g->answered + harmonics;
     for (size_t p = 0; p < points; p++, memory += speed)
         sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
     g->line_state = memory;
@@ -116,6 +137,7 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
+    memset(g->answered, 0, (size_t)grid->points_per_group * grid->per_point * sizeof(double));
     if (g->pull)
         memset(g->pull, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
@@ -299,12 +321,20 @@ static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t poin
     }
 }
 
+static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t per_order = 2 * (size_t)grid->contact->contacts;
+    for (size_t k = 0; k < (size_t)grid->points_per_group * grid->per_point; k++) {
+        const double part = grid->relaxation[(k / per_order) % (size_t)grid->orders_count];
+        g->answered[k] += part * (g->fresh[k] - g->answered[k]);
+    }
+}
+
 /* pull = 2 H_q P_q exp(i m t_B0): the force of the modes' non-resonant answer to x_c. */
 static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts;
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
-        const double *point = g->fresh + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *point = g->answered + (size_t)(lane / grid->lines) * grid->per_point;
         const double *phase = g->phase + block * 2 * SM_LANES;
         double *pull = g->pull + block * SM_LANES * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
@@ -329,5 +359,7 @@ static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
     turn_phases(grid, g);
     accelerate(grid, g, points);
-    if (g->pull) set_pull(grid, g);
+    if (!g->pull) return;
+    relax(grid, g);
+    set_pull(grid, g);
 }

@@ -20,6 +20,7 @@ typedef struct {
     double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
     double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
     double *feedback;        /* (orders, N_c, N_c, 2): modal answer; NULL without one */
+    double *relaxation;      /* (orders) part of a change that the modes answer to at once */
     double *memory;
 } sm_torus_grid;
 
@@ -32,6 +33,7 @@ typedef struct {
     double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
     double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
     double *fresh, *last;    /* (points_per_group, orders, N_c, 2) harmonics of two periods */
+    double *answered;        /* the same shape: harmonics that the modes answer to */
     sm_progress *track;      /* (points_per_group) */
     sm_acceleration *faster; /* (points_per_group) */
     double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
