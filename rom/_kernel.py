@@ -60,6 +60,7 @@ class Table(Structure):
     _fields_ = (
         ("modes", c_int32),
         ("near", c_int32),
+        ("power", c_int32),
         ("count_a", c_int32),
         ("count_b", c_int32),
         ("node_a", c_void_p),
@@ -216,7 +217,8 @@ def table(modes: int, node_a: Floats, node_b: Floats, values: Floats) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
     result = Table(
         modes=modes,
-        near=values.shape[-1] // 2 - modes,
+        near=values.shape[-1] // 2 - modes - 1,
+        power=1,
         count_a=node_a.size,
         count_b=node_b.size,
         node_a=node_a.ctypes.data,

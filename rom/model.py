@@ -27,7 +27,7 @@ from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 4  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 5  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -233,7 +233,7 @@ def tabulate(
     orders = contact_orders(reduced, near) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
-        drives=(*range(limit.size), *(term.mode for term in near)),
+        drives=(*range(limit.size), *(term.mode for term in near), limit.size + len(near)),
         loss=_structural_loss(reduced),
         carried=len(orders) * reduced.n_contacts,
     )
@@ -285,7 +285,8 @@ class _Samples:
         parts = []
         for terms in self._pool.map(self._solve, tasks):
             carried = terms.P.reshape(len(terms.S), -1)[:, : self._columns.carried]
-            parts.append(np.hstack((terms.S, terms.T, carried)))
+            power = terms.power[:, np.newaxis]
+            parts.append(np.hstack((terms.S, terms.T, power, carried)))
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self._bar.update(len(terms.S))
         return np.concatenate(parts)

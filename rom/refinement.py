@@ -33,9 +33,10 @@ class Columns:
     Attributes
     ----------
     orders : tuple of (n, m)
-        Harmonics behind the tabulated columns, S_j of the modes first.
+        Harmonics behind the tabulated columns: S_j of the modes first, the power last.
     drives : tuple of int
-        The mode that each tabulated column drives; its largest |S_j| is the column's scale.
+        The column whose largest value is the scale of each column: S_j of the mode that it
+        drives; the power is its own scale.
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
@@ -49,7 +50,7 @@ class Columns:
 
     def error(self, difference: Floats, S: Complexes) -> Floats:
         """Largest |difference| over the tabulated columns, relative to their scales."""
-        largest = np.abs(S[..., : max(self.drives) + 1]).max(axis=tuple(range(S.ndim - 1)))
+        largest = np.abs(S).max(axis=tuple(range(S.ndim - 1)))
         scale = np.where(largest > 0.0, largest, 1.0)[list(self.drives)]
         return np.asarray((difference / scale).max(axis=-1))
 

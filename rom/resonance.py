@@ -195,7 +195,7 @@ class _Steady:
             modulus = 0.5 * (np.abs(amplitude) + np.minimum(np.abs(balanced), self._limit))
             turned = np.exp(1j * np.angle(balanced))
             amplitude = np.maximum(modulus, 1e-12 * self._limit) * turned
-        return amplitude
+        return np.where(self.excitation == 0.0, 0.0, amplitude)  # an unforced mode is at rest
 
     def polish(self, Omega: Floats, start: Complexes) -> Complexes:
         """Newton's method at all points at once, inside the table."""

@@ -175,12 +175,15 @@ class ContactTerms:
         Harmonics in P.
     P : (points, orders, N_c) complex ndarray
         Of the contact displacement [m].
+    power : (points,) ndarray
+        Mean power that friction dissipates [W].
     residual : (points,) ndarray
         Distance from periodicity.
     """
 
     S: NDArray[np.complex128]
     T: NDArray[np.complex128]
+    power: Floats
     orders: list[Order]
     P: NDArray[np.complex128]
     residual: Floats
@@ -215,7 +218,39 @@ def contact_terms(
         P_nm = solved.P[:, orders.index(term.stored_order)]
         flipped = term.stored_order != (term.n, term.m)
         T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
-    return ContactTerms(S, T, orders, solved.P, solved.residual)
+    power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
+    return ContactTerms(S, T, power, orders, solved.P, solved.residual)
+
+
+def _friction_power(
+    reduced: Reduced,
+    amplitudes: Floats,
+    orders: Sequence[Order],
+    P: NDArray[np.complex128],
+    near: Sequence[NearResonance],
+) -> Floats:
+    """Work of the forces on the contacts, less what their own damping takes; (points,).
+
+    A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
+    2 Re(F conj(i nu P)).
+    """
+    resonant = {(term.mode, term.stored_order) for term in near}
+    power = np.zeros(len(P))
+    for q, order in enumerate(orders):
+        nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
+        v = 1j * nu * P[:, q]
+        force = -v @ reduced.damping
+        for j, coupling in enumerate(reduced.spring + 1j * nu * reduced.damper):
+            if order == ((1, 0), (0, 1))[j]:
+                q_j = amplitudes[:, j].astype(complex)
+            elif reduced.formulation == "paper" or (j, order) in resonant:
+                continue
+            else:
+                stiffness = reduced.frequency[j] ** 2 - nu**2 + 1j * reduced.modal_damping[j] * nu
+                q_j = -(P[:, q] @ coupling) / stiffness
+            force -= q_j[:, np.newaxis] * coupling
+        power += 2.0 * np.real(np.sum(force * v.conj(), axis=1))
+    return np.maximum(power, 0.0)
 
 
 def friction_functions(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fmu import Component, StoppedError
 from rom import Friction, Model, Reduced, SlipmodeError
+from rom.amplitude import felt_shift
 from rom.cache import cached_model
 from rom.friction import limits
 from runner.channels import Mode
@@ -76,10 +77,18 @@ def find_range(
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
-    amplitude = np.maximum((1.0 + _MARGIN) * reached, 1e-2 * limit)
+    amplitude = np.maximum((1.0 + _MARGIN) * (reached + _felt(excited, schedule)), 1e-2 * limit)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     return tuple(_round_up(value) for value in amplitude), reason
+
+
+def _felt(excited: Excited, schedule: Schedule) -> Floats:
+    """What the forces add to the amplitudes that the contacts feel, at most."""
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    names = [f"force_{mode}" for mode in excited.modes]
+    largest = np.abs(schedule.at_points(names)).max(axis=0)
+    return np.asarray(np.abs(felt_shift(excited.reduced, excited.force) * factor) * largest)
 
 
 def _first_guess(excited: Excited) -> Floats:

@@ -68,7 +68,7 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
 
     const size_t count_a = (size_t)flow->table.count_a;
     const size_t count_b = modes == 2 ? (size_t)flow->table.count_b : 0;
-    const size_t fields = 2 * (modes + (size_t)flow->table.near);
+    const size_t fields = 2 * (modes + (size_t)flow->table.near + (size_t)flow->table.power);
     const size_t values = count_a * (modes == 2 ? count_b : 1) * 4 * fields;
     const size_t elastic = motion->wanted ? (size_t)motion->elastic : 0;
     const size_t total = count_a + count_b + values + n + 3 * n * n + 2 * modes * n

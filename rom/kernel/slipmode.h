@@ -21,6 +21,7 @@
 
 #define SM_MODES 2 /* the method treats one or two forced modes */
 #define SM_NEAR 8  /* near resonances that a slow flow may have at most */
+#define SM_MOST_FIELDS (2 * (SM_MODES + SM_NEAR + 1)) /* of a table */
 
 typedef enum {
     SM_OK = 0,
@@ -118,22 +119,23 @@ SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
 
 /* ---- friction tables ------------------------------------------------------------------ */
 
-/* Bicubic Hermite surface of S_j, and of the near-resonant terms T_k if there are any.
- * For one mode: count_b = 1 and node_b = NULL.
- *   values (count_a, count_b, 4, 2 (modes + near)): value, d/da, d/db, d2/dadb of (Re, Im) of
- *   each S_j, then of each T_k. */
+/* Bicubic Hermite surface of S_j, of the near-resonant terms T_k if there are any, and of the
+ * friction power (real) if there is one. For one mode: count_b = 1 and node_b = NULL.
+ *   values (count_a, count_b, 4, 2 (modes + near + power)): value, d/da, d/db, d2/dadb of
+ *   (Re, Im) of each S_j, of each T_k, of the power. */
 typedef struct {
     int32_t modes;
     int32_t near;
+    int32_t power; /* 1: friction power is tabulated; 0: taken as what leaves the modes */
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
-/* S_j and T_k at amplitudes (a, b): (2 (modes + near)). SM_OUTSIDE_TABLE beyond the last node. */
+/* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last node. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* The same for many points: amplitudes (points, modes), s (points, 2 (modes + near)). */
+/* The same for many points: amplitudes (points, modes), s as above for each. */
 SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
                                       const double *amplitudes, double *s);
 

@@ -115,11 +115,11 @@ static sm_complex near_force(const sm_near *near, const sm_inputs *in, double el
     return sm_cmul(sm_cmul(t, units), sm_cx(cos(angle), sin(angle)));
 }
 
-/* Forces of the contacts on the modes at the amplitudes in y. */
+/* Forces of the contacts on the modes at the amplitudes in y, and the friction power. */
 static sm_status contact_forces(const sm_slow_flow *flow, const sm_inputs *in, double elapsed,
-                                const double *y, mode_contact *contact) {
+                                const double *y, mode_contact *contact, double *power) {
     const int modes = flow->table.modes;
-    double modulus[SM_MODES] = {0.0}, s[2 * (SM_MODES + SM_NEAR)];
+    double modulus[SM_MODES] = {0.0}, s[SM_MOST_FIELDS];
     for (int j = 0; j < modes; j++)
         modulus[j] = felt_amplitude(flow, in, j, elapsed, y + 2 * j, &contact[j]);
     const sm_status status = sm_table_lookup(&flow->table, modulus, s);
@@ -131,8 +131,14 @@ static sm_status contact_forces(const sm_slow_flow *flow, const sm_inputs *in, d
         *force = sm_cadd(*force, near_force(&flow->near[k], in, elapsed, contact,
                                             pair(s + 2 * (modes + k))));
     }
-    for (int j = 0; j < modes; j++)
+    *power = 0.0;
+    for (int j = 0; j < modes; j++) {
         contact[j].force = sm_cmul(contact[j].turn, contact[j].force);
+        /* mean power that leaves the mode at the contacts: -2 Omega Im(conj(a) force) */
+        *power -= 2.0 * frequency_at(in, j, elapsed)
+                  * sm_cmul(sm_conj(pair(y + 2 * j)), contact[j].force).im;
+    }
+    if (flow->table.power) *power = s[2 * (modes + flow->table.near)];
     return SM_OK;
 }
 
@@ -154,17 +160,15 @@ static sm_complex mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
                                   double elapsed, const double *y, double *dy) {
     mode_contact contact[SM_MODES] = {{{1.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
-    const sm_status status = contact_forces(flow, inputs, elapsed, y, contact);
-    if (status != SM_OK) return status;
     for (int u = 0; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
+    const sm_status status =
+        contact_forces(flow, inputs, elapsed, y, contact, &dy[2 * SM_MODES]);
+    if (status != SM_OK) return status;
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_complex a = pair(y + 2 * j), force = contact[j].force;
         const sm_complex rate = mode_rate(flow, inputs, j, elapsed, a, force);
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
-        /* mean power that leaves the mode at the contacts: -2 Omega Im(conj(a) force) */
-        dy[2 * SM_MODES] -=
-            2.0 * frequency_at(inputs, j, elapsed) * sm_cmul(sm_conj(a), force).im;
     }
     return SM_OK;
 }

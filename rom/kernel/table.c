@@ -11,13 +11,15 @@ static sm_status check_nodes(const double *node, int32_t count) {
     return SM_OK;
 }
 
-static size_t field_count(const sm_table *table) { return 2 * (size_t)(table->modes + table->near); }
+static size_t field_count(const sm_table *table) { 
+    return 2 * (size_t)(table->modes + table->near + table->power);
+}
 
 /* What keeps a look-up inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
-    if (table->near < 0 || table->near > SM_NEAR) return 0;
+    if (table->near < 0 || table->near > SM_NEAR || (table->power & ~1)) return 0;
     if (table->modes == 1) return table->count_b == 1;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
            table->count_b <= MAX_COUNT;
@@ -74,7 +76,7 @@ static inline void lookup_two_modes(const sm_table *table, double a, double b,
     const int32_t j = find_cell(table->node_b, table->count_b, b);
     const double h_a = table->node_a[i + 1] - table->node_a[i];
     const double h_b = table->node_b[j + 1] - table->node_b[j];
-    double wa[4], wb[4], sum[2 * (SM_MODES + SM_NEAR)] = {0.0};
+    double wa[4], wb[4], sum[SM_MOST_FIELDS] = {0.0};
     hermite((a - table->node_a[i]) / h_a, h_a, wa);
     hermite((b - table->node_b[j]) / h_b, h_b, wb);
     for (int p = 0; p < 2; p++)
@@ -104,8 +106,8 @@ sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, doubl
     if (status != SM_OK) return status;
     if (table->modes == 1)
         lookup_one_mode(table, amplitudes[0], s);
-    else if (table->near == 0)
-        lookup_two_modes(table, amplitudes[0], amplitudes[1], 2 * SM_MODES, s);
+    else if (table->near == 0 && table->power)
+        lookup_two_modes(table, amplitudes[0], amplitudes[1], 2 * (SM_MODES + 1), s);
     else
         lookup_two_modes(table, amplitudes[0], amplitudes[1], field_count(table), s);
     return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;

@@ -1,0 +1,33 @@
+"""Shared fixtures: models of the two-mass structure that take about a second to tabulate."""
+
+import pytest
+
+import rom
+
+LAW = rom.Tanh(limit=2.0, alpha=0.02)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_the_tests(tmp_path_factory):
+    """An empty model cache, so that no test reads or writes the user's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SLIPMODE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="session")
+def two_mode_model():
+    """Both modes, amplitudes up to 4, consistent formulation."""
+    return rom.tabulate(rom.reduce(rom.two_mass()), LAW, amplitude=(4.0, 4.0))
+
+
+@pytest.fixture(scope="session")
+def paper_model():
+    """Both modes, amplitudes up to 4, paper formulation."""
+    return rom.tabulate(rom.reduce(rom.two_mass(), formulation="paper"), LAW, amplitude=(4.0, 4.0))
+
+
+@pytest.fixture(scope="session")
+def one_mode_model():
+    """Mode A alone, amplitudes up to 4, consistent formulation."""
+    return rom.tabulate(rom.reduce(rom.two_mass(), modes=(0,)), LAW, amplitude=(4.0,))

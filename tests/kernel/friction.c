@@ -1,0 +1,291 @@
+/* Friction laws as resolvents, and the stage equation of the implicit step. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "driver.h"
+#include "contact.h"
+#include "fixtures.h"
+
+#define STEPS 48
+
+/* g(v) as the model defines it, not as the core computes it */
+static double tanh_force(const sm_contact *contact, int i, double v) {
+    return contact->limit[i] * tanh(v / contact->alpha);
+}
+
+/* Velocities v(y) and slopes dv/dy, lanes by lanes, each checked against the law. */
+static void check_resolvent(int32_t law, double s, double limit, double alpha, const double *y,
+                            int lanes) {
+    const sm_resolvent f = sm_resolvent_make(law, s, limit, alpha);
+    double v[SM_LANES], d[SM_LANES];
+    for (int l = 0; l < SM_LANES; l += lanes) {
+        if (lanes == 1)
+            sm_resolve(1, &f, y + l, v + l, d + l);
+        else
+            sm_resolve(SM_LANES, &f, y, v, d);
+    }
+    for (int l = 0; l < SM_LANES; l++) {
+        if (law == SM_TANH && limit > 0.0) {
+            const double t = tanh(v[l] / alpha), rate = limit / alpha * (1.0 - t * t);
+            CHECK_NEAR(s * v[l] + limit * t, y[l], 1e-14 * (limit + fabs(y[l])));
+            CHECK_NEAR(s * v[l] + limit * t, y[l], 1e-12 * fabs(y[l]) + 1e-16 * limit);
+            /* it only steers Newton; and 1 - tanh^2 is known to rounding only */
+            CHECK_NEAR(d[l] * (s + rate), 1.0, 1e-3 + 1e-15 * limit / alpha / s);
+        } else if (fabs(y[l]) <= limit) {
+            CHECK(v[l] == 0.0 && d[l] == 0.0);
+        } else {
+            CHECK_NEAR(s * v[l] + copysign(limit, v[l]), y[l], 1e-14 * fabs(y[l]));
+            CHECK_NEAR(d[l] * s, 1.0, 1e-14);
+        }
+    }
+}
+
+static void check_resolvents(void) {
+    const double limits[] = {0.0, 1e-3, 2.0, 1e9}, stiff[] = {1e-6, 0.06, 3.0, 1e4};
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 4; k++)
+            for (int e = 0; e <= 8; e++) {
+                const double limit = limits[i], scale = limit > 0.0 ? limit : 1.0;
+                double y[SM_LANES];
+                for (int l = 0; l < SM_LANES; l++) /* from far inside to far beyond the limit */
+                    y[l] = (l % 2 ? -1.0 : 1.0) * scale * pow(10.0, 0.4 * (l - 11.3));
+                y[0] = 0.0;
+                y[1] = scale;
+                y[2] = -scale * (1.0 - 1e-9);
+                y[3] = scale * (1.0 + 1e-9);
+                const double alpha = pow(10.0, -e);
+                for (int lanes = 1; lanes <= SM_LANES; lanes += SM_LANES - 1)
+                    check_resolvent(e == 0 ? SM_COULOMB : SM_TANH, stiff[k], limit, alpha, y,
+                                    lanes);
+            }
+}
+
+/* S v + g(v) = r, or -limit <= r - S v <= limit in stick, with S and r of the driver's own. */
+static void check_stage(const sm_contact *contact, double h, const double *u, const double *x,
+                        const double *v) {
+    const int n = contact->contacts;
+    for (int i = 0; i < n; i++) {
+        double r = u[i], scale = contact->limit[i] + fabs(u[i]), rest;
+        for (int j = 0; j < n; j++) {
+            const double k = contact->stiffness[i * n + j];
+            const double viscous = (contact->damping[i * n + j] + SM_GAMMA * h * k) * v[j];
+            r -= k * x[j] + viscous;
+            scale += fabs(k * x[j]) + fabs(viscous);
+        }
+        if (contact->law == SM_TANH)
+            rest = fabs(r - tanh_force(contact, i, v[i]));
+        else
+            rest = v[i] == 0.0 ? fmax(0.0, fabs(r) - contact->limit[i])
+                               : fabs(r - copysign(contact->limit[i], v[i]));
+        CHECK_NEAR(rest, 0.0, 2.0 * SM_STAGE_TOLERANCE * scale);
+    }
+}
+
+/* A period under forces that make contacts slip and stick; `spread` tells them apart. */
+static void check_steps(const sm_contact *contact, double spread) {
+    const int n = contact->contacts;
+    const double h = TWO_PI / STEPS;
+    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
+    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
+    sm_stepper stepper;
+    sm_lanes lane;
+    sm_stepper_place(&stepper, n, memory);
+    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
+    CHECK_STATUS(sm_stepper_set(&stepper, contact, h), SM_OK);
+    int slips = 0, sticks = 0;
+    for (int k = 0; k < 2 * STEPS; k++) {
+        const int stage = k % 2;
+        for (int i = 0; i < n; i++)
+            lane.u[i] = u[i] = 3.0 * (1.0 + spread * i)
+                               * sin(h * (k / 2 + (stage ? 1.0 : SM_GAMMA)) + spread * i);
+        memcpy(x, stage ? lane.base : lane.x, (size_t)n * sizeof(double));
+        CHECK_STATUS(sm_stage(1, &stepper, &lane, stage), SM_OK);
+        check_stage(contact, h, u, x, lane.v);
+        for (int i = 0; i < n; i++) {
+            const int stuck = fabs(lane.v[i]) <= 1e-4 * contact->alpha;
+            slips += !stuck;
+            sticks += stuck;
+        }
+    }
+    CHECK(slips > 0);
+    CHECK(contact->law == SM_TANH || sticks > 0);
+    free(memory);
+    free(u);
+    free(x);
+}
+
+/* One stage from rest under forces u; its status, and its velocities if that is good. */
+static sm_status solve_stage(const sm_contact *contact, double h, const double *u, double *v) {
+    const int n = contact->contacts;
+    const size_t size = (size_t)n * sizeof(double);
+    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
+    sm_stepper stepper;
+    sm_lanes lane;
+    sm_stepper_place(&stepper, n, memory);
+    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
+    CHECK_STATUS(sm_stepper_set(&stepper, contact, h), SM_OK);
+    memcpy(lane.u, u, size);
+    const sm_status status = sm_stage(1, &stepper, &lane, 0);
+    memcpy(v, lane.v, size);
+    free(memory);
+    return status;
+}
+
+/* Contacts without friction, no force at two of them: the residual there is rounding alone. */
+static void check_frictionless_stage(void) {
+    problem p = new_problem(3, 1, SM_COULOMB);
+    const double u[] = {1.0, 0.0, 0.0}, x[3] = {0.0};
+    double v[3];
+    for (int i = 0; i < 3; i++) p.limit[i] = 0.0;
+    CHECK_STATUS(solve_stage(&p.contact, 0.1, u, v), SM_OK);
+    CHECK(fabs(v[1]) > 0.1);
+    check_stage(&p.contact, 0.1, u, x, v);
+    free_problem(&p);
+}
+
+/* Three contacts on a part that moves in a plane: K has rank two, and Newton nothing to divide by
+ * where all slide. */
+static void check_rank_deficient_stage(void) {
+    const double direction[3][2] = {{1.0, 0.0}, {0.0, 1.0}, {0.6, 0.8}};
+    for (int law = SM_TANH; law <= SM_COULOMB; law++)
+        for (int k = 0; k < 50; k++) {
+            problem p = new_problem(3, 1, law);
+            const double f[] = {20.0 * random_number() - 10.0, 20.0 * random_number() - 10.0};
+            double u[3], v[3];
+            const double x[3] = {0.0};
+            for (int i = 0; i < 3; i++) {
+                u[i] = direction[i][0] * f[0] + direction[i][1] * f[1];
+                p.limit[i] *= 0.1 * (k % 3); /* without friction, too */
+                for (int j = 0; j < 3; j++) {
+                    p.damping[3 * i + j] = 0.0;
+                    p.stiffness[3 * i + j] = 20.0 * (direction[i][0] * direction[j][0]
+                                                     + direction[i][1] * direction[j][1]);
+                }
+            }
+            CHECK_STATUS(solve_stage(&p.contact, 0.1, u, v), SM_OK);
+            check_stage(&p.contact, 0.1, u, x, v);
+            free_problem(&p);
+        }
+}
+
+/* Forces whose velocities overflow: a status, not a NaN that counts as solved. */
+static void check_overflowing_stage(void) {
+    for (int n = 2; n <= 3; n++) {
+        problem p = new_problem(n, 1, SM_TANH);
+        const double u[] = {1e308, -1e308, 1e308};
+        double v[3];
+        CHECK_STATUS(solve_stage(&p.contact, 1e-3, u, v), SM_NOT_FINITE);
+        free_problem(&p);
+    }
+}
+
+static void check_coupled_steps(void) {
+    for (int e = 1; e <= 9; e++) { /* 9: exact Coulomb */
+        problem p = new_problem(7, 1, e == 9 ? SM_COULOMB : SM_TANH);
+        p.contact.alpha = pow(10.0, -e);
+        check_steps(&p.contact, 1.0);
+        free_problem(&p);
+    }
+}
+
+/* Contacts on a rigid part: K is singular, and without damping the stage matrix too. */
+static void check_singular_stiffness(void) {
+    const double alphas[] = {0.0, 0.02, 1e-6};
+    for (int a = 0; a < 3; a++)
+        for (int n = 2; n <= 3; n++)
+            for (int equal = 0; equal <= 1; equal++) {
+                problem p = new_problem(n, 1, alphas[a] > 0.0 ? SM_TANH : SM_COULOMB);
+                p.contact.alpha = alphas[a];
+                for (int k = 0; k < n * n; k++) {
+                    p.stiffness[k] = 1.0 / (SM_GAMMA * TWO_PI / STEPS); /* S = 1 */
+                    p.damping[k] = 0.0;
+                }
+                for (int i = 0; i < n && equal; i++) p.limit[i] = 2.0;
+                check_steps(&p.contact, 0.0);
+                free_problem(&p);
+            }
+}
+
+static sm_status call_contact_check(void *p) { return sm_contact_check(p); }
+
+static void check_contact_refusals(void) {
+    problem p = new_problem(3, 2, SM_TANH);
+    sm_contact *c = &p.contact;
+    CHECK_STATUS(sm_contact_check(c), SM_OK);
+    CHECK_STATUS(sm_contact_check(NULL), SM_BAD_ARGUMENT);
+    const int32_t counts[] = {0, -1, INT32_MIN, INT32_MAX, 32769};
+    for (int k = 0; k < 5; k++) {
+        CHECK_REFUSES(int32_t, c->contacts, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, c->modes, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
+        if (counts[k] != SM_TANH)
+            CHECK_REFUSES(int32_t, c->law, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
+    }
+    CHECK_REFUSES(const double *, p.contact.limit, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, p.contact.stiffness, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, p.contact.damping, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, p.contact.coupling, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES_NOT_FINITE(p.limit, 3, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(p.stiffness, 9, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(p.damping, 9, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(p.coupling, 12, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(&c->alpha, 1, call_contact_check, c);
+    CHECK_REFUSES(double, c->alpha, 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, c->alpha, -0.02, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.limit[2], -1e-9, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.stiffness[4], 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.stiffness[1], 18.1, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.damping[1], 0.17, sm_contact_check(c), SM_BAD_ARGUMENT);
+    double mass[] = {1.0, 0.1, 0.0, 0.1, 1.0, 0.1, 0.0, 0.1, 1.0};
+    c->mass = mass;
+    CHECK_REFUSES_NOT_FINITE(mass, 9, call_contact_check, c);
+    CHECK_REFUSES(double, mass[1], 0.2, sm_contact_check(c), SM_BAD_ARGUMENT);
+    c->law = SM_COULOMB; /* has no use for alpha */
+    CHECK_REFUSES(double, c->alpha, NAN, sm_contact_check(c), SM_OK);
+    free_problem(&p);
+}
+
+static void check_answer_refusals(void) {
+    problem p = new_problem(2, 2, SM_TANH);
+    double natural[] = {1.0, 1.7}, damping[] = {0.01, 0.03}, spring[] = {1.0, 0.5, 0.3, 0.8};
+    double damper[4] = {0.0};
+    int32_t orders[] = {2, -1};
+    sm_modal_answer answer = {.natural = natural,
+                              .damping = damping,
+                              .spring = spring,
+                              .damper = damper,
+                              .orders_count = 1,
+                              .orders = orders};
+    sm_contact *c = &p.contact;
+    c->answer = &answer;
+    CHECK_STATUS(sm_contact_check(c), SM_OK);
+    CHECK_REFUSES(const double *, answer.natural, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, answer.damping, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, answer.spring, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, answer.damper, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, natural[1], 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, answer.near_count, 1, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const int32_t *, answer.orders, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    const int32_t wrong[] = {-100000, INT32_MIN, INT32_MAX};
+    for (int k = 0; k < 3; k++) {
+        CHECK_REFUSES(int32_t, answer.near_count, wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, answer.orders_count, wrong[k], sm_contact_check(c),
+                      SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, orders[1], wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
+    }
+    CHECK_REFUSES_NOT_FINITE(natural, 2, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(damping, 2, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(spring, 4, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(damper, 4, call_contact_check, c);
+    free_problem(&p);
+}
+
+void check_friction(void) {
+    check_resolvents();
+    check_coupled_steps();
+    check_singular_stiffness();
+    check_frictionless_stage();
+    check_rank_deficient_stage();
+    check_overflowing_stage();
+    check_contact_refusals();
+    check_answer_refusals();
+}

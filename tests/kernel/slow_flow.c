@@ -1,0 +1,195 @@
+/* The slow flow: its right-hand side and its integration step. */
+#include "slow_flow.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver.h"
+#include "fixtures.h"
+
+/* All arguments of sm_slow_flow_rate, on ramps of every input. */
+typedef struct {
+    table t;
+    sm_slow_flow flow;
+    sm_inputs inputs;
+    double elapsed, amplitude[4], rate[4], input_power, friction_power;
+} rate_call;
+
+static rate_call new_call(int modes, int paper) {
+    rate_call c = {.t = new_table(modes, 2, 2),
+                   .inputs = {.force = {0.15, 0.25},
+                              .force_rate = {0.01, -0.02},
+                              .frequency = {0.98, 1.65},
+                              .frequency_rate = {1e-3, -2e-3},
+                              .phase = {0.3, -1.2},
+                              .phase_rate = {0.02, 0.01}},
+                   .elapsed = 2.5,
+                   .amplitude = {0.9, -0.7, -0.4, 1.1}};
+    c.flow = flow_over(&c.t);
+    c.flow.paper = paper;
+    return c;
+}
+
+static sm_status evaluate(void *arguments) {
+    rate_call *c = arguments;
+    return sm_slow_flow_rate(&c->flow, &c->inputs, c->elapsed, c->amplitude, c->rate,
+                             &c->input_power, &c->friction_power);
+}
+
+/* mass a' + stiffness a - F exp(i ph) / 2 - Q a = 0, in complex numbers */
+static void check_equation(int modes, int paper) {
+    rate_call c = new_call(modes, paper);
+    double s[4], power = 0.0;
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    exact_friction(modes, hypot(0.9, 0.7), modes == 2 ? hypot(0.4, 1.1) : 0.0, s);
+    for (int j = 0; j < modes; j++) {
+        const double complex a = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
+        const double complex rate = c.rate[2 * j] + I * c.rate[2 * j + 1];
+        const double t = c.elapsed, natural = c.flow.natural[j], damping = c.flow.damping[j];
+        const double Omega = c.inputs.frequency[j] + t * c.inputs.frequency_rate[j];
+        const double F = c.inputs.force[j] + t * c.inputs.force_rate[j];
+        const double phase = c.inputs.phase[j] + t * c.inputs.phase_rate[j];
+        const double complex Q = (s[2 * j] + I * s[2 * j + 1]) / cabs(a);
+        const double complex mass = paper ? 2.0 * I * natural : 2.0 * I * Omega + damping;
+        const double complex stiffness =
+            paper ? 2.0 * natural * (natural - Omega) + I * damping * natural
+                  : natural * natural - Omega * Omega
+                        + I * (damping * Omega + c.inputs.frequency_rate[j]);
+        const double complex rest =
+            mass * rate + stiffness * a - 0.5 * F * cexp(I * phase) - Q * a;
+        CHECK_NEAR(cabs(rest), 0.0, 1e-14);
+        power -= 2.0 * Omega * cabs(a) * s[2 * j + 1];
+    }
+    CHECK_NEAR(c.friction_power, power, 1e-14);
+    free_table(&c.t);
+}
+
+/* Force that holds the amplitudes still: what it puts in goes into friction and damping. */
+static void check_power_balance(void) {
+    rate_call c = new_call(2, 0);
+    double s[4], damped = 0.0;
+    exact_friction(2, hypot(0.9, 0.7), hypot(0.4, 1.1), s);
+    c.elapsed = 0.0;
+    for (int j = 0; j < 2; j++) {
+        const double complex a = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
+        const double natural = c.flow.natural[j], Omega = c.inputs.frequency[j];
+        c.inputs.frequency_rate[j] = 0.0;
+        const double complex F =
+            2.0 * (natural * natural - Omega * Omega + I * c.flow.damping[j] * Omega
+                   - (s[2 * j] + I * s[2 * j + 1]) / cabs(a)) * a;
+        c.inputs.force[j] = cabs(F);
+        c.inputs.phase[j] = carg(F);
+        damped += 2.0 * c.flow.damping[j] * pow(Omega * cabs(a), 2.0);
+    }
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    for (int k = 0; k < 4; k++) CHECK_NEAR(c.rate[k], 0.0, 1e-15);
+    CHECK(c.friction_power > 0.1);
+    CHECK_NEAR(c.input_power, c.friction_power + damped, 1e-14);
+    free_table(&c.t);
+}
+
+/* Unknowns after `steps` equal steps over 24 s of ramps, away from resonance. */
+static void integrate(const rate_call *c, int steps, double *y) {
+    double dy[SM_UNKNOWNS], y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
+    const double h = 24.0 / steps;
+    memset(y, 0, SM_UNKNOWNS * sizeof *y);
+    memcpy(y, c->amplitude, 2 * (size_t)c->flow.table.modes * sizeof *y);
+    CHECK_STATUS(sm_slow_flow_derivative(&c->flow, &c->inputs, 0.0, y, dy), SM_OK);
+    for (int k = 0; k < steps; k++) {
+        CHECK_STATUS(sm_slow_flow_try(&c->flow, &c->inputs, h * k, h, 1e-6, y, dy, y_new, dy_new,
+                                      &error),
+                     SM_OK);
+        memcpy(y, y_new, sizeof y_new);
+        memcpy(dy, dy_new, sizeof dy_new);
+    }
+}
+
+static void check_order(int modes, int paper) {
+    rate_call c = new_call(modes, paper);
+    c.inputs.frequency[0] = 0.7;
+    c.inputs.frequency[1] = 1.3;
+    double exact[SM_UNKNOWNS], error[3] = {0.0, 0.0, 0.0};
+    integrate(&c, 4096, exact);
+    for (int k = 0; k < 3; k++) {
+        double y[SM_UNKNOWNS];
+        integrate(&c, 96 << k, y);
+        for (int u = 0; u < SM_UNKNOWNS; u++) error[k] = fmax(error[k], fabs(y[u] - exact[u]));
+    }
+    CHECK_NEAR(log2(error[0] / error[1]), 5.0, 0.3);
+    CHECK_NEAR(log2(error[1] / error[2]), 5.0, 0.2);
+    free_table(&c.t);
+}
+
+/* Halving the step divides the estimate, which is of fourth order, by 32. */
+static void check_error_estimate(void) {
+    rate_call c = new_call(2, 0);
+    double y[SM_UNKNOWNS] = {0.9, -0.7, -0.4, 1.1, 0.0}, dy[SM_UNKNOWNS], y_new[SM_UNKNOWNS];
+    double dy_new[SM_UNKNOWNS], check[SM_UNKNOWNS], error[2];
+    CHECK_STATUS(sm_slow_flow_derivative(&c.flow, &c.inputs, 0.0, y, dy), SM_OK);
+    for (int k = 0; k < 2; k++)
+        CHECK_STATUS(sm_slow_flow_try(&c.flow, &c.inputs, 0.0, k == 0 ? 0.4 : 0.2, 1e-9, y, dy,
+                                      y_new, dy_new, &error[k]),
+                     SM_OK);
+    CHECK_NEAR(log2(error[0] / error[1]), 5.0, 0.2);
+    CHECK_STATUS(sm_slow_flow_derivative(&c.flow, &c.inputs, 0.2, y_new, check), SM_OK);
+    CHECK(memcmp(check, dy_new, sizeof check) == 0); /* the first stage of the next step */
+    free_table(&c.t);
+}
+
+static void check_near_refusals(void) {
+    rate_call c = new_call(2, 0);
+    const int32_t wrong[] = {INT32_MIN, -1001, 1001, INT32_MAX};
+    sm_near *const near = &c.flow.near[0];
+    c.flow.table.near = 1;
+    for (int k = 0; k < 4; k++) {
+        CHECK_REFUSES(int32_t, near->mode, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, near->n, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, near->m, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, c.flow.table.near, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+    }
+    c.flow.table.near = 0;
+    for (int j = 0; j < 2; j++) {
+        CHECK_REFUSES_NOT_FINITE((double *)&c.flow.turn[j], sizeof c.flow.turn[j] / sizeof(double),
+                                 evaluate, &c);
+        CHECK_REFUSES_NOT_FINITE(c.flow.shift[j], 2, evaluate, &c);
+    }
+    free_table(&c.t);
+}
+
+static void check_refusals(void) {
+    rate_call c = new_call(2, 0);
+    double *const a = c.amplitude, *const r = c.rate, *const p = &c.input_power;
+    CHECK_STATUS(sm_slow_flow_rate(NULL, &c.inputs, 0.0, a, r, p, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, NULL, 0.0, a, r, p, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, NULL, r, p, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, NULL, p, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, r, NULL, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, r, p, NULL), SM_BAD_ARGUMENT);
+    const int32_t wrong[] = {0, -1, 3, INT32_MIN, INT32_MAX};
+    for (int k = 0; k < 5; k++)
+        CHECK_REFUSES(int32_t, c.flow.table.modes, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, c.inputs.frequency[1], 0.0, evaluate(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, c.inputs.frequency_rate[0], -1.0, evaluate(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, c.amplitude[2], 5.0, evaluate(&c), SM_OUTSIDE_TABLE);
+    CHECK_REFUSES(double, c.inputs.force[0], 1e308, evaluate(&c), SM_NOT_FINITE);
+    CHECK_REFUSES_NOT_FINITE((double *)&c.inputs, INPUT_COUNT, evaluate, &c);
+    CHECK_REFUSES_NOT_FINITE(c.amplitude, 4, evaluate, &c);
+    CHECK_REFUSES_NOT_FINITE(&c.elapsed, 1, evaluate, &c);
+    CHECK_REFUSES_NOT_FINITE(c.flow.natural, 2, evaluate, &c);
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    free_table(&c.t);
+}
+
+void check_slow_flow(void) {
+    for (int modes = 1; modes <= 2; modes++)
+        for (int paper = 0; paper <= 1; paper++) {
+            check_equation(modes, paper);
+            check_order(modes, paper);
+        }
+    check_power_balance();
+    check_error_estimate();
+    check_near_refusals();
+    check_refusals();
+}

@@ -1,0 +1,99 @@
+/* Friction tables. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver.h"
+#include "fixtures.h"
+
+/* Everywhere the polynomial of the fixture, which a bicubic surface holds exactly. */
+static void check_values(int modes, int count_a, int count_b) {
+    table t = new_table(modes, count_a, count_b);
+    double *points = new_doubles(200 * (size_t)modes), *s = new_doubles(400 * (size_t)modes);
+    CHECK_STATUS(sm_table_check(&t.table), SM_OK);
+    for (int k = 0; k < 200 * modes; k++) points[k] = 4.0 * random_number();
+    points[0] = 0.0;
+    points[200 * modes - 1] = 4.0; /* both ends belong to the table */
+    CHECK_STATUS(sm_table_lookup_many(&t.table, 200, points, s), SM_OK);
+    for (int k = 0; k < 200; k++) {
+        double exact[4], alone[4];
+        const double *point = points + k * modes;
+        exact_friction(modes, point[0], modes == 2 ? point[1] : 0.0, exact);
+        CHECK_STATUS(sm_table_lookup(&t.table, point, alone), SM_OK);
+        for (int f = 0; f < 2 * modes; f++) {
+            CHECK_NEAR(alone[f], exact[f], 1e-14);
+            CHECK(s[k * 2 * modes + f] == alone[f]);
+        }
+    }
+    free_table(&t);
+    free(points);
+    free(s);
+}
+
+static sm_status call_table_check(void *t) { return sm_table_check(t); }
+
+static void check_table_refusals(int modes) {
+    table t = new_table(modes, 3, 5);
+    sm_table *T = &t.table;
+    CHECK_STATUS(sm_table_check(NULL), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, T->node_a, NULL, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, T->values, NULL, sm_table_check(T), SM_BAD_ARGUMENT);
+    const int32_t wrong[] = {0, -1, 100001, INT32_MIN, INT32_MAX};
+    for (int k = 0; k < 5; k++) {
+        CHECK_REFUSES(int32_t, T->modes, wrong[k], sm_table_check(T), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, T->count_a, wrong[k], sm_table_check(T), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, T->count_b, wrong[k], sm_table_check(T), SM_BAD_ARGUMENT);
+    }
+    CHECK_REFUSES(int32_t, T->count_a, 1, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, t.node_a[0], 0.1, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, t.node_a[1], 0.0, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, t.node_a[1], 4.0, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, t.node_a[2], -1.0, sm_table_check(T), SM_BAD_ARGUMENT);
+    CHECK_REFUSES_NOT_FINITE(t.node_a, 3, call_table_check, T);
+    CHECK_REFUSES_NOT_FINITE(t.values, (size_t)(modes == 2 ? 240 : 24), call_table_check, T);
+    if (modes == 2) {
+        CHECK_REFUSES(const double *, T->node_b, NULL, sm_table_check(T), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(double, t.node_b[3], t.node_b[4], sm_table_check(T), SM_BAD_ARGUMENT);
+        CHECK_REFUSES_NOT_FINITE(t.node_b, 5, call_table_check, T);
+    } else {
+        CHECK_REFUSES(int32_t, T->count_b, 2, sm_table_check(T), SM_BAD_ARGUMENT);
+    }
+    free_table(&t);
+}
+
+static void check_lookup_refusals(void) {
+    table t = new_table(2, 4, 4);
+    sm_table *T = &t.table;
+    double s[4], at[2] = {1.0, 2.0};
+    CHECK_STATUS(sm_table_lookup(NULL, at, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup(T, NULL, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup(T, at, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_many(NULL, 1, at, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_many(T, 1, NULL, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_many(T, 1, at, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_many(T, 0, NULL, NULL), SM_OK);
+    CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, T->count_b, 0, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
+    for (int j = 0; j < 2; j++) {
+        CHECK_REFUSES(double, at[j], nextafter(4.0, 5.0), sm_table_lookup(T, at, s),
+                      SM_OUTSIDE_TABLE);
+        CHECK_REFUSES(double, at[j], -1e-300, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
+        CHECK_REFUSES(double, at[j], 1e308, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
+        CHECK_REFUSES(double, at[j], NAN, sm_table_lookup(T, at, s), SM_NOT_FINITE);
+        CHECK_REFUSES(double, at[j], INFINITY, sm_table_lookup_many(T, 1, at, s), SM_NOT_FINITE);
+    }
+    /* an unchecked table with a NaN in it gives a status, never the NaN */
+    for (int k = 0; k < 4 * 4 * 16; k++) t.values[k] = NAN;
+    CHECK_STATUS(sm_table_lookup(T, at, s), SM_NOT_FINITE);
+    free_table(&t);
+}
+
+void check_table(void) {
+    check_values(1, 2, 1);
+    check_values(1, 17, 1);
+    check_values(2, 2, 2);
+    check_values(2, 9, 5);
+    check_table_refusals(1);
+    check_table_refusals(2);
+    check_lookup_refusals();
+}

@@ -1,0 +1,41 @@
+"""A model in slow time: what several tests march."""
+
+import numpy as np
+
+from fmu import Component
+from rom.motion import SlowTrajectory
+
+
+def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):
+    """March from amplitudes `start` through `time`.
+
+    Inputs are named like the component's; each is a number or its values at the start of every
+    step. What is not given is 0, but for the frequencies, which are the natural ones.
+    """
+    component = Component(model, force, tolerance=tolerance)
+    component.reset(time[0], start)
+    given = {f"frequency_{m}": f for m, f in zip("AB", model.reduced.frequency, strict=False)}
+    scripted = np.zeros((time.size - 1, len(component.input_names)))
+    for name, values in (given | inputs).items():
+        scripted[:, component.input_names.index(name)] = values
+    first = np.array(list(component.outputs().values()))
+    rows = np.vstack((first, component.run(np.diff(time), scripted)))
+    output = dict(zip(component.output_names, rows.T, strict=True))
+    modes = "AB"[: model.modes]
+
+    def inputs_of(quantity):
+        names = [component.input_names.index(f"{quantity}_{mode}") for mode in modes]
+        return scripted[:, names]
+
+    to_modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
+    excitation = to_modal * np.exp(1j * inputs_of("phase"))
+    return SlowTrajectory(
+        time=output["time"],
+        amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),
+        angle=np.column_stack([output[f"theta_{m}"] for m in modes]),
+        frequency=inputs_of("frequency"),
+        frequency_rate=inputs_of("frequency_rate"),
+        force=inputs_of("force") * excitation,
+        force_rate=(inputs_of("force_rate") + 1j * inputs_of("phase_rate") * inputs_of("force"))
+        * excitation,
+    )

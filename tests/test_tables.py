@@ -1,0 +1,153 @@
+"""Friction tables: errors between the nodes, limits on the axes, symmetry, determinism."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import qmc
+
+from rom import Coulomb, SlipmodeError, Tanh, reduce, tabulate, two_mass
+from rom.torus import Discretisation, friction_functions
+
+LIMIT = 2.0
+RANGE = (4.0, 4.0)
+BOTH = reduce(two_mass())
+ALONE = reduce(two_mass(), modes=(0,))
+FINE = Discretisation(steps=512, lines=32)  # its own error: 1e-4 of the largest |S_j| at most
+
+
+@pytest.fixture(scope="module", params=[0.02, 0.005])
+def tabulated(request):
+    """A law of friction and its two-mode table to 1e-3."""
+    law = Tanh(LIMIT, request.param)
+    return law, tabulate(BOTH, law, RANGE, tolerance=1e-3)
+
+
+@pytest.fixture(
+    scope="module", params=[Tanh(LIMIT, 0.1), Tanh(LIMIT, 0.01), Coulomb(LIMIT)], ids=str
+)
+def coarse_table(request):
+    """As few nodes as possible, in the formulation where friction alone dissipates."""
+    paper = reduce(two_mass(), formulation="paper")
+    return paper.frequency, tabulate(paper, request.param, RANGE, tolerance=3e-2).table
+
+
+def largest_term(table):
+    """Largest |S_j| at the nodes, (modes,)."""
+    nodes = np.stack(np.meshgrid(table.node_a, table.node_b, indexing="ij"), axis=-1)
+    return np.abs(table(nodes[..., : table.modes])).max(axis=(0, 1))
+
+
+def table_error(model, law, amplitudes, grid=FINE):
+    """Largest difference from direct solves, relative to the largest |S_j|."""
+    S = amplitudes * friction_functions(model.reduced, law, amplitudes, grid, tolerance=1e-5)
+    return (np.abs(model.table(amplitudes) - S) / largest_term(model.table)).max()
+
+
+def quasi_random(count, low, high):
+    """Points that are no nodes, (count, 2)."""
+    return qmc.scale(qmc.Halton(2, scramble=True, rng=7).random(count), low, high)
+
+
+REGIONS = {
+    "everywhere": quasi_random(200, (0, 0), RANGE),
+    "threshold of A": quasi_random(60, (0.9, 0), (1.1, 4)),
+    "threshold of B": quasi_random(60, (0, 0.3), (4, 0.4)),
+    "both thresholds": quasi_random(60, (0.8, 0.25), (1.2, 0.45)),
+}
+
+
+@pytest.mark.parametrize("region", REGIONS)
+def test_the_error_between_the_nodes_is_within_the_tolerance(tabulated, region):
+    law, model = tabulated
+    # asked for: 1e-3; measured at the worst: 0.65e-3
+    assert table_error(model, law, REGIONS[region]) < 1e-3
+
+
+def test_the_error_falls_with_the_tolerance():
+    law = Tanh(LIMIT, 0.02)
+    points = np.linspace(0.003, 3.997, 101)[:, np.newaxis]
+    fine = Discretisation(steps=4096, lines=1)
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        model = tabulate(ALONE, law, RANGE[:1], tolerance)
+        assert table_error(model, law, points, fine) < tolerance
+
+
+def test_a_mode_at_rest_has_no_friction_term(two_mode_model):
+    axis = np.linspace(0, 4, 33)
+    rest = np.zeros_like(axis)
+    S_along_A, S_along_B = (
+        two_mode_model.table(np.column_stack(pair)) for pair in ((axis, rest), (rest, axis))
+    )
+    assert not S_along_A[:, 1].any()
+    assert not S_along_B[:, 0].any()
+    assert not two_mode_model.table((0.0, 0.0)).any()
+
+
+def test_a_mode_alone_is_the_edge_of_the_table_for_two(two_mode_model, one_mode_model):
+    axis = np.linspace(0.01, 3.99, 50)
+    alone = one_mode_model.table(axis[:, np.newaxis])[:, 0]
+    edge = two_mode_model.table(np.column_stack((axis, np.zeros_like(axis))))[:, 0]
+    # each table is within 1e-3
+    np.testing.assert_allclose(edge, alone, rtol=0, atol=2e-3 * np.abs(alone).max())
+
+
+def test_the_surface_goes_through_direct_solves_at_the_nodes(two_mode_model):
+    table, quality = two_mode_model.table, two_mode_model.quality
+    nodes = np.array([(a, b) for a in table.node_a[1::7] for b in table.node_b[1::7]])
+    grid = Discretisation(quality.steps, quality.lines)
+    error = table_error(two_mode_model, two_mode_model.law, nodes, grid)
+    assert error < 0.2 * quality.tolerance  # measured 0.1: what the march may lack of periodicity
+
+
+@given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
+@settings(max_examples=300, deadline=None)
+def test_friction_never_feeds_the_modes_between_the_nodes(coarse_table, amplitude):
+    frequency, table = coarse_table
+    power = -2 * frequency * amplitude * table(amplitude).imag
+    assert power.sum() >= -1e-12 * np.abs(power).max()
+
+
+@pytest.mark.parametrize("outside", [(4.0001, 1.0), (1.0, 4.0001), (np.inf, 1.0), (np.nan, 1.0)])
+def test_nothing_is_extrapolated(two_mode_model, outside):
+    with pytest.raises(SlipmodeError):
+        two_mode_model.table(outside)
+
+
+def test_the_far_corner_belongs_to_the_table(two_mode_model):
+    assert np.isfinite(two_mode_model.table(RANGE)).all()
+
+
+def test_weak_friction_needs_no_more_nodes_than_strong():
+    """The damping of the contacts lets Im S be positive; the surface must follow it there."""
+    damped = reduce(two_mass(beta=0.05))
+    table = tabulate(damped, Tanh(limit=1e-3, alpha=0.1), RANGE, tolerance=2e-4).table
+    nodes = table.node_a.size * table.node_b.size
+    assert nodes < 40 * 40  # 17 x 17 where Im S < 0 throughout
+
+
+@pytest.mark.parametrize("law", [Tanh(LIMIT, 0.1), Coulomb(LIMIT)], ids=str)
+def test_the_table_does_not_depend_on_the_threads(law):
+    hashes = {
+        tabulate(BOTH, law, RANGE, tolerance=1e-2, threads=threads).hash
+        for threads in (1, 2, 3, 2)
+    }
+    assert len(hashes) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"amplitude": (4.0,)}, "amplitude: must be 2"),
+        ({"amplitude": (4.0, 0.0)}, "amplitude: must be 2 finite numbers > 0"),
+        ({"amplitude": (4.0, np.nan)}, "amplitude: must be 2 finite numbers > 0"),
+        ({"tolerance": 0.0}, "tolerance: must be"),
+        ({"tolerance": 1.0}, "tolerance: must be"),
+        ({"law": Tanh((1.0, 2.0, 3.0), 0.02)}, "limit: must be one number or 2"),
+    ],
+)
+def test_refuses_in_one_line(change, message):
+    arguments = {"reduced": BOTH, "law": Tanh(LIMIT, 0.02), "amplitude": RANGE, "tolerance": 1e-3}
+    with pytest.raises(SlipmodeError, match=message) as refusal:
+        tabulate(**(arguments | change))
+    assert "\n" not in str(refusal.value)
