@@ -18,6 +18,8 @@ from rom.reduction import Reduced, force_vector
 
 Complexes = NDArray[np.complex128]
 
+_SHORT_STEP = 1e-4  # of a difference along the flow, in radians of mode A
+
 
 def slow_flow(model: Model, shift: Complexes | None = None) -> _kernel.SlowFlow:
     """The amplitude equations as the core reads them; `shift` as `felt_shift` gives it."""
@@ -125,8 +127,9 @@ def amplitude_rate(
     force: Complexes,
     frequency_rate: Floats | float = 0.0,
     shift: Complexes | float = 0.0,
+    force_rate: Complexes | float = 0.0,
 ) -> Complexes:
-    """da/dt (..., modes) at amplitudes (..., modes).
+    """da/dt (..., modes) at amplitudes (..., modes), without near resonances.
 
     Parameters
     ----------
@@ -138,7 +141,41 @@ def amplitude_rate(
         Rate of a sweep [rad/s^2]; the "paper" formulation has no such term.
     shift : (modes,) complex ndarray or float
         As `felt_shift` gives it.
+    force_rate : (..., modes) complex ndarray or float
+        d(force)/dt.
+
+    Notes
+    -----
+    The exact equation has a second derivative, a'' + mass a' + stiffness a = .... With v(a) the
+    rate without it, a'' is v' along the flow to first order, so a' = v - v' / mass. The paper
+    neglects it.
     """
+    frequency = np.asarray(frequency, dtype=float)
+    v = first_order_rate(model, amplitude, frequency, force, frequency_rate, shift)
+    if model.reduced.formulation == "paper":
+        return v
+    ahead = _SHORT_STEP / model.reduced.carrier[0]
+    later = first_order_rate(
+        model,
+        amplitude + ahead * v,
+        frequency + ahead * np.asarray(frequency_rate),
+        force + ahead * np.asarray(force_rate),
+        frequency_rate,
+        shift,
+    )
+    rate: Complexes = v - (later - v) / ahead / linear_part(model.reduced, frequency).mass
+    return rate
+
+
+def first_order_rate(
+    model: Model,
+    amplitude: Complexes,
+    frequency: Floats,
+    force: Complexes,
+    frequency_rate: Floats | float = 0.0,
+    shift: Complexes | float = 0.0,
+) -> Complexes:
+    """The rate without the second derivative, see `amplitude_rate`: 0 at the same amplitudes."""
     part = linear_part(model.reduced, frequency)
     contact_force = friction_force(model, amplitude, frequency, shift * force)
     sweep = 0.0 if model.reduced.formulation == "paper" else 1j * np.asarray(frequency_rate)

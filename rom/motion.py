@@ -40,6 +40,8 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
+    shift : (modes,) complex ndarray or float
+        What the contacts feel on top of a_j, per unit of force: rom.amplitude.felt_shift.
     """
 
     time: Floats
@@ -49,6 +51,7 @@ class SlowTrajectory:
     frequency_rate: Floats
     force: Complexes
     force_rate: Complexes
+    shift: Complexes | float = 0.0
 
     @property
     def point_frequency(self) -> Floats:
@@ -70,7 +73,22 @@ class SlowTrajectory:
             self.frequency_rate[within],
             self.force[within],
             self.force_rate[within],
+            self.shift,
         )
+
+    def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
+        """da/dt at the start and at the end of each step, (steps, modes)."""
+        later = np.diff(self.time)[:, np.newaxis]
+        rates = self.frequency_rate
+        start = amplitude_rate(
+            *(model, self.amplitude[:-1], self.frequency, self.force, rates, self.shift),
+            self.force_rate,
+        )
+        end = amplitude_rate(
+            *(model, self.amplitude[1:], self.frequency + rates * later),
+            *(self.force + self.force_rate * later, rates, self.shift, self.force_rate),
+        )
+        return start, end
 
     def segments(self, model: Model, pull: Complexes) -> np.ndarray:
         """The steps as the core reads them; `pull` (steps + 1, orders, N_c) must outlive them."""
@@ -80,15 +98,13 @@ class SlowTrajectory:
         segments["start"], segments["duration"] = self.time[:-1], duration
         modes = slice(0, model.modes)
         rates = self.frequency_rate
-        segments["amplitude_start"][:, modes] = self.amplitude[:-1]
-        segments["amplitude_end"][:, modes] = self.amplitude[1:]
-        segments["rate_start"][:, modes] = amplitude_rate(
-            model, self.amplitude[:-1], self.frequency, self.force, rates
-        )
-        segments["rate_end"][:, modes] = amplitude_rate(
-            *(model, self.amplitude[1:], self.frequency + rates * later),
-            *(self.force + self.force_rate * later, rates),
-        )
+        force_end = self.force + self.force_rate * later
+        moving = self.shift * self.force_rate
+        segments["amplitude_start"][:, modes] = self.amplitude[:-1] + self.shift * self.force
+        segments["amplitude_end"][:, modes] = self.amplitude[1:] + self.shift * force_end
+        start, end = self.amplitude_rates(model)
+        segments["rate_start"][:, modes] = start + moving
+        segments["rate_end"][:, modes] = end + moving
         segments["angle"][:, modes] = self.angle[:-1]
         segments["frequency"][:, modes] = self.frequency
         segments["frequency_rate"][:, modes] = rates
@@ -168,29 +184,30 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    return Motion(sample, x, v, f, _modal_motion(model, segments, answer, sample))
+    return Motion(sample, x, v, f, _modal_motion(model, part, answer, sample))
 
 
 def _modal_motion(
-    model: Model, segments: np.ndarray, answer: ModalAnswer, times: Floats
+    model: Model, part: SlowTrajectory, answer: ModalAnswer, times: Floats
 ) -> Floats:
     """q_j: the carrier, a_j by cubic Hermite interpolation, and the answer to the harmonics."""
-    index = np.clip(np.searchsorted(segments["start"], times, side="right") - 1, 0, None)
-    s = segments[index]
-    elapsed = (times - s["start"])[:, np.newaxis]
-    duration = s["duration"][:, np.newaxis]
+    step = np.clip(np.searchsorted(part.time, times, side="right") - 1, 0, part.time.size - 2)
+    elapsed = (times - part.time[step])[:, np.newaxis]
+    duration = np.diff(part.time)[step, np.newaxis]
     r = elapsed / duration
     end = r * r * (3 - 2 * r)
+    rate_start, rate_end = part.amplitude_rates(model)
     a = (
-        (1 - end) * s["amplitude_start"]
-        + end * s["amplitude_end"]
-        + duration * r * (1 - r) ** 2 * s["rate_start"]
-        - duration * r * r * (1 - r) * s["rate_end"]
+        (1 - end) * part.amplitude[step]
+        + end * part.amplitude[step + 1]
+        + duration * r * (1 - r) ** 2 * rate_start[step]
+        - duration * r * r * (1 - r) * rate_end[step]
     )
-    angle = s["angle"] + elapsed * (s["frequency"] + 0.5 * s["frequency_rate"] * elapsed)
-    modal: Floats = 2 * np.real(a * np.exp(1j * angle))[:, : model.modes]
+    turned = part.frequency[step] + 0.5 * part.frequency_rate[step] * elapsed
+    angle = part.angle[step] + elapsed * turned
+    modal: Floats = 2 * np.real(a * np.exp(1j * angle))
     for q, order in enumerate(answer.orders):
-        start, finish = answer.modal[index, q], answer.modal[index + 1, q]
-        turn = np.exp(1j * (angle @ np.array(order)))[:, np.newaxis]
+        start, finish = answer.modal[step, q], answer.modal[step + 1, q]
+        turn = np.exp(1j * (angle @ np.array(order[: model.modes])))[:, np.newaxis]
         modal += 2 * np.real((start + r * (finish - start)) * turn)
     return modal

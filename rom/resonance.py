@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from rom.amplitude import (
     Complexes,
-    amplitude_rate,
     felt_shift,
+    first_order_rate,
     friction_force,
     linear_part,
 )
@@ -180,7 +180,7 @@ class _Steady:
     shift: Complexes
 
     def rate(self, amplitude: Complexes, Omega: Floats) -> Complexes:
-        return amplitude_rate(self.model, amplitude, Omega, self.excitation, shift=self.shift)
+        return first_order_rate(self.model, amplitude, Omega, self.excitation, shift=self.shift)
 
     def friction(self, amplitude: Complexes, Omega: Floats) -> Complexes:
         return friction_force(self.model, amplitude, Omega, self.shift * self.excitation)

@@ -189,10 +189,11 @@ def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
     return Channel("/forcing", fields, "Harmonic forcing near each resonance")
 
 
-def contact(index: int) -> Channel:
+def contact(index: int, prefix: str = "") -> Channel:
     """Displacement, velocity and friction force of contact DOF number `index`."""
     fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
-    return Channel(f"/contact/{index}", fields, f"Reconstructed motion of contact {index}")
+    topic = f"{prefix}/contact/{index}"
+    return Channel(topic, fields, f"Motion of contact {index}")
 
 
 def elastic(dofs: Sequence[int]) -> Channel:

@@ -89,6 +89,22 @@ def _scenes(options: argparse.Namespace) -> int:
     return 0
 
 
+def _validate(options: argparse.Namespace) -> int:
+    from runner.validate import validate
+
+    found = validate(options.scene, options.output, progress=True)
+    print("relative error            reduced   full order at half its resolution")
+    for line in found.comparisons:
+        print(f"{line.subject:30}{line.error:9.2e}  {line.reference_error:9.2e}")
+    print(
+        f"time: slow {found.slow_seconds * 1e3:.1f} ms (friction table apart: "
+        f"{found.table_seconds * 1e3:.0f} ms), full order {found.full_seconds * 1e3:.1f} ms"
+    )
+    for path in found.recordings:
+        print(path)
+    return 0
+
+
 def _report(options: argparse.Namespace) -> int:
     from runner.report import report
 
@@ -123,6 +139,16 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument("file", type=Path, help="an .mcap recording")
     replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
     replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
+
+    validate = _command(
+        commands,
+        "validate",
+        _validate,
+        "compare a scene with full-order integration",
+        "validate two-mode -o logs",
+    )
+    _scene_argument(validate)
+    validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
     report = _command(commands, "report", _report, "measure cost and error", "report -o logs")
     report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")

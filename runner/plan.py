@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu import Component
-from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Tanh, reduce
+from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
 from rom.cache import cached_model
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
@@ -34,6 +34,7 @@ class Plan:
     Attributes
     ----------
     scene : Scene
+    structure : Structure
     excited : Excited
         What is modelled: modes, reduced matrices, friction law, force directions.
     schedule : Schedule
@@ -45,6 +46,7 @@ class Plan:
     """
 
     scene: Scene
+    structure: Structure
     excited: Excited
     schedule: Schedule
     amplitude: tuple[float, ...]
@@ -75,8 +77,9 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         If the scene and its structure do not fit together.
     """
     modes, mode_decisions = _modes(scene)
+    structure = scene.structure.build()
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
-    reduced = reduce(scene.structure.build(), [numbers[m] for m in modes], scene.model.formulation)
+    reduced = reduce(structure, [numbers[m] for m in modes], scene.model.formulation)
     excited = Excited(
         modes,
         reduced,
@@ -102,7 +105,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *_output_decisions(scene),
     ]
-    return Plan(scene, excited, schedule, amplitude, near, decisions)
+    return Plan(scene, structure, excited, schedule, amplitude, near, decisions)
 
 
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:

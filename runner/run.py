@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from fmu import Component, StoppedError
 from rom import Model
-from rom.motion import SPIN_UP_PERIODS, SlowTrajectory, reconstruct
+from rom.motion import reconstruct
 from runner import channels
 from runner.interruption import interrupts_held_back
 from runner.plan import Plan, make_plan
@@ -23,6 +23,7 @@ from runner.record import Header, McapSink, Recorder, Sink
 from runner.replay import RecordingData, read
 from runner.rerun_sink import RerunSink
 from runner.scene import ContactWindow, Scene, load_scene
+from runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 256
 _SAMPLES_PER_BATCH = 16384
@@ -241,58 +242,21 @@ class _Pass:
         return outputs[:, [self._columns[name] for name in names]]
 
     def _reconstruct(self, window: ContactWindow) -> None:
-        trajectory = self._trajectory()
+        outputs = np.concatenate(self._rows)
+        self._rows = [outputs]
+        trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
         elastic = self._plan.scene.output.elastic
-        times = _sample_times(window, trajectory)
+        times = sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]
-            motion = reconstruct(self._model, trajectory, batch, spin_up=SPIN_UP_PERIODS)
+            motion = reconstruct(self._model, trajectory, batch)
             for i in range(self._model.reduced.n_contacts):
                 values = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
                 self._recorder.write(f"/contact/{i}", batch, np.column_stack(values))
             if elastic:
                 self._recorder.write("/elastic", batch, motion.elastic(self._model, elastic))
             self.samples += batch.size
-
-    def _trajectory(self) -> SlowTrajectory:
-        """The slow trajectory up to now."""
-        outputs = np.concatenate(self._rows)
-        self._rows = [outputs]
-        modes, schedule = self._plan.excited.modes, self._plan.schedule
-        steps = len(outputs) - 1
-        factor = [
-            self._model.reduced.modal_force(index, direction)
-            for index, direction in enumerate(self._plan.excited.force)
-        ]
-
-        def columns(values: dict[str, Floats], quantity: str) -> Floats:
-            return np.column_stack([values[f"{quantity}_{mode}"][:steps] for mode in modes])
-
-        phase, phase_rate = columns(schedule.values, "phase"), columns(schedule.rates, "phase")
-        force = columns(schedule.values, "force") * factor * np.exp(1j * phase)
-        turning = 1j * phase_rate * force
-        growing = columns(schedule.rates, "force") * factor * np.exp(1j * phase)
-        return SlowTrajectory(
-            time=schedule.time[: steps + 1],
-            amplitude=self._take(outputs, [f"{m}_re" for m in modes])
-            + 1j * self._take(outputs, [f"{m}_im" for m in modes]),
-            angle=self._take(outputs, [f"theta_{m}" for m in modes]),
-            frequency=columns(schedule.values, "frequency"),
-            frequency_rate=columns(schedule.rates, "frequency"),
-            force=force,
-            force_rate=growing + turning,
-        )
-
-
-def _sample_times(window: ContactWindow, trajectory: SlowTrajectory) -> Floats:
-    """Equally spaced times over a window, at least as dense as asked for at every frequency."""
-    inside = (trajectory.time[1:] >= window.start) & (trajectory.time[:-1] <= window.end)
-    later = trajectory.frequency + trajectory.frequency_rate * np.diff(trajectory.time)[:, None]
-    fastest = max(trajectory.frequency[inside].max(), later[inside].max())
-    periods = (window.end - window.start) * fastest / (2 * np.pi)
-    count = max(int(np.ceil(periods * window.samples_per_period)), 1)
-    return np.linspace(window.start, window.end, count + 1)
 
 
 def _summary(plan: Plan, model: Model) -> str:

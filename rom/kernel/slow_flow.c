@@ -12,6 +12,8 @@
 #include "check.h"
 #include "cnumber.h"
 
+#define SHORT_STEP 1e-4 /* in radians of mode A */
+
 #define MAX_ORDER 1000 /* of a near resonance */
 
 static int near_is_valid(const sm_near *near, int modes) {
@@ -142,33 +144,60 @@ static sm_status contact_forces(const sm_slow_flow *flow, const sm_inputs *in, d
     return SM_OK;
 }
 
+/* Factor of a_j'. */
+static sm_complex modal_mass(const sm_slow_flow *flow, const sm_inputs *in, int j,
+                             double elapsed) {
+    return flow->paper ? sm_cx(0.0, 2.0 * flow->natural[j])
+                       : sm_cx(flow->damping[j], 2.0 * frequency_at(in, j, elapsed));
+}
+
 static sm_complex mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, double elapsed,
                             sm_complex a, sm_complex contact_force) {
     const double natural = flow->natural[j], damping = flow->damping[j];
     const double frequency = frequency_at(in, j, elapsed);
-    const sm_complex mass = flow->paper ? sm_cx(0.0, 2.0 * natural)
-                                        : sm_cx(damping, 2.0 * frequency);
     const sm_complex stiffness =
         flow->paper ? sm_cx(2.0 * natural * (natural - frequency), damping * natural)
                     : sm_cx((natural - frequency) * (natural + frequency),
                             damping * frequency + in->frequency_rate[j]);
     const sm_complex force =
         sm_cadd(sm_cscale(excitation(in, j, elapsed), 0.5), contact_force);
-    return sm_cdiv(sm_csub(force, sm_cmul(stiffness, a)), mass);
+    return sm_cdiv(sm_csub(force, sm_cmul(stiffness, a)), modal_mass(flow, in, j, elapsed));
 }
 
-sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
-                                  double elapsed, const double *y, double *dy) {
+/* Rates of the amplitude equations without a'', and the friction power. */
+static sm_status first_order(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
+                             const double *y, double *dy) {
     mode_contact contact[SM_MODES] = {{{1.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
     for (int u = 0; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
     const sm_status status =
         contact_forces(flow, inputs, elapsed, y, contact, &dy[2 * SM_MODES]);
     if (status != SM_OK) return status;
     for (int j = 0; j < flow->table.modes; j++) {
-        const sm_complex a = pair(y + 2 * j), force = contact[j].force;
-        const sm_complex rate = mode_rate(flow, inputs, j, elapsed, a, force);
+        const sm_complex rate =
+            mode_rate(flow, inputs, j, elapsed, pair(y + 2 * j), contact[j].force);
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
+    }
+    return SM_OK;
+}
+
+/* The exact equation of a mode is a'' + mass a' + stiffness a = ...; with v(a) the rate without
+ * a'', a'' is v' along the flow to first order, so a' = v - v' / mass. v' by a short step. */
+sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                  double elapsed, const double *y, double *dy) {
+    sm_status status = first_order(flow, inputs, elapsed, y, dy);
+    if (status != SM_OK || flow->paper) return status;
+    const double ahead = SHORT_STEP / inputs->frequency[0];
+    double y_ahead[SM_UNKNOWNS], dy_ahead[SM_UNKNOWNS];
+    for (int u = 0; u < SM_UNKNOWNS; u++) y_ahead[u] = y[u] + ahead * dy[u];
+    status = first_order(flow, inputs, elapsed + ahead, y_ahead, dy_ahead);
+    if (status != SM_OK) return status;
+    for (int j = 0; j < flow->table.modes; j++) {
+        const sm_complex change = sm_cx((dy_ahead[2 * j] - dy[2 * j]) / ahead,
+                                        (dy_ahead[2 * j + 1] - dy[2 * j + 1]) / ahead);
+        const sm_complex less = sm_cdiv(change, modal_mass(flow, inputs, j, elapsed));
+        dy[2 * j] -= less.re;
+        dy[2 * j + 1] -= less.im;
     }
     return SM_OK;
 }

@@ -1,0 +1,1 @@
+"""What slipmode is compared with, each in the strongest form at hand."""

@@ -1,0 +1,56 @@
+"""The paper's scheme for the contact problem, Eq. (31), as printed; the loop is paper_scheme.c."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+import rom
+from rom import _kernel
+from rom.matrices import Floats
+from rom.torus import contact_problem
+
+
+def paper_scheme(
+    reduced: rom.Reduced, law: rom.Tanh, amplitudes: Floats, steps: int, *, corner: bool = True
+) -> NDArray[np.complex128]:
+    """Friction functions Q_j (points, 2) from the second period of each time variable.
+
+    Parameters
+    ----------
+    reduced : Reduced
+        Of two modes, in the paper's formulation.
+    amplitudes : (points, 2) ndarray
+        |a_A|, |a_B| > 0.
+    steps : int
+        Grid points per period of t_A and of t_B.
+    corner : bool
+        Start from x_c = 0 at t_A = t_B = 0 alone, as printed, or on both axes.
+    """
+    points, rates = _kernel.contiguous(amplitudes), _kernel.contiguous(reduced.carrier)
+    problem = contact_problem(reduced, law)
+    P = np.empty((len(points), 2, reduced.n_contacts), dtype=complex)
+    status = _library().peer_paper_scheme(
+        *(ctypes.byref(problem), rates.ctypes.data, steps, corner),
+        *(len(points), points.ctypes.data, P.ctypes.data),
+    )
+    _kernel.check(status, "scheme (31)")
+    Q: NDArray[np.complex128] = -np.einsum("jc,pjc->pj", reduced.coupling, P) / points
+    return Q
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    found = importlib.util.find_spec("runner.report.peers._peers")
+    if found is None or found.origin is None:
+        raise ImportError("runner.report.peers._peers is missing; install slipmode again")
+    library = ctypes.CDLL(found.origin)
+    library.peer_paper_scheme.argtypes = [
+        *(ctypes.POINTER(_kernel.Contact), ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32),
+        *(ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p),
+    ]
+    return library

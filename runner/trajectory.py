@@ -1,0 +1,56 @@
+"""The slow trajectory of a run, as the reconstruction of fast motion takes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom import Model
+from rom.amplitude import felt_shift
+from rom.motion import SlowTrajectory
+from runner.plan import Plan
+from runner.scene import ContactWindow
+
+Floats = NDArray[np.float64]
+
+
+def slow_trajectory(
+    plan: Plan, model: Model, names: Sequence[str], outputs: Floats
+) -> SlowTrajectory:
+    """Trajectory through the outputs (steps + 1, names) of a component, those at t = 0 first."""
+    excited, schedule = plan.excited, plan.schedule
+    steps = len(outputs) - 1
+    column = {name: k for k, name in enumerate(names)}
+    factor = [model.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+
+    def taken(pattern: str) -> Floats:
+        return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
+
+    def scripted(values: dict[str, Floats], quantity: str) -> Floats:
+        return np.column_stack([values[f"{quantity}_{mode}"][:steps] for mode in excited.modes])
+
+    turn = factor * np.exp(1j * scripted(schedule.values, "phase"))
+    force = scripted(schedule.values, "force") * turn
+    growing = scripted(schedule.rates, "force") * turn
+    return SlowTrajectory(
+        time=schedule.time[: steps + 1],
+        amplitude=taken("{}_re") + 1j * taken("{}_im"),
+        angle=taken("theta_{}"),
+        frequency=scripted(schedule.values, "frequency"),
+        frequency_rate=scripted(schedule.rates, "frequency"),
+        force=force,
+        force_rate=growing + 1j * scripted(schedule.rates, "phase") * force,
+        shift=felt_shift(model.reduced, excited.force),
+    )
+
+
+def sample_times(window: ContactWindow, trajectory: SlowTrajectory) -> Floats:
+    """Equally spaced times over a window, at least as dense as asked for at every frequency."""
+    inside = (trajectory.time[1:] >= window.start) & (trajectory.time[:-1] <= window.end)
+    later = trajectory.frequency + trajectory.frequency_rate * np.diff(trajectory.time)[:, None]
+    fastest = max(trajectory.frequency[inside].max(), later[inside].max())
+    periods = (window.end - window.start) * fastest / (2 * np.pi)
+    count = max(int(np.ceil(periods * window.samples_per_period)), 1)
+    return np.linspace(window.start, window.end, count + 1)

@@ -1,0 +1,236 @@
+"""A scene by slow time and by full-order integration: the user's own check."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom import Model
+from rom.full import Drive, FullMotion, State, integrate
+from rom.full.convergence import relative_rms
+from rom.matrices import as_dense
+from rom.motion import Motion, reconstruct
+from runner import channels
+from runner.plan import Plan, make_plan
+from runner.provenance import describe_run
+from runner.record import Header, McapSink, Recorder, Sink
+from runner.rerun_sink import RerunSink
+from runner.scene import ContactWindow, Scene, load_scene
+from runner.trajectory import sample_times, slow_trajectory
+
+FULL = "/full"  # where the full-order motion is recorded
+_STEPS_PER_PERIOD = 64
+_LAST_PERIODS = 20  # compared where the scene asks for no contact motion
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One quantity of the reduced model against full order.
+
+    Attributes
+    ----------
+    subject : str
+    error : float
+        Relative: RMS over all contacts or modes for a signal.
+    reference_error : float
+        The same between the full-order run and one at twice the step.
+    """
+
+    subject: str
+    error: float
+    reference_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """What `validate` found.
+
+    Attributes
+    ----------
+    comparisons : list of Comparison
+    slow_seconds, table_seconds, full_seconds : float
+        Wall time of the slow run with its reconstruction, of the friction table, and of the
+        full-order run.
+    recordings : list of Path
+        Both motions in one recording, for replay side by side.
+    """
+
+    comparisons: list[Comparison]
+    slow_seconds: float
+    table_seconds: float
+    full_seconds: float
+    recordings: list[Path]
+
+
+def validate(
+    scene: Scene | str | PathLike[str],
+    output: str | PathLike[str] = "logs",
+    *,
+    progress: bool = False,
+) -> Validation:
+    """Run a scene both ways and compare the motion in its contact windows.
+
+    Parameters
+    ----------
+    scene : Scene, path of a scene file, or name of a shipped scene
+        Without a [[contact]] window the last 20 periods are compared.
+    output : path
+        Folder for <scene>.validation.mcap and .rrd.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene is refused.
+    """
+    if not isinstance(scene, Scene):
+        scene = load_scene(scene)
+    started = time.perf_counter()
+    plan = make_plan(scene, progress=progress)
+    model, _ = plan.model(progress=progress)
+    tabulated = time.perf_counter()
+    outputs, motion = _slow(plan, model)
+    finished = time.perf_counter()
+    fine = _full(plan, motion.time, _STEPS_PER_PERIOD)
+    done = time.perf_counter()
+    coarse = _full(plan, motion.time, _STEPS_PER_PERIOD // 2)
+    energy = outputs[-1, -1]
+    return Validation(
+        comparisons=_compare(plan, model, motion, float(energy), fine, coarse),
+        slow_seconds=finished - tabulated,
+        table_seconds=tabulated - started,
+        full_seconds=done - finished,
+        recordings=_record(plan, model, motion, fine, Path(output)),
+    )
+
+
+def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
+    """Outputs at the communication points, and the motion in every window."""
+    component = plan.component(model)
+    now = component.outputs()
+    first = np.array([[now[name] for name in component.output_names]])
+    outputs = component.run(plan.schedule.durations, plan.schedule.inputs(component.input_names))
+    outputs = np.vstack((first, outputs))
+    trajectory = slow_trajectory(plan, model, component.output_names, outputs)
+    windows = plan.scene.contact or (_last_periods(plan),)
+    parts = [reconstruct(model, trajectory, sample_times(w, trajectory)) for w in windows]
+    names = ("time", "displacement", "velocity", "force", "modal")
+    return outputs, Motion(
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    )
+
+
+def _last_periods(plan: Plan) -> ContactWindow:
+    end = plan.scene.run.duration
+    slowest = plan.excited.reduced.carrier.min()
+    return ContactWindow(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
+
+
+def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
+    """Full-order motion at the times and at the end of the scene; outputs: the modes."""
+    excited, schedule, structure = plan.excited, plan.schedule, plan.structure
+
+    def columns(values: dict[str, Floats], quantity: str) -> Floats:
+        return np.column_stack([values[f"{quantity}_{mode}"] for mode in excited.modes])
+
+    drive = Drive(
+        patterns=np.array(excited.force),
+        start=schedule.time[:-1],
+        amplitude=columns(schedule.values, "force"),
+        amplitude_rate=columns(schedule.rates, "force"),
+        frequency=columns(schedule.values, "frequency"),
+        frequency_rate=columns(schedule.rates, "frequency"),
+        phase=columns(schedule.values, "phase"),
+        phase_rate=columns(schedule.rates, "phase"),
+    )
+    a = np.array(excited.initial, dtype=complex)
+    shapes = excited.reduced.mode_shapes
+    start = State(
+        time=0.0,
+        displacement=shapes @ (2 * a.real),
+        velocity=shapes @ (2 * np.real(1j * drive.frequency[0] * a)),
+    )
+    return integrate(
+        *(structure, excited.law, drive, np.union1d(times, [plan.scene.run.duration])),
+        steps_per_period=steps_per_period,
+        outputs=as_dense(structure.mass @ shapes).T,
+        start=start,
+    )
+
+
+def _compare(
+    plan: Plan,
+    model: Model,
+    motion: Motion,
+    energy: float,
+    fine: FullMotion,
+    coarse: FullMotion,
+) -> list[Comparison]:
+    seen = np.isin(fine.time, motion.time)
+    signals = {
+        "modal displacement": (motion.modal, "displacement"),
+        "contact displacement": (motion.displacement, "contact_displacement"),
+        "contact velocity": (motion.velocity, "contact_velocity"),
+        "friction force": (motion.force, "contact_force"),
+    }
+    found = []
+    for subject, (ours, name) in signals.items():
+        reference = getattr(fine, name)[seen]
+        rough = getattr(coarse, name)[seen]
+        found.append(Comparison(subject, _worst(ours, reference), _worst(rough, reference)))
+    spent = fine.dissipated[-1]
+    scale = spent if spent > 0 else 1.0
+    found.append(
+        Comparison(
+            "energy dissipated by friction",
+            float(abs(energy - spent) / scale),
+            float(abs(coarse.dissipated[-1] - spent) / scale),
+        )
+    )
+    return found
+
+
+def _worst(signal: Floats, reference: Floats) -> float:
+    """Largest relative RMS over the columns that move at all."""
+    size = np.sqrt(np.mean(reference**2, axis=0))
+    moving = size > 1e-6 * size.max(initial=0.0)
+    if not moving.any():
+        return 0.0
+    return float(relative_rms(signal[:, moving], reference[:, moving]).max())
+
+
+def _record(
+    plan: Plan, model: Model, motion: Motion, fine: FullMotion, folder: Path
+) -> list[Path]:
+    """Both motions in one recording; the full-order channels begin with /full."""
+    scene = plan.scene
+    seen = np.isin(fine.time, motion.time)
+    contacts = range(model.reduced.n_contacts)
+    reduced = [channels.contact(i) for i in contacts]
+    full = [channels.contact(i, FULL) for i in contacts]
+    header = Header(
+        title=f"{scene.title}: reduced and full order",
+        scene_text=scene.text,
+        run=describe_run(scene.text, model),
+        scene_name=scene.name,
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{scene.name}.validation.{ending}" for ending in ("mcap", "rrd")]
+    sinks: list[Sink] = [
+        McapSink(paths[0], header, reduced + full),
+        RerunSink(paths[1], header, reduced + full),
+    ]
+    with Recorder(sinks) as recorder:
+        for i in contacts:
+            ours = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
+            theirs = (fine.contact_displacement, fine.contact_velocity, fine.contact_force)
+            recorder.write(reduced[i].topic, motion.time, np.column_stack(ours))
+            columns = np.column_stack([values[seen, i] for values in theirs])
+            recorder.write(full[i].topic, motion.time, columns)
+    return paths
