@@ -233,7 +233,8 @@ def tabulate(
     orders = contact_orders(reduced, near) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
-        drives=(*range(limit.size), *(term.mode for term in near), limit.size + len(near)),
+        drives=(*range(limit.size), *(term.mode for term in near)),
+        swing=2.0 * reduced.carrier * limit,
         loss=_structural_loss(reduced),
         carried=len(orders) * reduced.n_contacts,
     )

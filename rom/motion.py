@@ -81,12 +81,22 @@ class SlowTrajectory:
         later = np.diff(self.time)[:, np.newaxis]
         rates = self.frequency_rate
         start = amplitude_rate(
-            *(model, self.amplitude[:-1], self.frequency, self.force, rates, self.shift),
+            model,
+            self.amplitude[:-1],
+            self.frequency,
+            self.force,
+            rates,
+            self.shift,
             self.force_rate,
         )
         end = amplitude_rate(
-            *(model, self.amplitude[1:], self.frequency + rates * later),
-            *(self.force + self.force_rate * later, rates, self.shift, self.force_rate),
+            model,
+            self.amplitude[1:],
+            self.frequency + rates * later,
+            self.force + self.force_rate * later,
+            rates,
+            self.shift,
+            self.force_rate,
         )
         return start, end
 

@@ -24,6 +24,7 @@ Flags = NDArray[np.bool_]
 _FIRST_INTERVALS = 8
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
+_MOST_NODES = 20_000
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,10 @@ class Columns:
     orders : tuple of (n, m)
         Harmonics behind the tabulated columns: S_j of the modes first, the power last.
     drives : tuple of int
-        The column whose largest value is the scale of each column: S_j of the mode that it
-        drives; the power is its own scale.
+        The mode that each column but the power drives: its largest |S_j| is the column's scale.
+    swing : (modes,) ndarray
+        2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
+        would take, not the power itself, which weak friction leaves to the rounding.
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
@@ -45,14 +48,15 @@ class Columns:
 
     orders: tuple[Order, ...]
     drives: tuple[int, ...]
+    swing: Floats
     loss: Floats
     carried: int = 0
 
     def error(self, difference: Floats, S: Complexes) -> Floats:
         """Largest |difference| over the tabulated columns, relative to their scales."""
-        largest = np.abs(S).max(axis=tuple(range(S.ndim - 1)))
-        scale = np.where(largest > 0.0, largest, 1.0)[list(self.drives)]
-        return np.asarray((difference / scale).max(axis=-1))
+        largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
+        scale = np.append(largest[list(self.drives)], self.swing @ largest)
+        return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +113,8 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     check_points = qmc.Halton(modes, scramble=False).random(_CHECK_POINTS + 1)[1:] * limit
     checks = sampling.at(check_points)
     for _ in range(_MAX_ROUNDS):
+        if samples.shape[0] * samples.shape[1] > _MOST_NODES:
+            break
         for axis in range(modes):
             axes, samples, flagged[axis] = _halve(
                 sampling, axes, samples, axis, flagged[axis], tolerance
@@ -123,8 +129,9 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
             for axis in range(modes):
                 flagged[axis] |= _cells_of(check_points[missed, axis], axes[axis])
     raise SlipmodeError(
-        f"tolerance: the friction table still misses {tolerance:g} after {_MAX_ROUNDS} "
-        f"refinements (error {errors.max():.2g}); allow a larger tolerance or a larger alpha"
+        f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
+        f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
+        "larger alpha, or make the contacts stiffer against the modes"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from rom import Friction, Model, Reduced, SlipmodeError
 from rom.amplitude import felt_shift
 from rom.cache import cached_model
 from rom.friction import limits
+from rom.near import NearResonance
 from runner.channels import Mode
 from runner.schedule import Schedule
 
@@ -51,12 +53,33 @@ class Excited:
         return component
 
 
-def find_range(
-    excited: Excited, schedule: Schedule, *, progress: bool = False
-) -> tuple[tuple[float, ...], str]:
-    """Range of the friction table that a schedule needs, and the reason in words.
+@dataclass(frozen=True, eq=False)
+class DryRun:
+    """What a run on a coarse table shows.
 
-    A coarse table is doubled in range until a run stays inside it.
+    Attributes
+    ----------
+    amplitude : tuple of float
+        Range that the friction table needs [kg^1/2 m].
+    reason : str
+    contact_share : (modes,) ndarray
+        |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
+        at the contacts.
+    """
+
+    amplitude: tuple[float, ...]
+    reason: str
+    contact_share: Floats
+
+
+def dry_run(
+    excited: Excited,
+    schedule: Schedule,
+    near: Sequence[NearResonance] = (),
+    *,
+    progress: bool = False,
+) -> DryRun:
+    """Run a schedule on a coarse table, which is doubled in range until the run stays inside.
 
     Raises
     ------
@@ -67,9 +90,11 @@ def find_range(
     largest = _LARGEST_GROWTH * limit
     while True:
         coarse, _ = cached_model(
-            excited.reduced, excited.law, limit.tolist(), _TOLERANCE, progress=progress
+            *(excited.reduced, excited.law, limit.tolist(), _TOLERANCE),
+            near=near,
+            progress=progress,
         )
-        reached, complete = _dry_run(excited, coarse, schedule)
+        reached, complete = _largest_amplitudes(excited, coarse, schedule)
         if complete:
             break
         limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
@@ -80,7 +105,12 @@ def find_range(
     amplitude = np.maximum((1.0 + _MARGIN) * (reached + _felt(excited, schedule)), 1e-2 * limit)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
-    return tuple(_round_up(value) for value in amplitude), reason
+    share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
+    return DryRun(
+        tuple(_round_up(value) for value in amplitude),
+        reason,
+        share / excited.reduced.frequency**2,
+    )
 
 
 def _felt(excited: Excited, schedule: Schedule) -> Floats:
@@ -103,7 +133,7 @@ def _first_guess(excited: Excited) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
 
 
-def _dry_run(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
+def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
     """Largest amplitudes on a coarse table, and whether the run stayed inside it."""
     component = excited.component(model, _TOLERANCE * 1e-2)
     try:

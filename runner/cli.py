@@ -19,6 +19,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(options.command(options))
     except SlipmodeError as error:
         return _fail(str(error))
+    except BrokenPipeError:  # the reader of our output has seen enough
+        sys.stdout = None
+        return 1
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror or error}")
@@ -57,10 +60,13 @@ def _plan(options: argparse.Namespace) -> int:
     from runner.scene import load_scene
 
     plan = make_plan(load_scene(options.scene), progress=True)
-    rows = [(d.subject, d.choice, d.reason) for d in plan.decisions]
+    rows = [(d.subject, d.choice, d.reason) for d in plan.decisions if d.level == "info"]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:
         print(f"{subject:{widths[0]}}  {choice:{widths[1]}}  {reason}")
+    for decision in plan.decisions:
+        if decision.level != "info":
+            print(f"warning: {decision.subject} {decision.choice}: {decision.reason}")
     return 0
 
 
@@ -108,9 +114,12 @@ def _validate(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from runner.report import report
 
-    for figure in report(options.output / "report.json"):
-        print(f"{figure.value:12.4g} {figure.unit:3} {figure.subject}")
-    print(options.output / "report.json")
+    found = report(options.output, quick=options.quick, progress=True)
+    print(found.text())
+    for note in found.notes:
+        print(note)
+    for path in found.written:
+        print(path)
     return 0
 
 
@@ -150,8 +159,13 @@ def _parser() -> argparse.ArgumentParser:
     _scene_argument(validate)
     validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
-    report = _command(commands, "report", _report, "measure cost and error", "report -o logs")
+    report = _command(
+        *(commands, "report", _report),
+        "measure speed against error, beside other methods",
+        "report --quick -o logs",
+    )
     report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    report.add_argument("--quick", action="store_true", help="less of everything, in a minute")
 
     scenes = _command(
         commands,

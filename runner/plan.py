@@ -12,19 +12,11 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
-from runner.amplitude_range import Excited, find_range
+from runner.amplitude_range import Excited, dry_run
+from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
 from runner.scene import Scene
 from runner.schedule import Schedule, make_schedule
-
-
-@dataclass(frozen=True)
-class Decision:
-    """One thing that is, or is not, modelled."""
-
-    subject: str
-    choice: str
-    reason: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +85,9 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
         near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
-    if scene.model.amplitude is None:
-        amplitude, reason = find_range(excited, schedule, progress=progress)
-    else:
+    seen = dry_run(excited, schedule, near, progress=progress)
+    amplitude, reason = seen.amplitude, seen.reason
+    if scene.model.amplitude is not None:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
@@ -104,6 +96,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         Decision("friction table", ranges, reason),
         *_near_decisions(near),
         *_output_decisions(scene),
+        *check_assumptions(structure, excited, seen),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, decisions)
 

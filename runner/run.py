@@ -185,6 +185,10 @@ class _Pass:
         inputs = schedule.inputs(self._component.input_names)
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
+        for decision in self._plan.decisions:
+            if decision.level != "info":
+                words = f"{decision.subject} {decision.choice}: {decision.reason}"
+                recorder.event(0.0, decision.level, words)
         self._record(self._rows[0], 0)
         steps = schedule.durations.size
         try:

@@ -1,0 +1,135 @@
+"""Resonance curves and surfaces of the paper's model, and how they hang on alpha and beta."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import rom
+from runner.paper.case import FORCE, Case
+
+Floats = NDArray[np.float64]
+
+FAR = 0.2  # [rad/s], a detuning that leaves a mode out of resonance
+NEARBY = 0.1  # [rad/s]
+DETUNINGS = np.linspace(-FAR, FAR, 401)
+ALPHAS = (0.005, 0.01, 0.02, 0.05)  # [m/s]
+BETAS = (0.008, 0.0095, 0.0109, 0.0125, 0.015)  # [s]
+
+
+def moduli(model: rom.Model, detuning_a: ArrayLike, detuning_b: ArrayLike) -> Floats:
+    """Steady |A|, |B| (..., 2) under the forces of Table 1 at broadcast detunings [rad/s]."""
+    detuning = np.stack(np.broadcast_arrays(detuning_a, detuning_b), axis=-1)
+    forces = ({0: FORCE[0]}, {1: FORCE[1]})
+    return np.abs(rom.steady(model, model.reduced.frequency + detuning, forces))
+
+
+def euclidean(amplitudes: Floats) -> Floats:
+    """sqrt(|A|^2 + |B|^2)."""
+    return np.asarray(np.linalg.norm(amplitudes, axis=-1))
+
+
+def peak(amplitudes: Floats) -> tuple[float, float]:
+    """Detuning [rad/s] and height of the highest Euclidean norm of a slice."""
+    norm = euclidean(amplitudes)
+    top = int(norm.argmax())
+    return float(DETUNINGS[top]), float(norm[top])
+
+
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """|A|, |B| (n, 2) along the lines of the resonance surface that the paper plots.
+
+    Attributes
+    ----------
+    alone_a, alone_b : (n, 2) ndarray
+        Along the detuning of one mode, the other far below (A) or above (B) its resonance.
+    both_a, both_b : (n, 2) ndarray
+        The same with the other mode at its peak.
+    """
+
+    alone_a: Floats
+    alone_b: Floats
+    both_a: Floats
+    both_b: Floats
+
+    @classmethod
+    def of(cls, model: rom.Model) -> Self:
+        """Slices of the surface of a model."""
+        alone_a = moduli(model, DETUNINGS, -FAR)
+        alone_b = moduli(model, FAR, DETUNINGS)
+        return cls(
+            alone_a=alone_a,
+            alone_b=alone_b,
+            both_a=moduli(model, DETUNINGS, peak(alone_b)[0]),
+            both_b=moduli(model, peak(alone_a)[0], DETUNINGS),
+        )
+
+    @property
+    def peak_a(self) -> float:
+        """Height of the peak of A alone."""
+        return peak(self.alone_a)[1]
+
+    @property
+    def detuning_b(self) -> float:
+        """Where B alone peaks [rad/s]."""
+        return peak(self.alone_b)[0]
+
+    @property
+    def summed_peaks(self) -> float:
+        """The linear superposition of the paper: peak of A alone plus peak of B alone."""
+        return self.peak_a + peak(self.alone_b)[1]
+
+    @property
+    def peak_gain(self) -> float:
+        """Relative change of the peak of A by mode B at resonance."""
+        return peak(self.both_a)[1] / self.peak_a - 1
+
+    @property
+    def excess_of_norms(self) -> tuple[float, float]:
+        """Superposition over the coupled peak, less 1: in |A|+|B| and in sqrt(|A|^2+|B|^2)."""
+        top = np.array([self.alone_a[:, 0].max(), self.alone_b[:, 1].max()])
+        summed, euclid = self.both_a.sum(axis=1).max(), euclidean(self.both_a).max()
+        return float(top.sum() / summed) - 1, float(euclidean(top) / euclid) - 1
+
+    @property
+    def rise_at_b(self) -> float:
+        """Amplitude with both modes at the resonance of B over the least one nearby, less 1."""
+        norm = euclidean(self.both_b)
+        resonance = float(np.interp(self.detuning_b, DETUNINGS, norm))
+        return resonance / float(norm[np.abs(DETUNINGS - self.detuning_b) < NEARBY].min()) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """The resonance curves over the values that the paper does not state.
+
+    Attributes
+    ----------
+    slices : tuple of tuple of Slices
+        For each of ALPHAS and each of BETAS.
+    """
+
+    slices: tuple[tuple[Slices, ...], ...]
+
+    @classmethod
+    def over_grid(cls) -> Self:
+        """Over ALPHAS x BETAS; damping does not enter the paper's friction tables."""
+        models = [Case(alpha=alpha).paper for alpha in ALPHAS]
+        return cls(
+            tuple(tuple(Slices.of(_with_damping(m, beta)) for beta in BETAS) for m in models)
+        )
+
+    def of(self, quantity: Callable[[Slices], float]) -> Floats:
+        """A number drawn from the slices, (alphas, betas)."""
+        return np.array([[quantity(slices) for slices in row] for row in self.slices])
+
+
+def _with_damping(model: rom.Model, beta: float) -> rom.Model:
+    """The same friction with another structural damping: phi^T beta K phi = beta omega^2."""
+    damping = beta * model.reduced.frequency**2
+    return replace(model, reduced=replace(model.reduced, modal_damping=damping))

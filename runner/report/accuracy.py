@@ -1,0 +1,52 @@
+"""Accuracy on other structures: signals, contacts, energy and steady amplitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+import rom
+from rom import full
+from runner.report.cases import Case
+from runner.report.measure import Row, Section
+from runner.report.ours import SlowCase
+from runner.report.signals import ERRORS as SIGNAL_ERRORS
+from runner.report.signals import OURS, Reference, full_rows, slow_row
+
+ERRORS = (*SIGNAL_ERRORS, "steady amplitude")
+_FLOW = (25.0, 1e-6)
+
+
+def check(case: Case, tolerance: float, refinements: tuple[int, ...]) -> Section:
+    """Ours, and the full order at several steps, on one structure."""
+    reference = Reference.of(case)
+    rows = [*_slow(reference, tolerance), *full_rows(reference, refinements)]
+    padded = [replace(row, errors=(*row.errors, np.nan)[: len(ERRORS)]) for row in rows]
+    return Section(
+        key=case.name,
+        title=case.name,
+        task=f"{case.duration:g} s from rest",
+        errors=ERRORS,
+        reference_error=reference.error,
+        rows=tuple(padded),
+        ours=0,
+    )
+
+
+def _slow(reference: Reference, tolerance: float) -> Iterator[Row]:
+    slow = SlowCase.tabulate(reference.case, tolerance)
+    row = slow_row(reference, slow, slow.march(*_FLOW), OURS, f"table {tolerance:g}")
+    yield replace(row, errors=(*row.errors, _steady_error(slow)))
+
+
+def _steady_error(slow: SlowCase) -> float:
+    """Worst relative error of the modal amplitudes."""
+    case, model = slow.case, slow.model
+    to_modal = model.reduced.mode_shapes.T @ case.structure.mass
+    exact = full.steady_amplitude(
+        *(case.structure, case.law, case.drive), outputs=to_modal, tolerance=3e-5
+    )
+    found = rom.steady(model, case.frequency, case.force)
+    return float(np.abs(found / np.diag(exact.amplitude) - 1.0).max())

@@ -1,0 +1,90 @@
+"""Speed against error of the friction functions: the paper's scheme (31) and characteristics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+import rom
+from rom.torus import Discretisation, friction_functions
+from runner.report.measure import Floats, Row, Section, timed
+from runner.report.peers.paper_scheme import paper_scheme
+
+ERRORS = ("worst of S", "Q_B at (2.5, 0.3)")
+WEAK_MODE = (2.5, 0.3)
+OURS = "slipmode"
+_LARGEST = 4.0
+_CONVERGED = Discretisation(steps=1024, lines=64)
+_HALF = Discretisation(steps=512, lines=32)
+_PERIODIC = 1e-6
+
+Complexes = NDArray[np.complex128]
+
+
+class FrictionReference:
+    """Converged friction functions of the paper's structure and formulation.
+
+    Parameters
+    ----------
+    alpha : float
+        [m/s]
+    points : int
+        Amplitude pairs over [0, 4]^2, beside the weak mode under strong dither.
+    """
+
+    def __init__(self, alpha: float, points: int) -> None:
+        self.law = rom.Tanh(limit=2.0, alpha=alpha)
+        self.reduced = rom.reduce(rom.two_mass(), formulation="paper")
+        spread = qmc.Halton(2, scramble=False).random(points)[1:] * _LARGEST
+        self.amplitudes: Floats = np.vstack([WEAK_MODE, spread])
+        self.Q = self.solve(_CONVERGED)
+        self.error = self.errors(self.solve(_HALF))[0]
+
+    def solve(self, grid: Discretisation) -> Complexes:
+        """Our characteristics."""
+        return friction_functions(self.reduced, self.law, self.amplitudes, grid, _PERIODIC)
+
+    def errors(self, Q: Complexes) -> tuple[float, float]:
+        """Worst error of S = Q |a| relative to its largest, and that of Q_B at the weak mode."""
+        S, exact = Q * self.amplitudes, self.Q * self.amplitudes
+        spread = np.abs(S - exact).max(axis=0) / np.abs(exact).max(axis=0)
+        return float(spread.max()), float(np.abs(Q[0, 1] / self.Q[0, 1] - 1.0))
+
+
+def friction_rows(
+    reference: FrictionReference, torus: Sequence[tuple[int, int]], grids: Sequence[int]
+) -> Iterator[Row]:
+    """Time per amplitude pair on one processor core, both in C with the same contact solver."""
+    count = len(reference.amplitudes)
+    for steps, lines in torus:
+        grid = Discretisation(steps, lines)
+        seconds, Q = timed(partial(reference.solve, grid), 3)
+        setting = f"{steps} steps, {lines} lines"
+        yield Row(OURS, setting, reference.errors(Q), seconds / count)
+    for corner, name in ((True, "from the corner"), (False, "from both axes")):
+        for steps in grids:
+            solve = partial(
+                *(paper_scheme, reference.reduced, reference.law, reference.amplitudes, steps),
+                corner=corner,
+            )
+            seconds, Q = timed(solve, 1)
+            setting = f"{steps} x {steps}"
+            yield Row(f"scheme (31) {name}", setting, reference.errors(Q), seconds / count)
+
+
+def section(reference: FrictionReference, rows: Sequence[Row]) -> Section:
+    """The rows as a section; the others are compared with our finest below the reference."""
+    ours = [k for k, row in enumerate(rows) if row.method == OURS]
+    return Section(
+        key=f"friction functions, alpha {reference.law.alpha:g}",
+        title=f"friction functions, alpha {reference.law.alpha:g}",
+        task=f"Q_A and Q_B of one amplitude pair, {len(reference.amplitudes)} pairs, one core",
+        errors=ERRORS,
+        reference_error=reference.error,
+        rows=tuple(rows),
+        ours=ours[len(ours) // 2],
+    )

@@ -1,0 +1,38 @@
+"""The classical reduction before time integration: a few bonded modes and constraint modes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import rom
+from rom.matrices import as_dense
+from rom.reduction import bonded_modes
+from runner.report.cases import Case
+from runner.report.measure import Floats
+
+
+def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:
+    """The case in the coordinates of Craig and Bampton.
+
+    Returns
+    -------
+    case : Case
+        With modes + N_c coordinates, contacts last.
+    basis : (n, modes + N_c) ndarray
+        x = basis y.
+    """
+    parts = case.structure.partition()
+    _, phi = bonded_modes(parts, modes)
+    static = -np.linalg.solve(as_dense(parts.K_ee), parts.K_ec)
+    basis = np.hstack([as_dense(parts.E @ phi), as_dense(parts.R) + as_dense(parts.E @ static)])
+    M, C, K = (
+        0.5 * (projected + projected.T)
+        for matrix in (case.structure.mass, case.structure.damping, case.structure.stiffness)
+        for projected in (basis.T @ as_dense(matrix @ basis),)
+    )
+    contacts = range(modes, basis.shape[1])
+    structure = rom.Structure(M, K, C, contact=tuple(contacts))
+    force = tuple(basis.T @ pattern for pattern in case.drive.patterns)
+    return replace(case, structure=structure, force=force), basis

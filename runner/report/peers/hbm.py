@@ -1,0 +1,161 @@
+"""Harmonic balance with alternating frequency and time, for one or two forcing frequencies.
+
+x_c = sum_k 2 Re X_k exp(i (n_k t_A + m_k t_B)) over the odd harmonics |n| + |m| <= highest. The
+linear part is condensed to the contacts: with H_k = W^T Z(nu_k)^-1 W and Z the dynamic stiffness,
+
+    H_k^-1 X_k + G_k(X) = H_k^-1 W^T Z(nu_k)^-1 F_k,
+
+where G_k are the harmonics of the friction force on a grid over the torus. Newton's method takes
+its Jacobian from the harmonics of the slope g'(v), d G_k / d X_l = i nu_l g'_(k - l): exact, and
+no more than one more transform.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import rom
+from rom.friction import limits
+from rom.matrices import Floats, as_dense
+from rom.near import harmonic_orders
+from runner.report.cases import Case
+
+Complexes = NDArray[np.complex128]
+
+_OVERSAMPLING = 4  # grid points per harmonic and period
+_TOLERANCE = 1e-9  # of the friction limit
+_NEWTON_STEPS = 25
+_FIRST_ALPHA = 1.0  # the friction is sharpened from here [m/s] ...
+_SHARPENING = 0.4  # ... by this factor at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """A steady motion in balance.
+
+    Attributes
+    ----------
+    contact : (harmonics, N_c) complex ndarray
+        X_k [m].
+    displacement : (modes, n) complex ndarray
+        Carrier of each forcing frequency in every DOF, x = 2 Re(... exp(i t_j)) [m].
+    newton_steps : int
+    """
+
+    contact: Complexes
+    displacement: Complexes
+    newton_steps: int
+
+
+class HarmonicBalance:
+    """The equations of a case, condensed to its contacts.
+
+    Parameters
+    ----------
+    case : Case
+        With tanh friction; a mode without force is left out.
+    highest : int
+        Largest |n| + |m|.
+    """
+
+    def __init__(self, case: Case, highest: int) -> None:
+        assert isinstance(case.law, rom.Tanh)
+        patterns, frequency = case.drive.patterns, np.array(case.frequency)
+        self.forced = np.flatnonzero(np.any(patterns != 0.0, axis=1))
+        self._alpha = case.law.alpha
+        self._limit = limits(case.law, case.structure.n_contacts)
+        self._orders = np.array(harmonic_orders(highest, self.forced.size))
+        self._nu = self._orders[:, : self.forced.size] @ frequency[self.forced]
+        size = 1 << int(np.ceil(np.log2(_OVERSAMPLING * highest)))
+        self._grid = (size, size if self.forced.size == 2 else 1)
+        self._condense(case, patterns[self.forced])
+
+    def _condense(self, case: Case, patterns: Floats) -> None:
+        """Linear answers to the friction forces and to the drive, at every harmonic."""
+        s = case.structure
+        M, C, K, W = (as_dense(m) for m in (s.mass, s.damping, s.stiffness, s.directions))
+        loads = np.concatenate([W, 0.5 * patterns.T], axis=1)
+        Z = K - np.multiply.outer(self._nu**2, M) + 1j * np.multiply.outer(self._nu, C)
+        answers = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
+        contacts = W.shape[1]
+        self._answer, drive = answers[..., :contacts], answers[..., contacts:]
+        carriers = np.arange(len(patterns))  # the first harmonics are those of the forces
+        self._driven = drive[carriers, :, carriers]
+        self._stiffness = np.linalg.inv(W.T @ self._answer)
+        self._linear = np.zeros((self._nu.size, contacts), dtype=complex)
+        self._linear[carriers] = self._driven @ W
+
+    def solve(self, start: Complexes | None = None) -> Balance:
+        """Newton from a neighbouring solution, or through ever sharper friction."""
+        if start is not None:
+            X, steps = self._newton(start, self._alpha)
+            if steps <= _NEWTON_STEPS:
+                return self._balance(X, steps)
+        X, alpha, total = self._linear, max(_FIRST_ALPHA, self._alpha), 0
+        while True:
+            X, steps = self._newton(X, alpha)
+            total += steps
+            if alpha == self._alpha:
+                if steps > _NEWTON_STEPS:
+                    raise rom.SlipmodeError("harmonic balance: Newton's method does not converge")
+                return self._balance(X, total)
+            alpha = max(_SHARPENING * alpha, self._alpha)
+
+    def _balance(self, X: Complexes, steps: int) -> Balance:
+        carriers = slice(0, self._driven.shape[0])
+        force = np.einsum("kij,kj->ki", self._stiffness, self._linear - X)[carriers]
+        moved = self._driven - np.einsum("knc,kc->kn", self._answer[carriers], force)
+        return Balance(X, moved, steps)
+
+    def _newton(self, X: Complexes, alpha: float) -> tuple[Complexes, int]:
+        """A solution and the number of steps to it, one more than allowed where it fails."""
+        residual, slope = self._residual(X, alpha)
+        for step in range(_NEWTON_STEPS):
+            size = np.abs(residual).max()
+            if size <= _TOLERANCE * self._limit.max():
+                return X, step
+            change = self._newton_change(residual, slope)
+            for shortening in 0.5 ** np.arange(8):
+                trial = X + shortening * change
+                residual, slope = self._residual(trial, alpha)
+                if np.abs(residual).max() < size:
+                    break
+            X = trial
+        return X, _NEWTON_STEPS + 1
+
+    def _residual(self, X: Complexes, alpha: float) -> tuple[Complexes, Complexes]:
+        """Forces out of balance (harmonics, N_c), and the spectrum of g'(v) on the grid."""
+        spectrum = np.zeros((*self._grid, X.shape[1]), dtype=complex)
+        n, m = self._orders.T
+        spectrum[n, m] = 1j * self._nu[:, np.newaxis] * X
+        v = 2.0 * np.fft.ifft2(spectrum, axes=(0, 1), norm="forward").real
+        force = np.tanh(v / alpha)
+        G = self._limit * np.fft.fft2(force, axes=(0, 1), norm="forward")[n, m]
+        slope = np.fft.fft2((1.0 - force**2) / alpha, axes=(0, 1), norm="forward") * self._limit
+        return np.einsum("kij,kj->ki", self._stiffness, X - self._linear) + G, slope
+
+    def _newton_change(self, residual: Complexes, slope: Complexes) -> Complexes:
+        """Solve J dX = -residual in real and imaginary parts: G depends on X and on conj X."""
+        n, m = self._orders.T
+        count, contacts = residual.shape
+        inu = 1j * self._nu
+        a = np.zeros((count, contacts, count, contacts), dtype=complex)
+        b = np.zeros_like(a)
+        each = np.arange(count)
+        a[each, :, each, :] = self._stiffness
+        for c in range(contacts):
+            a[:, c, :, c] += slope[np.subtract.outer(n, n), np.subtract.outer(m, m), c] * inu
+            b[:, c, :, c] = slope[self._wrapped(n), self._wrapped(m, 1), c] * inu.conj()
+        size = count * contacts
+        a, b = a.reshape(size, size), b.reshape(size, size)
+        J = np.block([[(a + b).real, (b - a).imag], [(a + b).imag, (a - b).real]])
+        r = residual.ravel()
+        y = np.linalg.solve(J, -np.concatenate([r.real, r.imag]))
+        return (y[:size] + 1j * y[size:]).reshape(residual.shape)
+
+    def _wrapped(self, order: NDArray[np.int_], axis: int = 0) -> NDArray[np.int_]:
+        """Sums of orders, on the periodic grid."""
+        return np.asarray(np.add.outer(order, order) % self._grid[axis])

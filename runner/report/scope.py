@@ -1,0 +1,119 @@
+"""How much is measured: everything, or a quick look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from runner.report import cases
+from runner.report.cases import Case
+
+
+@dataclass(frozen=True)
+class Scope:
+    """Settings of every method.
+
+    Attributes
+    ----------
+    tables : tuple of float
+        Tolerances of the friction tables.
+    flows : tuple of (float, float)
+        Communication step [s] and tolerance of the slow flow.
+    refinements : tuple of int
+        Full-order steps per sample.
+    tolerances : tuple of float
+        Of LSODA and CVODE.
+    slow_tolerances : tuple of float
+        Of the integrators that step in Python: Radau and BDF.
+    harmonics : tuple of int
+        Of the harmonic balance.
+    steady : tuple of int
+        Which steady cases.
+    surface : int
+        Frequencies along each axis of a resonance surface.
+    grids : tuple of int
+        Points per period of the paper's scheme.
+    torus : tuple of (int, int)
+        Steps and lines of ours.
+    points : int
+        Amplitude pairs at which friction functions are compared.
+    alphas : tuple of float
+        Sharpnesses of friction for the friction functions [m/s].
+    signals : tuple of callables
+        Cases with every peer.
+    chains : tuple of callables
+        Cases with the full order and Craig-Bampton alone.
+    structures : tuple of callables
+        Cases in which accuracy is checked.
+    """
+
+    tables: tuple[float, ...]
+    flows: tuple[tuple[float, float], ...]
+    refinements: tuple[int, ...]
+    tolerances: tuple[float, ...]
+    slow_tolerances: tuple[float, ...]
+    harmonics: tuple[int, ...]
+    steady: tuple[int, ...]
+    surface: int
+    grids: tuple[int, ...]
+    torus: tuple[tuple[int, int], ...]
+    points: int
+    alphas: tuple[float, ...]
+    signals: tuple[Callable[[], Case], ...]
+    chains: tuple[Callable[[], Case], ...]
+    structures: tuple[Callable[[], Case], ...]
+
+
+def _chain_50() -> Case:
+    return cases.chain(50)
+
+
+def _chain_200() -> Case:
+    return cases.chain(200)
+
+
+def _damped_chain_200() -> Case:
+    return cases.chain(200, modal_damping=False)
+
+
+FULL = Scope(
+    tables=(1e-2, 3e-3, 1e-3),
+    flows=((25.0, 1e-4), (25.0, 1e-6), (1.0, 1e-6)),
+    refinements=(1, 2, 4, 8, 16),
+    tolerances=(1e-3, 1e-4, 1e-5, 1e-6),
+    slow_tolerances=(1e-3, 1e-4),
+    harmonics=(1, 3, 5, 7, 11, 15, 21),
+    steady=(0, 1, 2, 3, 4, 5, 6),
+    surface=41,
+    grids=(50, 100, 200, 400, 800),
+    torus=((32, 4), (64, 8), (128, 8), (128, 16), (256, 16), (256, 32), (512, 32)),
+    points=48,
+    alphas=(0.02, 0.005),
+    signals=(cases.two_mode, cases.near_commensurate, cases.sharp),
+    chains=(_chain_50, _chain_200, _damped_chain_200),
+    structures=(
+        cases.six_dofs_three_contacts,
+        cases.general_damping,
+        cases.coulomb,
+        cases.sharp,
+        cases.blunt,
+    ),
+)
+
+QUICK = Scope(
+    tables=(1e-2, 3e-3),
+    flows=((25.0, 1e-4), (1.0, 1e-6)),
+    refinements=(1, 2, 4),
+    tolerances=(1e-3, 1e-5),
+    slow_tolerances=(),
+    harmonics=(3, 7, 11),
+    steady=(0, 2, 4),
+    surface=21,
+    grids=(50, 100),
+    torus=((32, 4), (64, 8), (128, 16)),
+    points=16,
+    alphas=(0.005,),
+    signals=(cases.two_mode,),
+    chains=(_chain_50,),
+    structures=(cases.six_dofs_three_contacts, cases.coulomb),
+)

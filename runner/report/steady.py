@@ -1,0 +1,174 @@
+"""Speed against error on steady complex amplitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+import rom
+from rom import full
+from rom.reduction import Complexes, Formulation
+from runner.report.cases import Case
+from runner.report.measure import Floats, Row, Section, timed
+from runner.report.ours import steady_displacement
+from runner.report.peers.hbm import HarmonicBalance
+
+ERRORS = ("worst", "mean")
+OURS = "slipmode"
+_RANGE = (4.0, 2.0)  # of the table that serves all cases
+_CARRIER = (0.98, 1.65)
+_SURFACE = ((0.9, 1.1), (1.6, 1.8))  # [rad/s]
+_NEIGHBOUR = 0.002  # distance of the frequency whose solution is continued [rad/s]
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyReference:
+    """Converged carriers of several cases, each forced mode in the DOF that observes it.
+
+    Attributes
+    ----------
+    cases : list of Case
+    amplitudes : list of (modes,) complex ndarray
+    error : float
+        Worst relative error, as stated by the full order.
+    """
+
+    cases: list[Case]
+    amplitudes: list[Complexes]
+    error: float
+
+    @classmethod
+    def of(cls, cases: Sequence[Case]) -> SteadyReference:
+        """Integrate each case until its carriers no longer change."""
+        amplitudes, errors = [], []
+        for case in cases:
+            found = full.steady_amplitude(
+                *(case.structure, case.law, case.drive), outputs=case.observed, tolerance=3e-6
+            )
+            own = np.diag(found.amplitude)
+            amplitudes.append(own)
+            errors.append((np.diag(found.error) / np.abs(own))[forced(case)].max())
+        return cls(list(cases), amplitudes, float(max(errors)))
+
+    def errors(self, found: Sequence[Complexes]) -> tuple[float, float]:
+        """Worst and mean relative error over the forced modes of all cases."""
+        each = np.concatenate(
+            [
+                np.abs(a / exact - 1.0)[forced(case)]
+                for a, exact, case in zip(found, self.amplitudes, self.cases, strict=True)
+            ]
+        )
+        return float(each.max()), float(each.mean())
+
+
+def forced(case: Case) -> Floats:
+    """Modes that a force acts on."""
+    return np.flatnonzero(np.any(case.drive.patterns != 0.0, axis=1))
+
+
+def slow_rows(
+    reference: SteadyReference,
+    tolerances: Sequence[float],
+    surface: int,
+    formulation: Formulation = "consistent",
+) -> Iterator[Row]:
+    """Ours: a state by itself, and as one of a resonance surface."""
+    method = OURS if formulation == "consistent" else "paper formulation"
+    base = reference.cases[0]
+    reduced = rom.reduce(base.structure, formulation=formulation)
+    if formulation == "consistent":
+        reduced = reduced.at_carrier(_CARRIER)
+    for tolerance in tolerances:
+        tabulate = partial(rom.tabulate, reduced, base.law, _RANGE, tolerance)
+        table_seconds, model = timed(tabulate, 1)
+        seconds, found = _each(partial(_steady, model), reference.cases)
+        carriers = [
+            steady_displacement(model, case, a)
+            for case, a in zip(reference.cases, found, strict=True)
+        ]
+        errors = reference.errors(carriers)
+        yield Row(method, f"table {tolerance:g}, one state", errors, seconds, table_seconds)
+        per_state = _surface_seconds(model, reference.cases[-1], surface)
+        setting = f"table {tolerance:g}, each of {surface} x {surface}"
+        yield Row(method, setting, errors, per_state, table_seconds)
+
+
+def _steady(model: rom.Model, case: Case) -> Complexes:
+    return rom.steady(model, case.frequency, case.force)
+
+
+def _surface_seconds(model: rom.Model, case: Case, points: int) -> float:
+    axes = [np.linspace(*ends, points) for ends in _SURFACE]
+    seconds, _ = timed(lambda: rom.resonance(model, case.force, *axes), 3)
+    return seconds / points**2
+
+
+def full_rows(
+    reference: SteadyReference, settings: Sequence[tuple[float, float]]
+) -> Iterator[Row]:
+    """Time integration until the carriers repeat."""
+    for step, tolerance in settings:
+
+        def settle(case: Case, h: float = step, tol: float = tolerance) -> Complexes:
+            found = full.steady_amplitude(
+                *(case.structure, case.law, case.drive),
+                outputs=case.observed,
+                tolerance=tol,
+                step=h,
+            )
+            return np.diag(found.amplitude)
+
+        seconds, found = _each(settle, reference.cases)
+        setting = f"steps {step:g} s and half, change {tolerance:g}"
+        yield Row("full order", setting, reference.errors(found), seconds)
+
+
+def balance_rows(reference: SteadyReference, highest: Sequence[int]) -> Iterator[Row]:
+    """Harmonic balance: from nothing, and from the solution at a neighbouring frequency."""
+    for order in highest:
+        seconds, found = _each(partial(_balance, order), reference.cases)
+        errors = reference.errors(found)
+        yield Row("harmonic balance", f"order {order}", errors, seconds)
+        seconds = float(np.mean([_continued_seconds(order, case) for case in reference.cases]))
+        yield Row("harmonic balance", f"order {order}, continued", errors, seconds)
+
+
+def _balance(order: int, case: Case) -> Complexes:
+    problem = HarmonicBalance(case, order)
+    displacement = problem.solve().displacement
+    amplitude = np.ones(len(case.force), dtype=complex)
+    for row, mode in enumerate(problem.forced):
+        amplitude[mode] = displacement[row, case.observed[mode]]
+    return amplitude
+
+
+def _continued_seconds(order: int, case: Case) -> float:
+    nearby = tuple(frequency - _NEIGHBOUR for frequency in case.frequency)
+    start = HarmonicBalance(replace(case, frequency=nearby), order).solve().contact
+    seconds, _ = timed(lambda: HarmonicBalance(case, order).solve(start), 3)
+    return seconds
+
+
+def _each(
+    solve: Callable[[Case], Complexes], cases: Sequence[Case]
+) -> tuple[float, list[Complexes]]:
+    """Mean over the cases of the time that one takes, and all answers."""
+    measured = [timed(partial(solve, case), 3) for case in cases]
+    return float(np.mean([seconds for seconds, _ in measured])), [found for _, found in measured]
+
+
+def section(reference: SteadyReference, rows: Sequence[Row]) -> Section:
+    """The rows as a section, compared with our states of a surface."""
+    ours = [k for k, row in enumerate(rows) if row.method == OURS]
+    return Section(
+        key="steady",
+        title="steady amplitudes",
+        task=f"complex amplitude, mean time of a state; {len(reference.cases)} states",
+        errors=ERRORS,
+        reference_error=reference.error,
+        rows=tuple(rows),
+        ours=min(ours, key=lambda k: rows[k].seconds),
+    )
