@@ -1,20 +1,20 @@
 # make run     set up .venv and run a scene into logs/
 # make test    set up .venv and run the tests
-# make report  set up .venv and measure cost and error
+# make report  set up .venv and measure speed against error, beside other methods
 # See the README for the rest.
 
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch])
+CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] runner/report/peers/*.c)
 
 .PHONY: run report test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
 
-report: $(VENV)/.installed
+report: $(VENV)/.installed-report
 	$(BIN)/slipmode report --output logs
 
 test: $(VENV)/.installed-test
@@ -39,6 +39,10 @@ $(VENV)/.installed: $(CORE) | $(BIN)/python
 
 $(VENV)/.installed-test: $(VENV)/.installed
 	$(PIP) --editable ".[test]"
+	@touch $@
+
+$(VENV)/.installed-report: $(VENV)/.installed
+	$(PIP) --editable ".[report]"
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed

@@ -123,6 +123,17 @@ def _report(options: argparse.Namespace) -> int:
     return 0
 
 
+def _paper(options: argparse.Namespace) -> int:
+    from runner.paper import paper
+    from runner.paper.claim import as_lines
+
+    findings = paper(options.output)
+    print("\n".join(as_lines(findings.claims)))
+    for path in findings.written:
+        print(path)
+    return 0
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="slipmode",
@@ -166,6 +177,17 @@ def _parser() -> argparse.ArgumentParser:
     )
     report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
     report.add_argument("--quick", action="store_true", help="less of everything, in a minute")
+
+    paper = _command(
+        commands,
+        "paper",
+        _paper,
+        "draw the paper's figures, judge its claims",
+        "paper -o logs/paper",
+    )
+    paper.add_argument(
+        "-o", "--output", type=Path, default=Path("logs/paper"), help="folder (logs/paper)"
+    )
 
     scenes = _command(
         commands,

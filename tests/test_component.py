@@ -11,7 +11,7 @@ from slow_time import slow_trajectory
 
 import rom
 from fmu import Component, StoppedError
-from rom.amplitude import amplitude_rate
+from rom.amplitude import amplitude_rate, friction_force
 from rom.motion import reconstruct
 
 FORCE = ({0: 1.0}, {1: 1.0})
@@ -219,7 +219,7 @@ def test_dissipated_energy_is_the_integral_of_dissipated_power():
 
 @pytest.mark.parametrize("formulation", ["consistent", "paper"])
 @pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
-def test_in_steady_state_what_goes_in_is_dissipated(modes, formulation):
+def test_in_steady_state_what_goes_in_leaves(modes, formulation):
     of = model_with_steady_states(modes, formulation)
     steady = component(of=of)
     march(steady, [20000.0])
@@ -228,11 +228,40 @@ def test_in_steady_state_what_goes_in_is_dissipated(modes, formulation):
     turned = of.reduced.frequency if formulation == "paper" else forced
     a = amplitude(steady)[: of.modes]
     structural = np.sum(2.0 * of.reduced.modal_damping * turned * forced * np.abs(a) ** 2)
+    contacts = -np.sum(2.0 * forced * np.imag(a.conj() * friction_force(of, a, forced)))
     assert 0.1 * now["input_power"] < structural < 0.9 * now["input_power"]
-    assert now["input_power"] == pytest.approx(structural + now["dissipated_power"], rel=1e-5)
+    assert now["input_power"] == pytest.approx(structural + contacts, rel=1e-5)
     march(steady, [100.0])
     gained = steady.outputs()["dissipated_energy"] - now["dissipated_energy"]
     assert gained == pytest.approx(100.0 * now["dissipated_power"], rel=1e-5)
+
+
+@pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
+def test_without_dampers_what_leaves_the_modes_is_dissipated(modes):
+    """At the carriers of the table, where the friction power is known."""
+    of = model(modes, "paper")
+    steady = component({"force_A": 0.05, "force_B": 0.2}, of)
+    march(steady, [20000.0])
+    now, a = steady.outputs(), amplitude(steady)[: of.modes]
+    structural = np.sum(2.0 * of.reduced.modal_damping * (of.reduced.frequency * np.abs(a)) ** 2)
+    assert now["dissipated_power"] > 0.1 * structural
+    # power and S_j are interpolated each on their own: the table's 1e-3
+    assert now["input_power"] == pytest.approx(structural + now["dissipated_power"], rel=1e-3)
+
+
+def test_the_dissipated_power_is_that_of_friction_alone():
+    """The dampers that the contacts share with the modes have their part as well."""
+    reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=(0.98, 1.65))
+    of = rom.tabulate(reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, near=(), harmonics=True)
+    durations, held = np.full(2200, 1.0), component(of=of)
+    rows = march(held, durations)
+    trajectory = slow_trajectory(of, FORCE, np.append(0.0, np.cumsum(durations)), **HELD)
+    times = 2000.0 + np.arange(1, 16001) * 0.0125  # about as good as whole periods of both
+    motion = reconstruct(of, trajectory, times, steps_per_period=256)
+    friction = np.mean(np.sum(motion.force * motion.velocity, axis=1))
+    power = rows[2000:, held.output_names.index("dissipated_power")].mean()
+    # measured 0.34 %: the power takes no account of contact damping above the fifth harmonics
+    assert power == pytest.approx(friction, rel=3.8e-3)
 
 
 # Contact motion
@@ -240,7 +269,9 @@ def test_in_steady_state_what_goes_in_is_dissipated(modes, formulation):
 
 @pytest.mark.parametrize("step", [0.7, 10.0, 100.0])
 @pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
-def test_contact_outputs_are_the_reconstructed_motion(modes, step):
+def test_contact_outputs_are_the_reconstructed_motion(modes, step, monkeypatch):
+    # with 64 steps a velocity sampled where stick ends is 1 % off, for the steps lie elsewhere
+    monkeypatch.setattr("fmu.component.STEPS_PER_PERIOD", 256)
     of, dofs = model(modes), (0, 1)
     held = {name: value for name, value in HELD.items() if "AB".index(name[-1]) < of.modes}
     durations = np.full(round(700.0 / step), step)
@@ -249,15 +280,16 @@ def test_contact_outputs_are_the_reconstructed_motion(modes, step):
     trajectory = slow_trajectory(
         of, FORCE[: of.modes], np.append(0.0, np.cumsum(durations)), **held
     )
-    motion = reconstruct(of, trajectory, trajectory.time[1:])
+    motion = reconstruct(of, trajectory, trajectory.time[1:], steps_per_period=256)
     expected = {"x": motion.displacement, "v": motion.velocity, "f": motion.force}
     for i in range(of.reduced.n_contacts):
         for quantity, values in expected.items():
             error = columns[f"contact_{i}_{quantity}"] - values[:, i]
-            assert np.abs(error).max() < 3e-3 * np.abs(values).max(), (i, quantity)
+            # measured 6e-4, of a velocity
+            assert np.abs(error).max() < 7e-4 * np.abs(values).max(), (i, quantity)
     for dof, values in zip(dofs, motion.elastic(of, dofs).T, strict=True):
         error = columns[f"x_{dof}"] - values
-        assert np.abs(error).max() < 3e-3 * np.abs(values).max(), dof
+        assert np.abs(error).max() < 1.2e-4 * np.abs(values).max(), dof  # measured 1.0e-4
 
 
 # One mode

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from conftest import LAW
 from slow_time import slow_trajectory
 
-from rom import SlipmodeError
+from rom import SlipmodeError, reduce, tabulate, two_mass
 from rom.amplitude import amplitude_rate, linear_part
 from rom.motion import SlowTrajectory, reconstruct
 
@@ -149,9 +150,22 @@ def test_elastic_motion_is_that_of_modes_and_contact_shapes(two_mode_model, tran
 # Energy
 
 
+@pytest.fixture(scope="module")
+def model_with_harmonics():
+    """So that the marched contacts feel the modes' answer, as those of the table do."""
+    return tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=True)
+
+
 @pytest.mark.parametrize("amplitude", [(1.3, 1.5), (2.5, 0.3), (1.05, 0.9)])
-@pytest.mark.parametrize("name", ["paper_model", "two_mode_model"])
-def test_what_the_contacts_take_from_the_modes_is_dissipated_there(name, amplitude, request):
+@pytest.mark.parametrize(
+    ("name", "balance", "friction_power"),
+    # measured at the worst: 1.0e-3, 1.0e-3; 0.36e-3, 1.5e-3 (the power takes no account of the
+    # contacts' damping at harmonics above the fifth)
+    [("paper_model", 1.15e-3, 1.15e-3), ("model_with_harmonics", 0.4e-3, 1.7e-3)],
+)
+def test_what_the_contacts_take_from_the_modes_is_dissipated_there(
+    name, balance, friction_power, amplitude, request
+):
     model = request.getfixturevalue(name)
     reduced, modulus = model.reduced, np.array(amplitude)
     taken = (-2 * reduced.frequency * modulus * model.table(modulus).imag).sum()
@@ -161,22 +175,22 @@ def test_what_the_contacts_take_from_the_modes_is_dissipated_there(name, amplitu
         model, held_amplitude(model, amplitude, 2 * period), times, steps_per_period=256
     )
     v, q_rate = motion.velocity, np.gradient(motion.modal, times, axis=0)
-    damper = reduced.coupling.imag / reduced.frequency[:, np.newaxis]
-    friction = (motion.force * v).sum(axis=1)
-    viscous = (v * (v @ reduced.damping + 2 * q_rate @ damper)).sum(axis=1)
-    # measured 0.1 % (paper), 0.23 % (consistent: the modes answer at other harmonics, too)
-    assert taken == pytest.approx(np.mean(friction + viscous), rel=4e-3)
+    friction = np.mean((motion.force * v).sum(axis=1))
+    # the dampers that the contacts share with the modes take from both; the modes' part is theirs
+    viscous = np.mean((v * (v @ reduced.damping + 2 * q_rate @ reduced.damper)).sum(axis=1))
+    assert taken == pytest.approx(friction + viscous, rel=balance)
+    assert model.table.terms(modulus)[-1].real == pytest.approx(friction, rel=friction_power)
 
 
 @pytest.mark.parametrize(
     ("times", "message"),
     [
-        ([], "times: must be increasing"),
-        ([2.0, 1.0], "times: must be increasing"),
-        ([1.0, 1.0], "times: must be increasing"),
+        ([], "times: must be finite and increasing"),
+        ([2.0, 1.0], "times: must be finite and increasing"),
+        ([1.0, 1.0], "times: must be finite and increasing"),
         ([-1.0, 1.0], "times: must lie within the run"),
         ([1.0, DURATION + 1], "times: must lie within the run"),
-        ([1.0, np.nan], "times"),
+        ([1.0, np.nan], "times: must be finite and increasing"),
     ],
 )
 def test_refuses_times_outside_the_run_or_out_of_order(two_mode_model, transient, times, message):

@@ -6,9 +6,11 @@ from slow_time import slow_trajectory
 
 from rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
 from rom.amplitude import amplitude_rate
+from rom.near import harmonic_orders
 from rom.resonance import resonance, resonance_curve, steady
 from rom.torus import Discretisation, contact_harmonics
 
+LAW = Tanh(limit=2.0, alpha=0.02)
 NATURAL = np.array([1.0, 1.7])
 BOTH = ({0: 0.15}, {1: 0.25})
 # F_A, F_B, dOmega_A, dOmega_B; carrier amplitudes of x_e1, x_e2 by converged time integration
@@ -29,36 +31,53 @@ def forces(F):
 
 def carrier_amplitudes(model, frequency, F):
     """|x_e1| at Omega_A and |x_e2| at Omega_B: the modes and what the contacts add."""
-    a = steady(model, frequency, forces(F))
-    orders, grid = [(1, 0), (0, 1)], Discretisation(256, 16)
-    solved = contact_harmonics(model.reduced, model.law, [np.abs(a)], grid, orders)
-    P = solved.P[0] * np.exp(1j * np.angle(a))[:, np.newaxis]
     reduced = model.reduced
-    return np.abs([reduced.mode_shapes[j] @ np.where(np.arange(2) == j, a, 0)
-                   + reduced.contact_shapes[j] @ P[j] for j in range(2)])  # fmt: skip
+    forced = list(reduced.modes)
+    a = steady(model, frequency, [forces(F)[mode] for mode in forced])
+    orders, grid = harmonic_orders(1, len(forced)), Discretisation(256, 16)
+    solved = contact_harmonics(reduced, model.law, [np.abs(a)], grid, orders, near=model.near)
+    found = np.zeros(2)
+    for j, mode in enumerate(forced):
+        P = solved.P[0, j] * np.exp(1j * np.angle(a[j]))
+        found[mode] = np.abs(
+            reduced.mode_shapes[mode, j] * a[j] + reduced.contact_shapes[mode] @ P
+        )
+    return found
+
+
+@pytest.mark.parametrize(("F", "detuning", "full"), FULL_ORDER)
+def test_carrier_amplitudes_are_those_of_the_full_order(F, detuning, full):
+    """With the contact problem at the forcing frequencies and no mode that nothing forces."""
+    forced = np.flatnonzero(F)
+    Omega, largest = (NATURAL + detuning)[forced], 1.2 * np.array(full)[forced]
+    model = tabulate(reduce(two_mass(), forced, carrier=Omega), LAW, largest, tolerance=1e-3)
+    found = carrier_amplitudes(model, Omega, F)
+    np.testing.assert_allclose(found, full, rtol=5.6e-4, atol=1e-9)  # measured 4.9e-4
 
 
 @pytest.mark.parametrize(("F", "detuning", "full"), FULL_ORDER)
 @pytest.mark.parametrize(
     ("name", "bound"),
-    # measured: consistent 0.002 to 0.24 %, paper 0.9 to 6.6 %
-    [("two_mode_model", 0.004), ("paper_model", 0.08)],
+    # measured at the worst: 0.24 % with the contact problem at the natural frequencies; 6.6 %
+    [("two_mode_model", 0.0027), ("paper_model", 0.075)],
 )
-def test_carrier_amplitudes_are_those_of_the_full_order(name, bound, F, detuning, full, request):
+def test_what_a_simpler_model_costs(name, bound, F, detuning, full, request):
     found = carrier_amplitudes(request.getfixturevalue(name), NATURAL + detuning, F)
     np.testing.assert_allclose(found, full, rtol=bound, atol=1e-9)
 
 
-@pytest.mark.parametrize(("alpha", "peak"), [(0.05, 2.50650), (0.005, 2.87728)])
-def test_the_peak_is_that_of_harmonic_balance(alpha, peak):
+@pytest.mark.parametrize(
+    ("alpha", "peak", "bound"),
+    # measured: +0.29 %, +0.12 %; time integration itself is 0.31 %, 0.16 % above these peaks
+    [(0.05, 2.50650, 0.0033), (0.005, 2.87728, 0.0014)],
+)
+def test_the_peak_is_that_of_harmonic_balance(alpha, peak, bound):
     """Half the peak displacement of x_e1, mode A alone, by three independent codes."""
-    model = tabulate(
-        reduce(two_mass(beta=0.0125), modes=(0,)), Tanh(2.0, alpha), (4.0,), tolerance=1e-4
-    )
+    reduced = reduce(two_mass(beta=0.0125), modes=(0,), carrier=(0.9825,))
+    model = tabulate(reduced, Tanh(2.0, alpha), (4.0,), tolerance=1e-4)
     frequency = np.linspace(0.975, 0.99, 301)[:, np.newaxis]
     found = np.abs(steady(model, frequency, ({0: 0.15},))).max()
-    # measured: +0.62 % at alpha 0.05, +0.29 % at alpha 0.005
-    assert found == pytest.approx(peak, rel=0.008)
+    assert found == pytest.approx(peak, rel=bound)
 
 
 def test_the_steady_state_stands_still_in_the_slow_flow(two_mode_model):
@@ -68,23 +87,37 @@ def test_the_steady_state_stands_still_in_the_slow_flow(two_mode_model):
     assert np.abs(rate).max() < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("name", "rtol"),
-    # the near resonances, that steady() leaves out, make a_j beat: measured 0.22 %
-    [("paper_model", 1e-6), ("two_mode_model", 4e-3)],
-)
-@pytest.mark.parametrize("detuning", [(-0.0175, -0.046), (0.02, 0.03)])
-def test_the_slow_flow_from_rest_ends_in_the_steady_state(name, rtol, detuning, request):
-    model = request.getfixturevalue(name)
+UNIT_FORCE = ({0: 1.0}, {1: 1.0})
+DETUNINGS = [(-0.0175, -0.046), (0.02, 0.03)]
+
+
+def driven_from_rest(model, Omega, time):
+    """Amplitudes at the times, (times, 2)."""
+    forced = {"force_A": 0.15, "force_B": 0.25, "frequency_A": Omega[0], "frequency_B": Omega[1]}
+    return slow_trajectory(model, UNIT_FORCE, time, tolerance=1e-9, **forced).amplitude
+
+
+@pytest.mark.parametrize("detuning", DETUNINGS)
+def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, detuning):
+    """Without near resonances."""
     Omega = NATURAL + detuning
-    run = slow_trajectory(
-        model,
-        ({0: 1.0}, {1: 1.0}),
-        np.array([0.0, 5000.0]),
-        tolerance=1e-9,
-        **{"force_A": 0.15, "force_B": 0.25, "frequency_A": Omega[0], "frequency_B": Omega[1]},
-    )
-    np.testing.assert_allclose(run.amplitude[-1], steady(model, Omega, BOTH), rtol=rtol)
+    end = driven_from_rest(paper_model, Omega, np.array([0.0, 5000.0]))[-1]
+    np.testing.assert_allclose(end, steady(paper_model, Omega, BOTH), rtol=1e-6)
+
+
+@pytest.mark.parametrize("detuning", DETUNINGS)
+def test_near_resonances_make_the_amplitudes_beat_about_the_steady_state(two_mode_model, detuning):
+    Omega = NATURAL + detuning
+    beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
+    assert {(term.n, term.m) for term in two_mode_model.near} == {(-4, 3), (5, -2)}
+    time = np.append(0.0, 4000.0 + beat * np.linspace(0, 1, 65))
+    amplitude = driven_from_rest(two_mode_model, Omega, time)[1:]
+    np.testing.assert_allclose(amplitude[-1], amplitude[0], rtol=1e-7)
+    expected = steady(two_mode_model, Omega, BOTH)
+    swing = np.abs(amplitude - expected).max(axis=0) / np.abs(expected)
+    assert np.all((swing > 5e-4) & (swing < 3e-3))  # measured 0.6e-3 to 2.7e-3
+    # the mean moves by some squares of the swing: measured 2.1e-5 at most
+    np.testing.assert_allclose(amplitude[1:].mean(axis=0), expected, rtol=3e-5)
 
 
 @pytest.mark.parametrize("name", ["two_mode_model", "paper_model"])

@@ -23,13 +23,24 @@ def tabulated(request):
     return law, tabulate(BOTH, law, RANGE, tolerance=1e-3)
 
 
-@pytest.fixture(
-    scope="module", params=[Tanh(LIMIT, 0.1), Tanh(LIMIT, 0.01), Coulomb(LIMIT)], ids=str
-)
-def coarse_table(request):
-    """As few nodes as possible, in the formulation where friction alone dissipates."""
-    paper = reduce(two_mass(), formulation="paper")
-    return paper.frequency, tabulate(paper, request.param, RANGE, tolerance=3e-2).table
+COARSE = {
+    "paper, tanh": ("paper", Tanh(LIMIT, 0.1)),
+    "paper, nearly Coulomb": ("paper", Tanh(LIMIT, 0.01)),
+    "paper, Coulomb": ("paper", Coulomb(LIMIT)),
+    "tanh": ("consistent", Tanh(LIMIT, 0.1)),
+    "nearly Coulomb": ("consistent", Tanh(LIMIT, 0.01)),
+    "Coulomb": ("consistent", Coulomb(LIMIT)),
+    "strong": ("consistent", Tanh(50.0, 0.1)),
+    "weak": ("consistent", Tanh(1e-3, 0.1)),
+    "no friction": ("consistent", Tanh(0.0, 0.1)),
+}
+
+
+@pytest.fixture(scope="module", params=COARSE)
+def coarse_model(request):
+    """As few nodes as possible."""
+    formulation, law = COARSE[request.param]
+    return tabulate(reduce(two_mass(), formulation=formulation), law, RANGE, tolerance=3e-2)
 
 
 def largest_term(table):
@@ -102,10 +113,29 @@ def test_the_surface_goes_through_direct_solves_at_the_nodes(two_mode_model):
 
 @given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
 @settings(max_examples=300, deadline=None)
-def test_friction_never_feeds_the_modes_between_the_nodes(coarse_table, amplitude):
-    frequency, table = coarse_table
-    power = -2 * frequency * amplitude * table(amplitude).imag
+def test_structure_and_friction_never_feed_the_modes_between_the_nodes(coarse_model, amplitude):
+    """In the paper's formulation friction alone."""
+    reduced, table, a = coarse_model.reduced, coarse_model.table, np.array(amplitude)
+    own = reduced.modal_damping * reduced.carrier * (reduced.formulation == "consistent")
+
+    def loss(amplitudes):
+        return own * amplitudes - table(amplitudes).imag
+
+    power = 2 * reduced.carrier * a * loss(a)
     assert power.sum() >= -1e-12 * np.abs(power).max()
+    # one mode may gain from the other, but not where it loses at all nodes around
+    ends = [
+        node[np.clip(np.searchsorted(node, value) - 1, 0, node.size - 2) + np.arange(2)]
+        for node, value in zip((table.node_a, table.node_b), a, strict=True)
+    ]
+    around = loss(np.stack(np.meshgrid(*ends), axis=-1)).min(axis=(0, 1))
+    assert np.all(loss(a)[around >= 0] >= -1e-12 * largest_term(table)[around >= 0])
+
+
+@given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
+@settings(max_examples=100, deadline=None)
+def test_friction_takes_power_between_the_nodes(coarse_model, amplitude):
+    assert coarse_model.table.terms(amplitude)[-1].real >= 0.0
 
 
 @pytest.mark.parametrize("outside", [(4.0001, 1.0), (1.0, 4.0001), (np.inf, 1.0), (np.nan, 1.0)])

@@ -16,6 +16,7 @@ typedef struct {
 } slow_state;
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
+#define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
 #define INPUTS_COUNT (sizeof(sm_inputs) / sizeof(double))
 
 struct sm_component {
@@ -178,7 +179,9 @@ static sm_status integrate(sm_component *c, double duration, double *y, double *
     double dy[SM_UNKNOWNS], y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
     sm_status status = sm_slow_flow_derivative(&c->flow, &c->inputs, 0.0, y, dy);
     double elapsed = 0.0, h = *step > 0.0 ? *step : duration;
+    int64_t tries = 0;
     while (status == SM_OK && elapsed < duration) {
+        if (++tries > MAX_TRIES) return SM_STEP_TOO_SMALL;
         const double left = duration - elapsed;
         const int last = h >= left * (1.0 - 1e-12);
         const double tried = last ? left : h;

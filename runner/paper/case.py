@@ -15,6 +15,7 @@ from rom.reduction import Formulation
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
+NATURAL_FREQUENCIES = (1.0, 1.7)  # [rad/s], with bonded contacts
 FORCE = (0.15, 0.25)  # [N], Table 1
 STRONG_FORCE = (0.5, 0.75)  # [N], Fig. 8
 ALPHA, BETA = 0.02, 0.0109  # [m/s], [s]: not stated; with these the peaks come nearest
@@ -30,14 +31,13 @@ class Signals:
         [s]
     elastic : (n, 2) ndarray
         x_e1, x_e2 [m].
-    contact, velocity, friction : (n, 2) ndarray
-        x_c1, x_c2 [m], their rates [m/s], and the friction forces [N].
+    contact, friction : (n, 2) ndarray
+        x_c1, x_c2 [m] and the friction forces [N].
     """
 
     time: Floats
     elastic: Floats
     contact: Floats
-    velocity: Floats
     friction: Floats
 
 
@@ -94,7 +94,7 @@ class Case:
     @property
     def frequency(self) -> Floats:
         """Forcing frequencies (2,) [rad/s]."""
-        return np.asarray(self.paper.reduced.frequency + self.detuning)
+        return np.asarray(NATURAL_FREQUENCIES) + self.detuning
 
     @property
     def period(self) -> float:
@@ -119,8 +119,8 @@ class Case:
         """Motion from rest, all degrees of freedom integrated in time."""
         motion = full.integrate(self.structure, self.law, self.drive(driven), times)
         return Signals(
-            *(motion.time, motion.displacement[:, :2], motion.contact_displacement),
-            *(motion.contact_velocity, motion.contact_force),
+            *(motion.time, motion.displacement[:, :2]),
+            *(motion.contact_displacement, motion.contact_force),
         )
 
     def steady_by_full_order(self) -> Complexes:
@@ -136,7 +136,7 @@ class Case:
         trajectory = _steady_trajectory(model, steady, self, float(times[-1]))
         motion = rom.reconstruct(model, trajectory, times)
         elastic = motion.elastic(model, (0, 1))
-        return Signals(times, elastic, motion.displacement, motion.velocity, motion.force)
+        return Signals(times, elastic, motion.displacement, motion.force)
 
     def force_sum(self, signals: Signals) -> Floats:
         """Elastic and friction force on the contacts, the left side of Eq. (29), (n, 2) [N]."""

@@ -63,9 +63,9 @@ def as_lines(claims: Iterable[Claim]) -> list[str]:
 
 def as_markdown(claims: Iterable[Claim]) -> str:
     """The same as a Markdown table."""
-    rows = ["| where | stated | ours | verdict | note |", "|---|---|---|---|---|"]
+    rows = ["| where | verdict | stated | ours | note |", "|---|---|---|---|---|"]
     for c in claims:
-        cells = (c.where, c.stated, values(c), c.verdict, c.note)
+        cells = (c.where, c.verdict, c.stated, values(c), c.note)
         rows.append(f"| {' | '.join(cell.replace('|', '&#124;') for cell in cells)} |")
     return "\n".join(rows)
 

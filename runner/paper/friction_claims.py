@@ -15,9 +15,10 @@ Floats = NDArray[np.float64]
 
 LARGEST = 3.0  # the paper's range of |A| and |B|
 THRESHOLDS = (1.0, 1 / 1.7**2)  # mu N / (2 k): there slip starts under Coulomb friction
+_ABOVE = np.linspace(THRESHOLDS[0], LARGEST, 101)  # |A| with slip
 _TRIED_ALPHAS = (0.001, 0.005, 0.02, 0.05)
 _USED = f"alpha {ALPHA:g}"
-_FINE = Discretisation(steps=2048, lines=32)
+_FINE = Discretisation(steps=1024, lines=16)
 
 
 def friction_at(model: rom.Model, A: Floats, B: Floats) -> NDArray[np.complex128]:
@@ -29,13 +30,16 @@ def friction_at(model: rom.Model, A: Floats, B: Floats) -> NDArray[np.complex128
 
 def shift_of_mode_a(study: Study) -> Claim:
     """Re Q_A with and without mode B, above the threshold."""
-    alone, dithered = (q.real for q in _along_mode_a(study.case.paper))
+    alone, dithered = (q.real for q in _along_mode_a(study.case.paper, 1.0))
     share = float(np.mean(dithered > alone))
     return Claim(
         name="shift of A",
         where="Fig. 10a",
         stated="the frequency shift of A grows with the other mode",
-        ours={"share of |A| in 1..3": share, "at |A| = 2": _ratio_at_two(dithered, alone)},
+        ours={
+            "share of |A| in 1..3": share,
+            "at |A| = 2": float(np.interp(2.0, _ABOVE, dithered / alone)),
+        },
         verdict=judge(share > 0.95),
         note=f"{_USED}; Re Q_A with |B| = 1 against |B| = 0; bound 95 % of the range",
     )
@@ -43,18 +47,25 @@ def shift_of_mode_a(study: Study) -> Claim:
 
 def damping_of_mode_a(study: Study) -> Claim:
     """-Im Q_A over |B|."""
-    alone, dithered = (-q.imag for q in _along_mode_a(study.case.paper))
-    share = float(np.mean(dithered > alone))
-    over_B = -friction_at(study.case.paper, np.array(2.0), np.linspace(0.01, LARGEST, 61))[:, 0]
-    highest = float(np.linspace(0.01, LARGEST, 61)[over_B.imag.argmax()])
+    share = {}
+    for held in (1.0, 2.0):
+        alone, dithered = (-q.imag for q in _along_mode_a(study.case.paper, held))
+        share[held] = float(np.mean(dithered > alone))
+    B = np.linspace(0.01, LARGEST, 61)
+    over_B = friction_at(study.case.paper, np.array(2.0), B)[:, 0].imag
+    highest = float(B[over_B.argmin()])
     return Claim(
         name="damping of A",
         where="Fig. 10b",
         stated="the damping of A is larger with the other mode, though not monotonically",
-        ours={"share of |A| in 1..3": share, "largest at |A| = 2 for |B|": highest},
-        verdict=judge(share > 0.95 and 0.01 < highest < LARGEST),
-        note=f"{_USED}; -Im Q_A with |B| = 1 against |B| = 0, bound 95 % of the range; beyond "
-        "its largest value the damping falls again with |B|",
+        ours={
+            "share of |A| in 1..3 with |B| = 1": share[1.0],
+            "with |B| = 2": share[2.0],
+            "largest at |A| = 2 for |B|": highest,
+        },
+        verdict=judge(share[1.0] > 0.95 and B[0] < highest < B[-1]),
+        note=f"{_USED}; -Im Q_A above that with |B| = 0; bound 95 % of the range with |B| = 1; "
+        "a large |B| lowers the damping of a large |A|",
     )
 
 
@@ -81,7 +92,7 @@ def damping_of_mode_b(study: Study) -> Claim:
 
 def quiet_below_threshold(study: Study) -> Claim:
     """Damping at half the slip threshold against the largest one."""
-    points = np.column_stack((np.r_[0.5, np.linspace(1.2, 2.2, 21)], np.full(22, 1e-6)))
+    points = np.column_stack((np.r_[0.5, np.linspace(1.2, 2.2, 9)], np.full(10, 1e-6)))
     ours: dict[str, float] = {}
     for alpha in _TRIED_ALPHAS:
         damping = -_exact(study.case, alpha, points)[:, 0].imag
@@ -119,7 +130,7 @@ def damping_at_one(study: Study) -> Claim:
 
 def deepest_damping(study: Study) -> Claim:
     """Smallest Im Q_A with mode A alone against the closed form -1 / (20 pi) at |A| = 2."""
-    A = np.linspace(1.2, LARGEST, 91)
+    A = np.linspace(1.4, 2.4, 41)
     Q = _exact(study.case, _TRIED_ALPHAS[0], np.column_stack((A, np.full(A.size, 1e-6))))
     damping, table = Q[:, 0].imag, friction_at(study.case.paper, A, np.array(1e-3))[:, 0].imag
     ours = {
@@ -138,15 +149,12 @@ def deepest_damping(study: Study) -> Claim:
     )
 
 
-def _along_mode_a(model: rom.Model) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Q_A from the threshold to LARGEST, without mode B and with |B| = 1."""
-    A = np.linspace(THRESHOLDS[0], LARGEST, 101)
-    alone, dithered = (friction_at(model, A, np.array(B))[:, 0] for B in (1e-3, 1.0))
+def _along_mode_a(
+    model: rom.Model, B: float
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Q_A over _ABOVE, without mode B and with |B| = B."""
+    alone, dithered = (friction_at(model, _ABOVE, np.array(held))[:, 0] for held in (1e-3, B))
     return alone, dithered
-
-
-def _ratio_at_two(dithered: Floats, alone: Floats) -> float:
-    return float(dithered[50] / alone[50])
 
 
 def _exact(case: Case, alpha: float, points: Floats) -> NDArray[np.complex128]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
 
 from runner.paper.case import Case, Signals
+from runner.paper.study import TORUS_AMPLITUDES, Study, torus_angles
 from runner.paper.style import (
     BOTH,
     CONSISTENT,
@@ -16,18 +19,19 @@ from runner.paper.style import (
     MODE_A,
     MODE_B,
     PAPER,
+    Style,
     label,
     legend_above,
     panels,
     spaces,
 )
-from runner.paper.study import TORUS_AMPLITUDES, Study, torus_angles
 
 Floats = NDArray[np.float64]
 
 CENTRE_RADIUS, TUBE_RADIUS, SWELLING = 2.0, 0.75, 0.3  # of the torus, swollen by x_c1
 _SHOWN_PERIODS = 5
 _TURNS = 7
+_DASHED: Style = {"color": FULL_ORDER, "ls": (0, (4, 3)), "lw": 1.0}
 
 
 def figure_3(study: Study) -> Figure:
@@ -38,7 +42,8 @@ def figure_3(study: Study) -> Figure:
     for sign in (-2, 2):
         slow.plot(time, sign * amplitudes[:, 0], color=FULL_ORDER, lw=1.2)
     slow.plot([], [], color=FULL_ORDER, label=r"$\pm 2|A|$, slow flow")
-    slow.legend(loc="lower right")
+    slow.margins(x=0, y=0.28)
+    slow.legend(loc="upper right")
     label(slow, r"$t$ [s]", r"$x_{e1}$ [m]", "(a) modal displacement, both modes")
     for ax, quantity, contact, alone, color, name in (
         (force, "friction", 0, study.alone_a, MODE_A, "only mode A"),
@@ -59,7 +64,7 @@ def figure_3(study: Study) -> Figure:
 
 def figure_4(study: Study) -> Figure:
     """Trajectory of the contact element."""
-    figure, (ax,) = panels(1, 1, 4.4, 3.6)
+    figure, (ax,) = panels(1, 1, 4.6, 3.2)
     for signals, color, name in (
         (study.both, BOTH, "both modes"),
         (study.alone_a, MODE_A, "only mode A"),
@@ -88,25 +93,27 @@ def figure_5(study: Study) -> Figure:
 
 def figure_6(study: Study) -> Figure:
     """Periodic motion of the first contact in both phases: as a surface and on a torus."""
-    figure, (plain, wrapped) = spaces(1, 2, 7.6, 3.6)
+    figure, (plain, wrapped) = spaces(1, 2, 7.6, 3.4)
     angles, x = torus_angles(), study.torus
     t_A, t_B = np.meshgrid(angles, angles, indexing="ij")
-    style = {"rcount": 97, "ccount": 97, "linewidth": 0, "antialiased": False}
+    style: Style = {"rcount": 97, "ccount": 97, "linewidth": 0, "antialiased": False}
     plain.plot_surface(t_A, t_B, x, cmap="viridis", **style)
     ticks = np.pi * np.arange(3)
     names = ("0", r"$\pi$", r"$2\pi$")
     plain.set_xticks(ticks, names)
     plain.set_yticks(ticks, names)
-    plain.set_zlabel(r"$x_{c1}$ [m]")
+    plain.set_zlabel(r"$x_{c1}$ [m]", labelpad=8)
     label(plain, r"$t_A$ [rad]", r"$t_B$ [rad]", "(a) over the two phases")
-    A, B = TORUS_AMPLITUDES
-    scale = np.abs(x).max()
-    shade = figure_colors(x / scale)
-    wrapped.plot_surface(*torus_points(t_A, t_B, x / scale), facecolors=shade, **style)
-    wrapped.plot(*_visible_trajectory(x / scale, wrapped.elev, wrapped.azim), "k", lw=0.9)
+    (A, B), relative = TORUS_AMPLITUDES, x / np.abs(x).max()
+    colors = torus_colors(relative)
+    wrapped.plot_surface(
+        *torus_points(t_A, t_B, relative), facecolors=colors, shade=False, **style
+    )
+    wrapped.plot(*_visible_trajectory(relative, wrapped.elev, wrapped.azim), "k", lw=0.9)
     wrapped.set_box_aspect((1, 1, 0.4), zoom=1.35)
     wrapped.set_axis_off()
-    wrapped.set_title(f"(b) on a torus; the motion along the black line\n|A| = {A}, |B| = {B}")
+    wrapped.set_title("(b) on a torus, the motion in black")
+    figure.suptitle(f"$|A|$ = {A}, $|B|$ = {B}", fontsize=9)
     return figure
 
 
@@ -124,12 +131,13 @@ def figure_8(study: Study) -> Figure:
 def figure_9(study: Study) -> Figure:
     """Contact displacements, the reduced models against full order."""
     figure, axes = panels(2, 1, 7.2, 4.4)
+    lines: tuple[tuple[Signals, Style, str], ...] = (
+        (study.paper, {"color": PAPER}, "paper's model"),
+        (study.consistent, {"color": CONSISTENT}, "consistent model"),
+        (study.both, _DASHED, "full order"),
+    )
     for contact, ax in enumerate(axes):
-        for signals, style, name in (
-            (study.paper, {"color": PAPER}, "paper's model"),
-            (study.consistent, {"color": CONSISTENT}, "consistent model"),
-            (study.both, {"color": FULL_ORDER, "ls": (0, (4, 3)), "lw": 1.0}, "full order"),
-        ):
+        for signals, style, name in lines:
             shown = _last_periods(signals, study.case)
             ax.plot(_elapsed(shown), shown.contact[:, contact], label=name, **style)
         ax.margins(x=0)
@@ -148,18 +156,14 @@ def torus_points(t_A: Floats, t_B: Floats, swelling: Floats) -> tuple[Floats, Fl
 
 def torus_line(swelling: Floats, turns: int = _TURNS) -> tuple[Floats, Floats, Floats]:
     """Phases t_A, t_B = 1.7 t_A and the swelling along the motion, whole turns of t_A."""
-    from scipy.interpolate import RegularGridInterpolator
-
     t_A = np.linspace(0.0, 2 * np.pi * turns, 400 * turns)
     t_B = 1.7 * t_A
     look_up = RegularGridInterpolator((torus_angles(), torus_angles()), swelling)
     return t_A, t_B, look_up(np.column_stack((t_A, t_B)) % (2 * np.pi))
 
 
-def figure_colors(values: Floats) -> NDArray[np.float64]:
+def torus_colors(values: Floats) -> NDArray[np.float64]:
     """Colours (..., 4) of values from -1 to 1."""
-    from matplotlib import colormaps
-
     return np.asarray(colormaps["viridis"](0.5 + 0.5 * values))
 
 
@@ -170,7 +174,7 @@ def _visible_trajectory(swelling: Floats, elevation: float, azimuth: float) -> F
     eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     normal = np.array([np.cos(t_B) * np.cos(t_A), np.cos(t_B) * np.sin(t_A), np.sin(t_B)])
     points = np.array(torus_points(t_A, t_B, swollen))
-    return np.where(eye @ normal > 0.05, points, np.nan)
+    return np.asarray(np.where(eye @ normal > 0.05, points, np.nan))
 
 
 def _forces(case: Case, full_order: Signals, paper: Signals, consistent: Signals) -> Figure:
@@ -180,8 +184,7 @@ def _forces(case: Case, full_order: Signals, paper: Signals, consistent: Signals
         (axes[1], consistent, "(b) consistent model"),
     ):
         _force_terms(ax, case, _last_periods(signals, case, 2), {"lw": 1.8})
-        dashed = {"color": FULL_ORDER, "ls": (0, (4, 3)), "lw": 0.9}
-        _force_terms(ax, case, _last_periods(full_order, case, 2), dashed)
+        _force_terms(ax, case, _last_periods(full_order, case, 2), _DASHED)
         label(ax, r"$t - t_0$ [s]", "force on contact 1 [N]", name)
         ax.margins(x=0)
     handles = [line for line in axes[0].lines if line.get_linestyle() == "-"][:3]
@@ -191,21 +194,21 @@ def _forces(case: Case, full_order: Signals, paper: Signals, consistent: Signals
     return figure
 
 
-def _force_terms(ax: Axes, case: Case, signals: Signals, style: dict[str, object]) -> None:
+def _force_terms(ax: Axes, case: Case, signals: Signals, style: Style) -> None:
     """Elastic force, friction force and their sum on the first contact."""
     elastic = signals.contact @ case.contact_stiffness
     terms = (elastic, signals.friction, case.force_sum(signals))
     for term, color in zip(terms, (CONSISTENT, GREY, PAPER), strict=True):
-        ax.plot(_elapsed(signals), term[:, 0], **{"color": color, **style})  # type: ignore[arg-type]
+        ax.plot(_elapsed(signals), term[:, 0], **{"color": color, **style})
 
 
 def _last_periods(signals: Signals, case: Case, periods: int = _SHOWN_PERIODS) -> Signals:
     shown = signals.time >= signals.time[-1] - periods * case.period
     return Signals(
-        *(signals.time[shown], signals.elastic[shown], signals.contact[shown]),
-        *(signals.velocity[shown], signals.friction[shown]),
+        *(signals.time[shown], signals.elastic[shown]),
+        *(signals.contact[shown], signals.friction[shown]),
     )
 
 
 def _elapsed(signals: Signals) -> Floats:
-    return signals.time - signals.time[0]
+    return np.asarray(signals.time - signals.time[0])

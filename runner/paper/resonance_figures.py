@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
 from runner.paper.friction_claims import LARGEST, THRESHOLDS, friction_at
 from runner.paper.slices import ALPHAS, BETAS, DETUNINGS, Slices, euclidean, peak
-from runner.paper.study import Study
+from runner.paper.study import FULL_ORDER_DETUNINGS, Study
 from runner.paper.style import (
     BOTH,
     FULL_ORDER,
@@ -17,6 +18,7 @@ from runner.paper.style import (
     MODE_A,
     MODE_B,
     SEQUENCE,
+    Style,
     label,
     legend_above,
     panels,
@@ -45,8 +47,11 @@ def figure_10(study: Study) -> Figure:
         values = getattr(Q[..., mode], part)
         ax.plot_surface(A, B, values, cmap="viridis", rcount=90, ccount=90, linewidth=0)
         ax.view_init(elev=26, azim=-128 if mode == 0 else -38)
+        ax.zaxis.set_major_locator(MaxNLocator(4))
+        ax.tick_params(axis="z", pad=7)
+        ax.xaxis.set_major_locator(MultipleLocator(1.0))
+        ax.yaxis.set_major_locator(MultipleLocator(1.0))
         label(ax, r"$|A|$ [m]", r"$|B|$ [m]", f"({letter}) {name}")
-        ax.tick_params(pad=0)
     return figure
 
 
@@ -55,29 +60,32 @@ def figure_11(study: Study) -> Figure:
     figure, axes = panels(2, 2, 7.2, 5.0)
     moduli = np.linspace(0.02, LARGEST, 300)
     for ax, (mode, part, name), letter in zip(axes, _Q_PANELS, "abcd", strict=True):
-        own, other = ("A", "B") if mode == 0 else ("B", "A")
+        own = "AB"[mode]
         for held, color in zip((1e-3, 0.5, 1.0, 2.0), SEQUENCE, strict=True):
             pair = (moduli, np.array(held)) if mode == 0 else (np.array(held), moduli)
             Q = friction_at(study.case.paper, *pair)[..., mode]
-            ax.plot(moduli, getattr(Q, part), color=color, label=f"$|{other}|$ = {held:.1f}")
+            ax.plot(moduli, getattr(Q, part), color=color, label=f"other mode {held:.1f}")
         exact = getattr(coulomb_alone(mode, moduli), part)
-        ax.plot(moduli, exact, color=GREY, ls=":", label=f"Coulomb, $|{other}|$ = 0")
+        ax.plot(moduli, exact, color=GREY, ls=":", label="0, Coulomb")
         label(ax, rf"$|{own}|$ [m]", name, f"({letter})")
-        ax.legend(loc="best" if part == "real" else "lower right")
         ax.margins(x=0)
+    legend_above(figure, axes[0], 5)
     return figure
 
 
 def figure_12(study: Study) -> Figure:
     """Resonance surface over both detunings, with the slices of Fig. 13."""
-    figure, (ax,) = spaces(1, 1, 6.4, 4.8)
+    figure, (ax,) = spaces(1, 1, 5.6, 4.2)
     surface, slices = study.surface, study.slices
     grid = np.meshgrid(surface.frequency_A - 1.0, surface.frequency_B - 1.7, indexing="ij")
-    style = {"rcount": 120, "ccount": 120, "linewidth": 0, "alpha": 0.75}
+    style: Style = {"rcount": 120, "ccount": 120, "linewidth": 0, "alpha": 0.75}
     ax.plot_surface(*grid, surface.euclidean, cmap="Greys", vmin=-1.5, vmax=5, **style)
     for (first, second), amplitudes, color, name in slice_lines(slices):
         ax.plot(first, second, euclidean(amplitudes), color=color, lw=2, label=name)
     ax.view_init(elev=28, azim=-128)
+    ax.set_box_aspect((1, 1, 0.7), zoom=1.05)
+    ax.xaxis.set_major_locator(MultipleLocator(0.1))
+    ax.yaxis.set_major_locator(MultipleLocator(0.1))
     ax.set_zlabel(NORM)
     label(ax, r"$\Delta\omega_A$ [rad/s]", r"$\Delta\omega_B$ [rad/s]")
     legend_above(figure, ax, 4)
@@ -93,19 +101,15 @@ def figure_13(study: Study) -> Figure:
     _curves(over_b, slices.alone_b, slices.both_b, top_A, MODE_B)
     over_a.plot(DETUNINGS, euclidean(consistent.both_a), color=BOTH, ls="--", lw=1)
     over_b.plot(DETUNINGS, euclidean(consistent.both_b), color=BOTH, ls="--", lw=1)
-    detunings, amplitudes = study.full_order_points
-    circles = {"marker": "o", "ms": 4, "mfc": "white", "mec": FULL_ORDER, "ls": ""}
-    over_a.plot(detunings, euclidean(amplitudes), **circles)
+    circles: Style = {"marker": "o", "ms": 4, "mfc": "white", "mec": FULL_ORDER, "ls": ""}
+    over_a.plot(FULL_ORDER_DETUNINGS, euclidean(study.both_a_by_full_order), **circles)
+    over_b.plot(FULL_ORDER_DETUNINGS, euclidean(study.both_b_by_full_order), **circles)
     label(over_a, r"$\Delta\omega_A$ [rad/s]", NORM, "(a) across the resonance of A")
     label(over_b, r"$\Delta\omega_B$ [rad/s]", NORM, "(b) across the resonance of B")
     lines = [over_a.lines[0], over_b.lines[0], *over_a.lines[1:]]
-    names = ("A alone", "B alone", "both", "sum of both peaks' norms", "norm of both peaks")
-    figure.legend(
-        lines,
-        (*names, "both, consistent model", "both, full order"),
-        loc="outside upper center",
-        ncols=4,
-    )
+    names = ["A alone", "B alone", "both", "superposition as sum of norms"]
+    names += ["superposition in the same norm", "both, consistent model", "both, full order"]
+    figure.legend(lines, names, loc="outside upper center", ncols=3)
     return figure
 
 
@@ -117,7 +121,12 @@ def figure_unstated(study: Study) -> Figure:
     detunings = found.of(lambda s: s.detuning_b)
     milli = 1e3 * np.array(BETAS)
     for row, (alpha, color) in enumerate(zip(ALPHAS, SEQUENCE, strict=True)):
-        style = {"color": color, "marker": "o", "ms": 3, "label": rf"$\alpha$ = {alpha:g} m/s"}
+        style: Style = {
+            "color": color,
+            "marker": "o",
+            "ms": 3,
+            "label": rf"$\alpha$ = {alpha:g} m/s",
+        }
         for ax, values in zip(axes, (peaks, detunings), strict=False):
             ax.plot(milli, values[row], **style)
         axes[2].plot(peaks[row], sums[row], **style)
@@ -162,3 +171,4 @@ def _curves(ax: Axes, alone: Floats, both: Floats, other_peak: float, color: str
     ax.plot(DETUNINGS, np.hypot(norm, other_peak), color=FULL_ORDER, ls=":")
     ax.margins(x=0)
     ax.set_ylim(bottom=0)
+    ax.xaxis.set_major_locator(MultipleLocator(0.1))

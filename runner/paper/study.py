@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 
@@ -13,13 +14,14 @@ from fmu import Component
 from rom.near import harmonic_orders
 from rom.torus import Discretisation, contact_harmonics
 from runner.paper.case import STRONG_FORCE, Case, Signals
-from runner.paper.slices import Sensitivity, Slices
+from runner.paper.slices import Sensitivity, Slices, peak
 
 Floats = NDArray[np.float64]
 
-SETTLED = 1800.0  # [s], twenty times the slowest decay
+SETTLED = 1800.0  # [s], ten times the slowest decay
 TRANSIENT = 600.0  # [s], shown in Fig. 3
 PERIODS = 12  # of the window in which steady motions are compared
+FULL_ORDER_DETUNINGS = (-0.12, -0.06, -0.03, -0.015, 0.01, 0.04, 0.12)  # [rad/s]
 TORUS_AMPLITUDES = (1.3, 1.5)  # |A|, |B| of Fig. 6
 
 _SAMPLES_PER_PERIOD = 256
@@ -110,12 +112,19 @@ class Study:
         return Slices.of(self.case.consistent)
 
     @cached_property
-    def full_order_points(self) -> tuple[Floats, Floats]:
-        """Detunings of A and |A|, |B| (n, 2) at full order, mode B at its peak."""
-        detunings = np.array([-0.15, -0.1, -0.06, -0.04, -0.02, -0.01, 0.0, 0.02, 0.06, 0.12])
-        resonance = self.slices.detuning_b
-        cases = [replace(self.case, detuning=(float(d), resonance)) for d in detunings]
-        return detunings, np.array([np.abs(case.steady_by_full_order()) for case in cases])
+    def both_a_by_full_order(self) -> Floats:
+        """|A|, |B| (n, 2) over the detunings of A, mode B at its peak."""
+        return self._by_full_order(lambda detuning: (detuning, self.slices.detuning_b))
+
+    @cached_property
+    def both_b_by_full_order(self) -> Floats:
+        """|A|, |B| (n, 2) over the detunings of B, mode A at its peak."""
+        at_peak = peak(self.slices.alone_a)[0]
+        return self._by_full_order(lambda detuning: (at_peak, detuning))
+
+    def _by_full_order(self, pair: Callable[[float], tuple[float, float]]) -> Floats:
+        cases = [replace(self.case, detuning=pair(d)) for d in FULL_ORDER_DETUNINGS]
+        return np.array([np.abs(case.steady_by_full_order()) for case in cases])
 
     @cached_property
     def surface(self) -> rom.ResonanceSurface:

@@ -14,7 +14,9 @@ PAPER, CONSISTENT, FULL_ORDER = "#e8590c", "#6741d9", "#111111"
 GREY = "#868e96"
 SEQUENCE = ("#1f5fa8", "#3c9d9b", "#e0a100", "#c92a2a")  # of rising amplitude or alpha
 
-RC: dict[str, Any] = {
+Style = dict[str, Any]
+
+RC: Any = {
     "font.size": 9.0,
     "font.family": "DejaVu Sans",
     "mathtext.fontset": "dejavusans",
@@ -47,6 +49,7 @@ def spaces(rows: int, columns: int, width: float, height: float) -> tuple[Figure
         for k in range(rows * columns)
     ]
     for ax in axes:
+        ax.set_box_aspect((1, 1, 0.7), zoom=0.92)
         for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
             axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     return figure, axes

@@ -1,14 +1,11 @@
-"""The whole report: what is measured, in which order, and where it is written."""
+"""The whole report: everything that was measured, and where it is written."""
 
 from __future__ import annotations
 
 import json
 import math
 import platform
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, dataclass
-from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from os import PathLike
@@ -17,18 +14,13 @@ from typing import Any
 
 from tqdm import tqdm
 
-from runner.report import friction, signals, steady
-from runner.report.accuracy import check
-from runner.report.cases import Case, steady_cases
 from runner.report.figures import Figure, figures
-from runner.report.measure import Row, Section
+from runner.report.measure import Row, Section, one_thread
 from runner.report.peers import first_order
 from runner.report.picture import HAS_MATPLOTLIB, HOW_TO_GET_IT, draw
-from runner.report.scope import FULL, QUICK, Scope
+from runner.report.scope import FULL, QUICK
+from runner.report.tasks import Task, accuracy_tasks, speed_tasks
 from runner.report.text import render
-
-_STEADY_SETTINGS = ((1.0, 1e-2), (0.5, 1e-2), (0.5, 1e-3), (0.25, 1e-4))
-_CRAIG_BAMPTON_MODES = (2, 4, 8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,112 +79,26 @@ def report(
     """
     scope = QUICK if quick else FULL
     found = Report([], [], [], [], _missing())
-    tasks = [
-        *((found.sections, task) for task in _speed_tasks(scope)),
-        *((found.structures, partial(_accuracy, make, scope)) for make in scope.structures),
+    tasks: list[tuple[list[Section], Task]] = [
+        *((found.sections, task) for task in speed_tasks(scope)),
+        *((found.structures, task) for task in accuracy_tasks(scope)),
     ]
+
+    def shown(row: Row) -> None:
+        bar.set_postfix_str(row.name)
+
     with (
-        _one_thread(),
+        one_thread(),
         tqdm(total=len(tasks) + 1, unit=" tasks", desc="report", disable=not progress) as bar,
     ):
         for target, task in tasks:
-            target.append(task(lambda row: bar.set_postfix_str(row.name)))
+            target.append(task(shown))
             bar.update()
         found.figures.extend(figures())
         bar.update()
     if output is not None:
         _write(found, Path(output))
     return found
-
-
-Shown = Callable[[Row], object]
-Task = Callable[[Shown], Section]
-
-
-def _speed_tasks(scope: Scope) -> Iterator[Task]:
-    for make in scope.signals:
-        yield partial(_signals, make, scope)
-    yield partial(_steady, scope)
-    for alpha in scope.alphas:
-        yield partial(_friction, alpha, scope)
-    for make in scope.chains:
-        yield partial(_chain, make, scope)
-
-
-def _signals(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
-    reference = signals.Reference.of(make())
-
-    def rows() -> Iterator[Row]:
-        yield from signals.slow_rows(reference, scope.tables, scope.flows)
-        yield from signals.slow_rows(reference, scope.tables[-1:], scope.flows[:1], "paper")
-        yield from signals.full_rows(reference, scope.refinements)
-        peers: list[tuple[str, first_order.Integrate, tuple[float, ...]]]
-        peers = [("LSODA", first_order.lsoda, scope.tolerances)]
-        if first_order.HAS_CVODE:
-            peers.append(("CVODE", first_order.cvode, scope.tolerances))
-        peers.append(("BDF", first_order.bdf, scope.slow_tolerances))
-        peers.append(("Radau", first_order.radau, scope.slow_tolerances[:1]))
-        for name, integrate, tolerances in peers:
-            yield from signals.first_order_rows(reference, name, integrate, tolerances)
-
-    name = reference.case.name
-    return signals.section(reference, f"signals, {name}", _collect(rows(), shown))
-
-
-def _steady(scope: Scope, shown: Shown) -> Section:
-    cases = steady_cases()
-    reference = steady.SteadyReference.of([cases[k] for k in scope.steady])
-
-    def rows() -> Iterator[Row]:
-        yield from steady.slow_rows(reference, scope.tables, scope.surface)
-        yield from steady.slow_rows(reference, scope.tables[-1:], scope.surface, "paper")
-        yield from steady.full_rows(reference, _STEADY_SETTINGS)
-        yield from steady.balance_rows(reference, scope.harmonics)
-
-    return steady.section(reference, _collect(rows(), shown))
-
-
-def _friction(alpha: float, scope: Scope, shown: Shown) -> Section:
-    reference = friction.FrictionReference(alpha, scope.points)
-    rows = friction.friction_rows(reference, scope.torus, scope.grids)
-    return friction.section(reference, _collect(rows, shown))
-
-
-def _chain(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
-    reference = signals.Reference.of(make())
-
-    def rows() -> Iterator[Row]:
-        yield from signals.slow_rows(reference, scope.tables[:2], scope.flows)
-        yield from signals.full_rows(reference, scope.refinements[:3])
-        yield from signals.craig_bampton_rows(
-            reference, _CRAIG_BAMPTON_MODES, scope.refinements[:3]
-        )
-
-    name = reference.case.name
-    return signals.section(reference, f"signals, {name}", _collect(rows(), shown))
-
-
-def _accuracy(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
-    section = check(make(), scope.tables[1], scope.refinements[:3])
-    shown(section.baseline)
-    return section
-
-
-def _collect(rows: Iterator[Row], shown: Shown) -> list[Row]:
-    collected = []
-    for row in rows:
-        collected.append(row)
-        shown(row)
-    return collected
-
-
-def _one_thread() -> AbstractContextManager[object]:
-    """BLAS on one thread: matrices this small only lose by more, peers above all."""
-    if find_spec("threadpoolctl") is None:
-        return nullcontext()
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(1)  # type: ignore[no-any-return, unused-ignore]
 
 
 def _missing() -> list[str]:
@@ -239,7 +145,7 @@ def _plain(section: Section) -> dict[str, Any]:
         "title": section.title,
         "task": section.task,
         "reference_error": section.reference_error,
-        "baseline": section.ours,
+        "ours": list(section.ours),
         "rows": rows,
     }
 

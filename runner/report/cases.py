@@ -50,7 +50,7 @@ class Case:
     @property
     def times(self) -> Floats:
         """Where signals are compared (samples,)."""
-        return SAMPLING * np.arange(1, round(self.duration / SAMPLING) + 1)
+        return np.asarray(SAMPLING * np.arange(1.0, round(self.duration / SAMPLING) + 1.0))
 
     @property
     def in_window(self) -> np.ndarray:

@@ -19,6 +19,15 @@ from runner.scene import load_scene
 _PAPER_LAW = rom.Tanh(limit=2.0, alpha=0.02)
 _CONVERGED = Discretisation(steps=1024, lines=64)
 _CHECKED_POINTS = 200
+# Linux counts the parent's memory into ru_maxrss, but not into VmHWM [kB].
+_ASK = """
+try:
+    status = open("/proc/self/status").read()
+    print(status.split("VmHWM:")[1].split()[0])
+except OSError:
+    import resource
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,6 @@ def memory_figures() -> list[Figure]:
 
 def _peak_of(code: str) -> float:
     """Peak resident memory of a Python process that runs the code [MB]."""
-    ask = "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
-    command = [sys.executable, "-c", f"{code}\n{ask}"]
+    command = [sys.executable, "-c", f"{code}\n{_ASK}"]
     answer = subprocess.run(command, capture_output=True, text=True, check=True)
     return int(answer.stdout.split()[-1]) / 1024

@@ -134,7 +134,7 @@ def _grid(model: Model) -> Discretisation:
 
 
 def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:
-    """Amplitudes that the case reaches, with a margin: a run on a coarse table, grown as needed."""
+    """Amplitudes that the case reaches on a coarse table, grown as needed, with a margin."""
     limit = np.full(len(case.force), 4.0)
     while True:
         coarse = rom.tabulate(reduced, case.law, limit.tolist(), _COARSE)

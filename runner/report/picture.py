@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from runner.report.measure import Row, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 HAS_MATPLOTLIB = find_spec("matplotlib") is not None
 HOW_TO_GET_IT = "no picture: matplotlib is missing; pip install 'slipmode[report]'"
@@ -18,9 +19,12 @@ HOW_TO_GET_IT = "no picture: matplotlib is missing; pip install 'slipmode[report
 # method: (colour, marker); related methods share a colour
 _STYLES = {
     "slipmode": ("#c1272d", "o"),
+    "slipmode, slow flow": ("#c1272d", "o"),
+    "slipmode, one state": ("#c1272d", "o"),
     "slipmode, window": ("#c1272d", "s"),
     "slipmode, motion": ("#c1272d", "D"),
-    "paper formulation": ("#e69f00", "o"),
+    "paper formulation, slow flow": ("#e69f00", "o"),
+    "paper formulation, one state": ("#e69f00", "o"),
     "paper formulation, window": ("#e69f00", "s"),
     "paper formulation, motion": ("#e69f00", "D"),
     "full order": ("#1b4f8f", "o"),
@@ -31,15 +35,15 @@ _STYLES = {
     "CVODE": ("#009e73", "o"),
     "BDF": ("#8c564b", "o"),
     "Radau": ("#777777", "o"),
-    "harmonic balance": ("#009e73", "s"),
-    "harmonic balance, continued": ("#009e73", "^"),
+    "harmonic balance": ("#cc5599", "s"),
+    "harmonic balance, continued": ("#cc5599", "^"),
     "slipmode, surface": ("#c1272d", "s"),
     "paper formulation, surface": ("#e69f00", "s"),
     "scheme (31) from the corner": ("#e69f00", "o"),
     "scheme (31) from both axes": ("#e69f00", "^"),
 }
 _OTHER = ("#333333", "x")
-_STYLE = {
+_STYLE: Any = {
     "font.size": 8.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -57,15 +61,17 @@ def draw(sections: Sequence[Section], folder: Path, name: str = "speed-error") -
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    columns = 2 if len(sections) > 1 else 1
+    columns = min(len(sections), 3 if len(sections) > 4 else 2)
     rows = -(-len(sections) // columns)
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(5.2 * columns, 3.7 * rows), layout="constrained")
-        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        figure = Figure(figsize=(4.6 * columns, 3.3 * rows + 1.0), layout="constrained")
+        figure.suptitle("Error against time: the lower left is the better", fontsize=11)
+        panels = list(figure.subplots(rows, columns, squeeze=False).ravel())
         for panel, section in zip(panels, sections, strict=False):
             _panel(panel, section)
         for panel in panels[len(sections) :]:
             panel.set_axis_off()
+        _legend(figure, panels)
         written = [folder / f"{name}.png", folder / f"{name}.svg"]
         for path in written:
             figure.savefig(path, dpi=170, metadata={"Date": None} if path.suffix == ".svg" else {})
@@ -73,6 +79,8 @@ def draw(sections: Sequence[Section], folder: Path, name: str = "speed-error") -
 
 
 def _panel(axes: Axes, section: Section) -> None:
+    from matplotlib.ticker import NullFormatter
+
     for series, rows in _series(section.rows).items():
         colour, marker = _STYLES.get(series, _OTHER)
         axes.plot(
@@ -82,17 +90,30 @@ def _panel(axes: Axes, section: Section) -> None:
             color=colour,
             markersize=5,
             markerfacecolor=colour if marker == "o" else "white",
-            linestyle="-",
+            linestyle="-" if _is_a_sequence(rows) else "none",
             linewidth=0.9,
             label=series,
         )
     axes.set(xscale="log", yscale="log", title=section.title)
     axes.set_xlabel(_per_run(section))
     axes.set_ylabel(f"relative error, {section.errors[0]}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(which="major", linewidth=0.4, color="#dddddd")
     axes.set_axisbelow(True)
     axes.margins(0.07)
-    axes.legend(loc="best", handlelength=1.6, labelspacing=0.25)
+
+
+def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
+    """One legend for all panels: a method looks the same in each."""
+    handles = {
+        label: handle
+        for panel in panels
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    ordered = sorted(handles, key=[*_STYLES, *handles].index)
+    figure.legend(
+        [handles[label] for label in ordered], ordered, loc="outside lower center", ncols=5
+    )
 
 
 def _per_run(section: Section) -> str:
@@ -101,16 +122,13 @@ def _per_run(section: Section) -> str:
 
 
 def _series(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Rows that one line joins, by increasing time."""
+    """Rows of each method, in the order of their settings."""
     series: dict[str, list[Row]] = {}
     for row in rows:
-        series.setdefault(series_name(row), []).append(row)
-    return {name: sorted(members, key=lambda row: row.seconds) for name, members in series.items()}
+        series.setdefault(row.method, []).append(row)
+    return series
 
 
-def series_name(row: Row) -> str:
-    """The method, told apart where a state is one of many or continued from a neighbour."""
-    for mark, suffix in (("continued", "continued"), ("each of", "surface")):
-        if mark in row.setting:
-            return f"{row.method}, {suffix}"
-    return row.method
+def _is_a_sequence(rows: Sequence[Row]) -> bool:
+    """Whether the settings are ever finer ones of one kind, worth a line."""
+    return not any(row.setting.startswith("table") for row in rows)

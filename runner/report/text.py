@@ -11,10 +11,13 @@ from runner.report.measure import Row, Section
 Line = Sequence[str]
 
 LEGEND = """\
-Times are medians on one processor core, measured in this run; a table is built once, on all cores.
-`ratio`: time over that of the row marked *. `runs`: how many pay for our table, against a row
-that is at least as exact as *; `never` where that row is faster. Errors are relative to the
-reference, the worst of all components; `reference` is the error that the reference states."""
+Times are medians on one processor core, measured in this run. `table`: what is prepared once, our
+friction table (on all cores) or a peer's modes. `ratio`: time over that of the row marked *.
+`runs`: how many pay for our table, against a row that is at least as exact as *; `never` where
+that row is faster. Errors are relative to the reference, the worst of all components; `reference`
+is the error that the reference states. The slow flow yields amplitudes; its errors are those of
+the motion that they stand for. Computing that motion at every sample is `motion`, in the last
+part of the run `window`."""
 
 
 def render(
@@ -30,10 +33,15 @@ def render(
 
 def section_text(section: Section) -> str:
     """One table, and what follows from it."""
-    head = ("method", "setting", *section.errors, "time", "ratio", "table", "runs")
-    lines = [head, *(_line(section, row) for row in section.rows)]
+    has_tables = section.baseline.table_seconds > 0.0
+    head = ("method", "setting", *section.errors, "time", "ratio")
+    lines = [
+        (*head, "table", "runs") if has_tables else head,
+        *(_line(section, row, has_tables) for row in section.rows),
+    ]
     title = f"{section.title}: {section.task}; reference {_error(section.reference_error)}"
-    return "\n".join([title, *_aligned(lines), *verdict(section)])
+    verdicts = [line for k in section.ours for line in verdict(section, section.rows[k])]
+    return "\n".join([title, *_aligned(lines), *verdicts])
 
 
 def structures_text(sections: Sequence[Section]) -> str:
@@ -41,7 +49,7 @@ def structures_text(sections: Sequence[Section]) -> str:
     head = ("structure", *sections[0].errors, "time", "table", "full order", "ratio", "runs")
     lines = [head]
     for section in sections:
-        ours, rivals = section.baseline, section.rivals()
+        ours, rivals = section.baseline, section.rivals(section.baseline)
         rival = (
             (_time(rivals[0].seconds), _ratio(section.ratio(rivals[0])), _runs(section, rivals[0]))
             if rivals
@@ -54,33 +62,31 @@ def structures_text(sections: Sequence[Section]) -> str:
     return "\n".join([title, *_aligned(lines, left=1)])
 
 
-def verdict(section: Section) -> Iterator[str]:
-    """Who is faster at equal or better error, one line per method."""
-    ours = section.baseline
-    rivals = section.rivals()
-    for row in rivals:
-        ratio = section.ratio(row)
-        if ratio >= 1.0:
-            runs = _runs(section, row)
-            yield f"  as exact as *: {row.name} takes {ratio:.3g} times as long; {runs} runs pay"
-        else:
-            yield f"  as exact as *: {row.name} is {1.0 / ratio:.3g} times FASTER"
-    reached = {row.method for row in rivals} | {ours.method}
-    missing = dict.fromkeys(row.method for row in section.rows if row.method not in reached)
+def verdict(section: Section, ours: Row) -> Iterator[str]:
+    """Who is faster than a row of ours at equal or better error, one line per method."""
+    yield f"  against {ours.name}, at its error or less:"
+    rivals = section.rivals(ours)
+    for row in sorted(rivals, key=lambda row: row.seconds):
+        ratio = row.seconds / ours.seconds
+        factor = f"{ratio:.3g} times slower" if ratio >= 1.0 else f"{1.0 / ratio:.3g} times FASTER"
+        yield f"    {row.name}: {factor}"
+    reached = {row.method for row in rivals}
+    peers = (row.method for row in section.rows if section.is_peer(row))
+    missing = dict.fromkeys(method for method in peers if method not in reached)
     if missing:
-        yield f"  not as exact at any setting tried: {', '.join(missing)}"
+        yield f"    not that exact at any setting here: {'; '.join(missing)}"
 
 
-def _line(section: Section, row: Row) -> Line:
+def _line(section: Section, row: Row, has_tables: bool) -> Line:
     mark = "*" if row is section.baseline else ""
+    table = (_time(row.table_seconds) if row.table_seconds else "", _runs(section, row))
     return (
         f"{row.method}{mark}",
         row.setting,
         *(_error(error) for error in row.errors),
         _time(row.seconds),
         _ratio(section.ratio(row)),
-        _time(row.table_seconds) if row.table_seconds else "",
-        _runs(section, row),
+        *(table if has_tables else ()),
         row.note,
     )
 

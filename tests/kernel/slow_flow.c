@@ -38,29 +38,55 @@ static sm_status evaluate(void *arguments) {
                              &c->input_power, &c->friction_power);
 }
 
-/* mass a' + stiffness a - F exp(i ph) / 2 - Q a = 0, in complex numbers */
+static double complex mass_of(const rate_call *c, int j, double t) {
+    const double Omega = c->inputs.frequency[j] + t * c->inputs.frequency_rate[j];
+    return c->flow.paper ? 2.0 * I * c->flow.natural[j] : 2.0 * I * Omega + c->flow.damping[j];
+}
+
+/* v of mass v + stiffness a = F exp(i ph) / 2 + Q a, at the amplitudes of both modes. */
+static void first_order(const rate_call *c, double t, const double complex *a,
+                        double complex *v) {
+    const int modes = c->flow.table.modes;
+    double s[4];
+    exact_friction(modes, cabs(a[0]), modes == 2 ? cabs(a[1]) : 0.0, s);
+    for (int j = 0; j < modes; j++) {
+        const double natural = c->flow.natural[j], damping = c->flow.damping[j];
+        const double Omega = c->inputs.frequency[j] + t * c->inputs.frequency_rate[j];
+        const double F = c->inputs.force[j] + t * c->inputs.force_rate[j];
+        const double phase = c->inputs.phase[j] + t * c->inputs.phase_rate[j];
+        const double complex Q = (s[2 * j] + I * s[2 * j + 1]) / cabs(a[j]);
+        const double complex stiffness =
+            c->flow.paper ? 2.0 * natural * (natural - Omega) + I * damping * natural
+                          : natural * natural - Omega * Omega
+                                + I * (damping * Omega + c->inputs.frequency_rate[j]);
+        v[j] = (0.5 * F * cexp(I * phase) + Q * a[j] - stiffness * a[j]) / mass_of(c, j, t);
+    }
+}
+
+/* The rate is v in the paper's formulation, v - v' / mass in the consistent one. */
 static void check_equation(int modes, int paper) {
     rate_call c = new_call(modes, paper);
+    const double t = c.elapsed, step = 1e-5;
     double s[4], power = 0.0;
+    double complex a[2], v[2], after[2], before[2], a_after[2], a_before[2];
     CHECK_STATUS(evaluate(&c), SM_OK);
-    exact_friction(modes, hypot(0.9, 0.7), modes == 2 ? hypot(0.4, 1.1) : 0.0, s);
+    for (int j = 0; j < 2; j++) a[j] = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
+    first_order(&c, t, a, v);
     for (int j = 0; j < modes; j++) {
-        const double complex a = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
+        a_after[j] = a[j] + step * v[j];
+        a_before[j] = a[j] - step * v[j];
+    }
+    first_order(&c, t + step, a_after, after);
+    first_order(&c, t - step, a_before, before);
+    exact_friction(modes, cabs(a[0]), modes == 2 ? cabs(a[1]) : 0.0, s);
+    for (int j = 0; j < modes; j++) {
         const double complex rate = c.rate[2 * j] + I * c.rate[2 * j + 1];
-        const double t = c.elapsed, natural = c.flow.natural[j], damping = c.flow.damping[j];
-        const double Omega = c.inputs.frequency[j] + t * c.inputs.frequency_rate[j];
-        const double F = c.inputs.force[j] + t * c.inputs.force_rate[j];
-        const double phase = c.inputs.phase[j] + t * c.inputs.phase_rate[j];
-        const double complex Q = (s[2 * j] + I * s[2 * j + 1]) / cabs(a);
-        const double complex mass = paper ? 2.0 * I * natural : 2.0 * I * Omega + damping;
-        const double complex stiffness =
-            paper ? 2.0 * natural * (natural - Omega) + I * damping * natural
-                  : natural * natural - Omega * Omega
-                        + I * (damping * Omega + c.inputs.frequency_rate[j]);
-        const double complex rest =
-            mass * rate + stiffness * a - 0.5 * F * cexp(I * phase) - Q * a;
-        CHECK_NEAR(cabs(rest), 0.0, 1e-14);
-        power -= 2.0 * Omega * cabs(a) * s[2 * j + 1];
+        const double complex curved = (after[j] - before[j]) / (2.0 * step) / mass_of(&c, j, t);
+        /* the core takes v' from a forward difference over 1e-4 radians */
+        CHECK_NEAR(cabs(rate - (paper ? v[j] : v[j] - curved)), 0.0, paper ? 1e-14 : 1e-6);
+        CHECK(paper || cabs(curved) > 1e-4);
+        power -= 2.0 * (c.inputs.frequency[j] + t * c.inputs.frequency_rate[j]) * cabs(a[j])
+                 * s[2 * j + 1];
     }
     CHECK_NEAR(c.friction_power, power, 1e-14);
     free_table(&c.t);
@@ -118,7 +144,7 @@ static void check_order(int modes, int paper) {
         for (int u = 0; u < SM_UNKNOWNS; u++) error[k] = fmax(error[k], fabs(y[u] - exact[u]));
     }
     CHECK_NEAR(log2(error[0] / error[1]), 5.0, 0.3);
-    CHECK_NEAR(log2(error[1] / error[2]), 5.0, 0.2);
+    CHECK_NEAR(log2(error[1] / error[2]), 5.0, 0.3);
     free_table(&c.t);
 }
 

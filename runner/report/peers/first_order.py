@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from importlib.util import find_spec
+from typing import Any, Literal
 
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
@@ -58,7 +59,7 @@ class FirstOrder:
     def rate(self, t: float, y: Floats) -> Floats:
         """f(t, y)."""
         self.calls += 1
-        f = self._linear @ y + self._friction @ np.tanh(self._slip @ y)
+        f: Floats = self._linear @ y + self._friction @ np.tanh(self._slip @ y)
         for dof, force, frequency in self._drive:
             f[dof] += force * math.cos(frequency * t)
         return f
@@ -66,7 +67,7 @@ class FirstOrder:
     def jacobian(self, _: float, y: Floats) -> Floats:
         """df/dy."""
         slope = 1.0 - np.tanh(self._slip @ y) ** 2
-        return self._linear + (self._friction * slope) @ self._slip
+        return np.asarray(self._linear + (self._friction * slope) @ self._slip)
 
 
 Integrate = Callable[[FirstOrder, Floats, float], Floats]
@@ -87,11 +88,11 @@ def lsoda(problem: FirstOrder, times: Floats, tolerance: float) -> Floats:
     return np.asarray(states[1:])
 
 
-def _scipy(method: str) -> Integrate:
+def _scipy(method: Literal["Radau", "BDF"]) -> Integrate:
     def integrate(problem: FirstOrder, times: Floats, tolerance: float) -> Floats:
-        solution = solve_ivp(
+        solution: Any = solve_ivp(
             problem.rate,
-            (0.0, times[-1]),
+            (0.0, float(times[-1])),
             np.zeros(problem.size),
             method=method,
             t_eval=times,

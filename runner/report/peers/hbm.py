@@ -150,8 +150,8 @@ class HarmonicBalance:
             a[:, c, :, c] += slope[np.subtract.outer(n, n), np.subtract.outer(m, m), c] * inu
             b[:, c, :, c] = slope[self._wrapped(n), self._wrapped(m, 1), c] * inu.conj()
         size = count * contacts
-        a, b = a.reshape(size, size), b.reshape(size, size)
-        J = np.block([[(a + b).real, (b - a).imag], [(a + b).imag, (a - b).real]])
+        plus, minus = (a + b).reshape(size, size), (a - b).reshape(size, size)
+        J = np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
         r = residual.ravel()
         y = np.linalg.solve(J, -np.concatenate([r.real, r.imag]))
         return (y[:size] + 1j * y[size:]).reshape(residual.shape)
