@@ -1,6 +1,7 @@
 # make run     set up .venv and run a scene into logs/
 # make test    set up .venv and run the tests
 # make report  set up .venv and measure speed against error, beside other methods
+# make paper   set up .venv and draw and judge the figures of the source paper
 # See the README for the rest.
 
 PYTHON ?= python3
@@ -9,13 +10,16 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] runner/report/peers/*.c)
 
-.PHONY: run report test test-all lint clean
+.PHONY: run report paper test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
 
 report: $(VENV)/.installed-report
 	$(BIN)/slipmode report --output logs
+
+paper: $(VENV)/.installed-report
+	$(BIN)/slipmode paper --output logs/paper
 
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow"

@@ -14,7 +14,7 @@ from rom.matrices import Floats
 from rom.near import NearResonance
 from rom.reduction import Reduced
 from rom.tables import Complexes
-from rom.torus import Discretisation, contact_terms
+from rom.torus import Discretisation, contact_orders, contact_terms
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
@@ -65,7 +65,10 @@ def choose_resolution(
 
     lines = 1
     if modes == 2:
-        lines = _settled(_LINES, lambda count: solve(_STEPS[1], count), change, 0.5 * tolerance)
+        # fewer lines would take one harmonic m for another, and the modes answer to both
+        highest = max(abs(m) for _, m in contact_orders(reduced, near))
+        enough = [count for count in _LINES if count > 2 * highest]
+        lines = _settled(enough, lambda count: solve(_STEPS[1], count), change, 0.5 * tolerance)
     steps = _settled(_STEPS, lambda count: solve(count, lines), change, 0.5 * tolerance)
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))

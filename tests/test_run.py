@@ -326,7 +326,8 @@ def test_an_interrupted_run_is_readable_and_says_so(tmp_path, monkeypatch):
     def interrupted(self, durations, inputs):
         if taken:
             raise KeyboardInterrupt
-        taken.extend(durations)
+        if len(durations) < 700:  # not the dry run of the plan, which takes all steps at once
+            taken.extend(durations)
         return run(self, durations, inputs)
 
     monkeypatch.setattr(Component, "run", interrupted)

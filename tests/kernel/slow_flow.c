@@ -101,7 +101,7 @@ static void check_power_balance(void) {
     for (int j = 0; j < 2; j++) {
         const double complex a = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
         const double natural = c.flow.natural[j], Omega = c.inputs.frequency[j];
-        c.inputs.frequency_rate[j] = 0.0;
+        c.inputs.frequency_rate[j] = c.inputs.force_rate[j] = c.inputs.phase_rate[j] = 0.0;
         const double complex F =
             2.0 * (natural * natural - Omega * Omega + I * c.flow.damping[j] * Omega
                    - (s[2 * j] + I * s[2 * j + 1]) / cabs(a)) * a;
