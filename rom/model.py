@@ -27,7 +27,7 @@ from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 5  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 6  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -286,8 +286,8 @@ class _Samples:
         parts = []
         for terms in self._pool.map(self._solve, tasks):
             carried = terms.P.reshape(len(terms.S), -1)[:, : self._columns.carried]
-            power = terms.power[:, np.newaxis]
-            parts.append(np.hstack((terms.S, terms.T, power, carried)))
+            lost = (terms.power - terms.leaving)[:, np.newaxis]
+            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self._bar.update(len(terms.S))
         return np.concatenate(parts)

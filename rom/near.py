@@ -81,6 +81,6 @@ def near_resonances(
 
 
 def tabulated_orders(near: Sequence[NearResonance], modes: int) -> list[Order]:
-    """Harmonics behind the columns of a table: the modes' own, the near ones, the mean power."""
+    """Harmonics behind the columns of a table: the modes' own, the near ones, the mean."""
     own: list[Order] = [(1, 0), (0, 1)]
     return [*own[:modes], *((term.n, term.m) for term in near), (0, 0)]

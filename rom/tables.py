@@ -35,7 +35,8 @@ class Table:
         Amplitudes |a_B|; the single entry 0 in a one-mode table.
     values : (n_a, n_b, 4, 2 k) ndarray
         Value, d/da, d/db, d2/dadb at the nodes; real and imaginary part of S_j of every mode,
-        of the terms T of the near resonances, and of the friction power (its imaginary part 0).
+        of the terms T of the near resonances, and of the friction power less what
+        leaves the modes (its imaginary part 0).
     modes : int
         Number of modes.
     """
@@ -69,7 +70,7 @@ class Table:
         return self.terms(amplitudes)[..., : self.modes]
 
     def terms(self, amplitudes: ArrayLike) -> Complexes:
-        """S_j, the near-resonant terms and the power, (..., k), at amplitudes (..., modes) >= 0.
+        """All columns of `values`, (..., k), at amplitudes (..., modes) >= 0.
 
         Raises
         ------
@@ -118,8 +119,6 @@ def make_table(
             if modes == 2:
                 f_b = _slopes(node_b, f.T, odd=m % 2 == 1).T
                 f_ab = _slopes(node_b, f_a.T, odd=m % 2 == 1).T
-            if (n, m) == (0, 0) and part == 0:  # power is never negative
-                f_a, f_b, f_ab = (-f for f in _limit_slopes(node_a, node_b, -f, -f_a, -f_b, -f_ab))
             if column < modes and part == 1:
                 own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[column]
                 gain = np.array([loss[column] * (column == mode) for mode in range(2)])

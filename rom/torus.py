@@ -177,6 +177,8 @@ class ContactTerms:
         Of the contact displacement [m].
     power : (points,) ndarray
         Mean power that friction dissipates [W].
+    leaving : (points,) ndarray
+        Mean power that leaves the modes at the contacts [W]; dampers share it with friction.
     residual : (points,) ndarray
         Distance from periodicity.
     """
@@ -184,6 +186,7 @@ class ContactTerms:
     S: NDArray[np.complex128]
     T: NDArray[np.complex128]
     power: Floats
+    leaving: Floats
     orders: list[Order]
     P: NDArray[np.complex128]
     residual: Floats
@@ -219,7 +222,8 @@ def contact_terms(
         flipped = term.stored_order != (term.n, term.m)
         T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
     power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
-    return ContactTerms(S, T, power, orders, solved.P, solved.residual)
+    leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
+    return ContactTerms(S, T, power, leaving, orders, solved.P, solved.residual)
 
 
 def _friction_power(

@@ -26,8 +26,10 @@ class Decision:
     level: Level = "info"
 
 
-def check_assumptions(structure: Structure, excited: Excited, seen: DryRun) -> list[Decision]:
-    """Warnings, each with the indicator that was measured."""
+def check_assumptions(
+    structure: Structure, excited: Excited, seen: DryRun | None
+) -> list[Decision]:
+    """Warnings, each with the indicator that was measured; some need a dry run."""
     return [
         *_separation(structure, excited),
         *_contact(excited, seen),
@@ -52,13 +54,14 @@ def _separation(structure: Structure, excited: Excited) -> list[Decision]:
     return found
 
 
-def _contact(excited: Excited, seen: DryRun) -> list[Decision]:
+def _contact(excited: Excited, seen: DryRun | None) -> list[Decision]:
     """The contacts must matter to a mode, but only as a perturbation."""
     reduced = excited.reduced
     flexibility = np.linalg.solve(reduced.stiffness, reduced.spring.T)
     at_stake = np.einsum("jc,cj->j", reduced.spring, flexibility) / reduced.frequency**2
+    shares = seen.contact_share if seen else np.zeros(at_stake.size)
     found = []
-    for mode, most, share in zip(excited.modes, at_stake, seen.contact_share, strict=True):
+    for mode, most, share in zip(excited.modes, at_stake, shares, strict=True):
         if most < _TOUCH:
             reason = f"{most:.1e} of its stiffness is at stake there: friction does not see it"
             found.append(

@@ -85,9 +85,11 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
         near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
-    seen = dry_run(excited, schedule, near, progress=progress)
-    amplitude, reason = seen.amplitude, seen.reason
-    if scene.model.amplitude is not None:
+    seen = None
+    if scene.model.amplitude is None:
+        seen = dry_run(excited, schedule, near, progress=progress)
+        amplitude, reason = seen.amplitude, seen.reason
+    else:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))

@@ -119,14 +119,14 @@ SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
 
 /* ---- friction tables ------------------------------------------------------------------ */
 
-/* Bicubic Hermite surface of S_j, of the near-resonant terms T_k if there are any, and of the
- * friction power (real) if there is one. For one mode: count_b = 1 and node_b = NULL.
+/* Bicubic Hermite surface of S_j, of the near-resonant terms T_k if there are any, and of what
+ * friction dissipates less what leaves the modes (real) if that is known. For one mode: count_b = 1 and node_b = NULL.
  *   values (count_a, count_b, 4, 2 (modes + near + power)): value, d/da, d/db, d2/dadb of
- *   (Re, Im) of each S_j, of each T_k, of the power. */
+ *   (Re, Im) of each S_j, of each T_k, of the difference. */
 typedef struct {
     int32_t modes;
     int32_t near;
-    int32_t power; /* 1: friction power is tabulated; 0: taken as what leaves the modes */
+    int32_t power; /* 1: the difference is tabulated; 0: friction takes all that leaves the modes */
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;

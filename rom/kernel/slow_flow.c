@@ -140,7 +140,8 @@ static sm_status contact_forces(const sm_slow_flow *flow, const sm_inputs *in, d
         *power -= 2.0 * frequency_at(in, j, elapsed)
                   * sm_cmul(sm_conj(pair(y + 2 * j)), contact[j].force).im;
     }
-    if (flow->table.power) *power = s[2 * (modes + flow->table.near)];
+    /* less what the dampers between modes and contacts take of it */
+    if (flow->table.power) *power = fmax(*power + s[2 * (modes + flow->table.near)], 0.0);
     return SM_OK;
 }
 
