@@ -155,7 +155,7 @@ def reconstruct(
     trajectory: SlowTrajectory,
     times: ArrayLike,
     *,
-    steps_per_period: int = 64,
+    steps_per_period: int = 128,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
     """Contact and modal motion at increasing times inside a slow trajectory.
