@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -51,7 +52,8 @@ def _run(options: argparse.Namespace) -> int:
         if path:
             print(f"  {path}  ({path.stat().st_size / 1024:.0f} KiB)")
     if recording.mcap:
-        print(f"look at it:  slipmode replay {recording.mcap}")
+        program = "slipmode" if shutil.which("slipmode") else sys.argv[0]
+        print(f"look at it:  {program} replay {recording.mcap}")
     return 0
 
 
