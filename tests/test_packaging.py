@@ -24,7 +24,8 @@ pytestmark = [
 def run(*command, cwd, **environment):
     """Output of a command that must succeed, in seconds that are measured."""
     started = time.perf_counter()
-    kept = {k: v for k, v in os.environ.items() if k not in ("VIRTUAL_ENV", "SLIPMODE_CACHE")}
+    ours = ("VIRTUAL_ENV", "SLIPMODE_CACHE", "XDG_CACHE_HOME")
+    kept = {k: v for k, v in os.environ.items() if k not in ours}
     done = subprocess.run(command, cwd=cwd, env=kept | environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout, time.perf_counter() - started
