@@ -1,5 +1,7 @@
 """Shared fixtures: models of the two-mass structure that take about a second to tabulate."""
 
+import signal
+
 import pytest
 
 import rom
@@ -13,6 +15,14 @@ def cache_of_the_tests(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SLIPMODE_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interrupts_arrive():
+    """Ctrl-C reaches the tests also where the shell that started them ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")

@@ -69,6 +69,7 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
 
 /* What the contacts feel of a mode, and what they answer. */
 typedef struct {
+    sm_complex excitation; /* F exp(i ph) */
     sm_complex turn;   /* L_j(Omega_j) / L_j(carrier) */
     sm_complex unit;   /* direction of the amplitude that the contacts feel */
     sm_complex force;  /* of the contacts on the mode: Q_j a_j and the near resonances */
@@ -95,7 +96,8 @@ static sm_complex coupling_turn(const sm_turn *turn, double nu) {
 /* The amplitude that the contacts feel: its modulus is returned, turn and unit are set. */
 static double felt_amplitude(const sm_slow_flow *flow, const sm_inputs *in, int j,
                              double elapsed, const double *a, mode_contact *contact) {
-    const sm_complex shift = sm_cmul(pair(flow->shift[j]), excitation(in, j, elapsed));
+    contact->excitation = excitation(in, j, elapsed);
+    const sm_complex shift = sm_cmul(pair(flow->shift[j]), contact->excitation);
     contact->turn = coupling_turn(&flow->turn[j], frequency_at(in, j, elapsed));
     const sm_complex felt = sm_cmul(contact->turn, sm_cadd(pair(a), shift));
     const double modulus = sqrt(sm_cabs2(felt));
@@ -153,29 +155,28 @@ static sm_complex modal_mass(const sm_slow_flow *flow, const sm_inputs *in, int 
 }
 
 static sm_complex mode_rate(const sm_slow_flow *flow, const sm_inputs *in, int j, double elapsed,
-                            sm_complex a, sm_complex contact_force) {
+                            sm_complex a, const mode_contact *contact) {
     const double natural = flow->natural[j], damping = flow->damping[j];
     const double frequency = frequency_at(in, j, elapsed);
     const sm_complex stiffness =
         flow->paper ? sm_cx(2.0 * natural * (natural - frequency), damping * natural)
                     : sm_cx((natural - frequency) * (natural + frequency),
                             damping * frequency + in->frequency_rate[j]);
-    const sm_complex force =
-        sm_cadd(sm_cscale(excitation(in, j, elapsed), 0.5), contact_force);
+    const sm_complex force = sm_cadd(sm_cscale(contact->excitation, 0.5), contact->force);
     return sm_cdiv(sm_csub(force, sm_cmul(stiffness, a)), modal_mass(flow, in, j, elapsed));
 }
 
 /* Rates of the amplitude equations without a'', and the friction power. */
 static sm_status first_order(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                              const double *y, double *dy) {
-    mode_contact contact[SM_MODES] = {{{1.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
+    mode_contact contact[SM_MODES] = {{.turn = {1.0, 0.0}}};
     for (int u = 0; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
     const sm_status status =
         contact_forces(flow, inputs, elapsed, y, contact, &dy[2 * SM_MODES]);
     if (status != SM_OK) return status;
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_complex rate =
-            mode_rate(flow, inputs, j, elapsed, pair(y + 2 * j), contact[j].force);
+            mode_rate(flow, inputs, j, elapsed, pair(y + 2 * j), &contact[j]);
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
     }

@@ -1,5 +1,6 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
 #include "check.h"
+#include "lanes.h"
 
 #define MAX_COUNT 100000 /* nodes */
 
@@ -69,9 +70,9 @@ static void lookup_one_mode(const sm_table *table, double a, double *s) {
                + w[3] * right[fields + f];
 }
 
-/* `fields` is a literal in the common case, so that the loops over it are unrolled. */
-static inline void lookup_two_modes(const sm_table *table, double a, double b,
-                                    const size_t fields, double *s) {
+SM_HOT static void lookup_two_modes(const sm_table *table, double a, double b,
+                                    double *restrict s) {
+    const size_t fields = field_count(table);
     const int32_t i = find_cell(table->node_a, table->count_a, a);
     const int32_t j = find_cell(table->node_b, table->count_b, b);
     const double h_a = table->node_a[i + 1] - table->node_a[i];
@@ -82,9 +83,10 @@ static inline void lookup_two_modes(const sm_table *table, double a, double b,
     for (int p = 0; p < 2; p++)
         for (int q = 0; q < 2; q++) {
             const size_t node = (size_t)(i + p) * (size_t)table->count_b + (size_t)(j + q);
-            const double *v = table->values + node * 4 * fields;
+            const double *restrict v = table->values + node * 4 * fields;
             const double w = wa[2 * p] * wb[2 * q], w_a = wa[2 * p + 1] * wb[2 * q];
             const double w_b = wa[2 * p] * wb[2 * q + 1], w_ab = wa[2 * p + 1] * wb[2 * q + 1];
+            SM_SIMD
             for (size_t f = 0; f < fields; f++)
                 sum[f] += w * v[f] + w_a * v[fields + f] + w_b * v[2 * fields + f]
                           + w_ab * v[3 * fields + f];
@@ -106,10 +108,8 @@ sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, doubl
     if (status != SM_OK) return status;
     if (table->modes == 1)
         lookup_one_mode(table, amplitudes[0], s);
-    else if (table->near == 0 && table->power)
-        lookup_two_modes(table, amplitudes[0], amplitudes[1], 2 * (SM_MODES + 1), s);
     else
-        lookup_two_modes(table, amplitudes[0], amplitudes[1], field_count(table), s);
+        lookup_two_modes(table, amplitudes[0], amplitudes[1], s);
     return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;
 }
 
