@@ -64,6 +64,11 @@ class Steppable(Protocol):
 
     def outputs(self) -> dict[str, float]:
         """Outputs at the present time."""
+        ...
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after."""
+        ...
 
 
 class Component:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from fmu import Component, StoppedError
+from fmu import Steppable, StoppedError
 from rom import Model
 from rom.motion import reconstruct
 from runner import channels
@@ -163,7 +163,7 @@ class _Pass:
         self,
         plan: Plan,
         model: Model,
-        component: Component,
+        component: Steppable,
         recorder: Recorder,
         raise_if_interrupted: Callable[[], None],
     ) -> None:
