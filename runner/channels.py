@@ -28,6 +28,7 @@ MODES: tuple[Mode, ...] = ("A", "B")
 Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"
+FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
 _AMPLITUDE_UNIT = "kg^0.5 m"

@@ -23,7 +23,6 @@ from runner.rerun_sink import RerunSink
 from runner.scene import ContactWindow, Scene, load_scene
 from runner.trajectory import sample_times, slow_trajectory
 
-FULL = "/full"  # where the full-order motion is recorded
 _STEPS_PER_PERIOD = 64
 _LAST_PERIODS = 20  # compared where the scene asks for no contact motion
 
@@ -213,7 +212,7 @@ def _record(
     seen = np.isin(fine.time, motion.time)
     contacts = range(model.reduced.n_contacts)
     reduced = [channels.contact(i) for i in contacts]
-    full = [channels.contact(i, FULL) for i in contacts]
+    full = [channels.contact(i, channels.FULL) for i in contacts]
     header = Header(
         title=f"{scene.title}: reduced and full order",
         scene_text=scene.text,

@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from runner.channels import EVENTS, Channel, Level
+from runner.channels import EVENTS, FULL, Channel, Level
 from runner.planes import (
     AXIS_REACH,
     COLORS,
@@ -91,8 +91,9 @@ def _legend(channel: Channel, column: int) -> str:
         text = f"|{mode}|"
     elif mode in ("A", "B"):
         text = f"{part.capitalize()} {mode}"
-    elif channel.topic.startswith("/contact/"):
+    elif "/contact/" in channel.topic:
         text = f"{field.name} contact {channel.topic.split('/')[-1]}"
+        text += ", full order" if channel.topic.startswith(FULL) else ""
     else:
         text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
     return f"{text} [{field.unit}]"
@@ -122,7 +123,8 @@ def send_event(
 def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
     """Write what does not change: legends with units, and the scene."""
     for channel in channels:
-        shift = int(channel.topic.split("/")[-1]) if channel.topic.startswith("/contact/") else 0
+        shift = int(channel.topic.split("/")[-1]) if "/contact/" in channel.topic else 0
+        shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
             colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
             style = rr.SeriesLines(
@@ -207,7 +209,7 @@ def _entities(channels: Sequence[Channel], topic: str, quantity: str) -> list[st
     return [
         plot.entity
         for channel in channels
-        if channel.topic == topic or channel.topic.startswith(f"{topic}/")
+        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
         for plot in series(channel)
         if plot.entity == f"{channel.topic}/{quantity}"
     ]
