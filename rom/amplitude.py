@@ -71,7 +71,7 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
     for j, pattern in enumerate(force):
         f = force_vector(pattern, reduced.n_dofs)
         modal = reduced.mode_shapes.T @ f
-        if modal[j] == 0.0:
+        if modal[j] == 0.0 or not reduced.spring[j].any():
             continue
         Omega = reduced.carrier[j]
         L = reduced.spring + 1j * Omega * reduced.damper

@@ -12,7 +12,7 @@
 #include "check.h"
 #include "cnumber.h"
 
-#define SHORT_STEP 1e-4 /* in radians of mode A */
+#define SHORT_STEP 1e-4 /* radians of mode A, and part of the table's range, at most */
 
 #define MAX_ORDER 1000 /* of a near resonance */
 
@@ -183,16 +183,34 @@ static sm_status first_order(const sm_slow_flow *flow, const sm_inputs *inputs, 
     return SM_OK;
 }
 
+/* A step along the flow that is short in time and against the table. */
+static double short_step(const sm_slow_flow *flow, const sm_inputs *inputs, const double *dy) {
+    const double range[SM_MODES] = {
+        flow->table.node_a[flow->table.count_a - 1],
+        flow->table.modes == 2 ? flow->table.node_b[flow->table.count_b - 1] : 0.0};
+    double step = SHORT_STEP / inputs->frequency[0];
+    for (int j = 0; j < flow->table.modes; j++) {
+        const double moved = step * sqrt(sm_cabs2(pair(dy + 2 * j)));
+        if (moved > SHORT_STEP * range[j]) step *= SHORT_STEP * range[j] / moved;
+    }
+    return step;
+}
+
 /* The exact equation of a mode is a'' + mass a' + stiffness a = ...; with v(a) the rate without
  * a'', a'' is v' along the flow to first order, so a' = v - v' / mass. v' by a short step. */
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *inputs,
                                   double elapsed, const double *y, double *dy) {
     sm_status status = first_order(flow, inputs, elapsed, y, dy);
     if (status != SM_OK || flow->paper) return status;
-    const double ahead = SHORT_STEP / inputs->frequency[0];
+    double ahead = short_step(flow, inputs, dy);
     double y_ahead[SM_UNKNOWNS], dy_ahead[SM_UNKNOWNS];
     for (int u = 0; u < SM_UNKNOWNS; u++) y_ahead[u] = y[u] + ahead * dy[u];
     status = first_order(flow, inputs, elapsed + ahead, y_ahead, dy_ahead);
+    if (status == SM_OUTSIDE_TABLE) { /* at its very edge: look back instead */
+        ahead = -ahead;
+        for (int u = 0; u < SM_UNKNOWNS; u++) y_ahead[u] = y[u] + ahead * dy[u];
+        status = first_order(flow, inputs, elapsed + ahead, y_ahead, dy_ahead);
+    }
     if (status != SM_OK) return status;
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_complex change = sm_cx((dy_ahead[2 * j] - dy[2 * j]) / ahead,

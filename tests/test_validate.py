@@ -1,0 +1,98 @@
+"""slipmode validate: a scene by slow time and by full-order integration."""
+
+import numpy as np
+import pytest
+
+import rom
+from runner.plan import make_plan
+from runner.replay import read
+from runner.scene import load_scene, parse_scene
+from runner.validate import validate
+
+# relative errors as measured, with a tenth to spare
+BOUNDS = {
+    "two-mode": {
+        "modal displacement": 9e-4,
+        "contact displacement": 1.2e-3,
+        "contact velocity": 1.9e-2,
+        "friction force": 6e-4,
+        "energy dissipated by friction": 8e-4,
+    },
+    "one-mode": {"modal displacement": 2.6e-4, "energy dissipated by friction": 1.4e-3},
+}
+
+
+@pytest.mark.parametrize("name", BOUNDS)
+def test_shipped_scenes_agree_with_full_order(name, tmp_path):
+    found = validate(name, tmp_path)
+    errors = {line.subject: line for line in found.comparisons}
+    for subject, bound in BOUNDS[name].items():
+        assert errors[subject].error < bound, subject
+        assert errors[subject].reference_error < 0.2 * bound, subject
+
+
+def test_both_motions_are_in_one_recording(tmp_path):
+    found = validate("one-mode", tmp_path)
+    recording = read(next(path for path in found.recordings if path.suffix == ".mcap"))
+    for contact in range(2):
+        _, time, ours = recording.channels[f"/contact/{contact}"]
+        _, full_time, full = recording.channels[f"/full/contact/{contact}"]
+        np.testing.assert_array_equal(time, full_time)
+    assert not np.array_equal(ours, full)
+
+
+SCENE = """
+title = "strained"
+[structure]
+{structure}
+[friction]
+law = "tanh"
+limit = {limit}
+alpha = 0.02
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = 0.05
+frequency = 0.99
+[forcing.B]
+dof = 1
+amplitude = 0.05
+frequency = {frequency}
+[run]
+duration = 200.0
+step = 1.0
+"""
+
+
+def warnings(structure, folder=".", limit=2.0, frequency=1.66):
+    text = SCENE.format(structure=structure, limit=limit, frequency=frequency)
+    decisions = make_plan(parse_scene(text, folder)).decisions
+    return [f"{d.subject} {d.choice}: {d.reason}" for d in decisions if d.level == "warning"]
+
+
+def test_a_sound_scene_has_no_warning():
+    assert warnings('model = "two-mass"') == []
+    assert all(d.level == "info" for d in make_plan(load_scene("two-mode")).decisions)
+
+
+def test_modes_that_are_not_separated_are_named_with_their_distance():
+    found = warnings('model = "two-mass"\nk2 = 1.1', frequency=1.06)
+    assert [line.split(":")[0] for line in found] == [f"mode {m} not separated" for m in "AB"]
+    assert "4.9%" in found[0]  # sqrt(1.1) - 1
+
+
+def test_a_mode_that_does_not_touch_the_contacts_is_named(tmp_path):
+    stiffness = np.diag([1.0, 2.89, 40.0])
+    stiffness[1, 2] = stiffness[2, 1] = -2.89
+    rom.Structure(np.diag([1.0, 1.0, 0.01]), stiffness, 0.01, contact=(2,)).save(
+        tmp_path / "apart.npz"
+    )
+    (found,) = warnings('matrices = "apart.npz"', tmp_path)
+    assert found.startswith("mode A does not touch the contacts")
+
+
+def test_contact_motion_that_is_not_small_is_measured():
+    (found,) = warnings('model = "two-mass"\nk_c1 = 1.5', limit=0.05)
+    assert found.startswith("mode A large contact motion: contact motion takes 52%")
