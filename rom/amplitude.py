@@ -75,7 +75,7 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
             continue
         Omega = reduced.carrier[j]
         L = reduced.spring + 1j * Omega * reduced.damper
-        stiffness = reduced.frequency**2 - Omega**2 + 1j * reduced.modal_damping * Omega
+        stiffness = reduced.modal_stiffness(Omega)
         other = np.arange(len(modal)) != j
         on_contacts = reduced.contact_shapes.T @ f - (modal / stiffness)[other] @ L[other]
         shift[j] = -0.5 * (L[j].conj() @ on_contacts) / np.sum(np.abs(L[j]) ** 2) / modal[j]

@@ -13,7 +13,7 @@ from scipy.interpolate import RegularGridInterpolator
 from rom.amplitude import Complexes
 from rom.matrices import Floats
 from rom.model import Model
-from rom.near import Order
+from rom.near import Order, is_resonant
 from rom.torus import contact_orders
 
 
@@ -45,24 +45,23 @@ def modal_answer(model: Model, amplitude: Complexes, frequency: Floats) -> Modal
         nothing = np.zeros((len(amplitude), 0, 0), dtype=complex)
         return ModalAnswer([], nothing, nothing)
     orders = contact_orders(model.reduced, model.near)
-    P = _harmonics(model, amplitude)
+    P = _harmonics(model, orders, amplitude)
     modal = np.zeros((len(amplitude), len(orders), model.modes), dtype=complex)
     pull = np.zeros_like(P)
     reduced = model.reduced
-    resonant = {(term.mode, term.stored_order) for term in model.near}
     for q, order in enumerate(orders):
         nu = frequency @ np.array(order[: model.modes], dtype=float)
+        stiffness = reduced.modal_stiffness(nu)
         for j in range(model.modes):
-            if order == ((1, 0), (0, 1))[j] or (j, order) in resonant:
+            if is_resonant(j, order, model.near):
                 continue
             L = reduced.spring[j] + 1j * nu[:, np.newaxis] * reduced.damper[j]
-            stiffness = reduced.frequency[j] ** 2 - nu**2 + 1j * reduced.modal_damping[j] * nu
-            modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness
+            modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness[:, j]
             pull[:, q] -= 2.0 * L * modal[:, q, j, np.newaxis]
     return ModalAnswer(orders, modal, pull)
 
 
-def _harmonics(model: Model, amplitude: Complexes) -> Complexes:
+def _harmonics(model: Model, orders: list[Order], amplitude: Complexes) -> Complexes:
     """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
     modulus = np.abs(amplitude)
     axes = (model.table.node_a, model.table.node_b)[: model.modes]
@@ -70,6 +69,6 @@ def _harmonics(model: Model, amplitude: Complexes) -> Complexes:
     nodes = model.harmonics.reshape(*shape[: model.modes], *shape[2:])
     P = RegularGridInterpolator(axes, nodes)(np.minimum(modulus, model.table.limit))
     unit = np.divide(amplitude, modulus, out=np.ones_like(amplitude), where=modulus > 0)
-    orders = np.array(contact_orders(model.reduced, model.near))[:, : model.modes]
-    turned: Complexes = P * np.prod(unit[:, np.newaxis] ** orders, axis=2)[..., np.newaxis]
+    powers = np.array(orders)[:, : model.modes]
+    turned: Complexes = P * np.prod(unit[:, np.newaxis] ** powers, axis=2)[..., np.newaxis]
     return turned

@@ -80,6 +80,14 @@ def near_resonances(
     return tuple(found[:MOST])
 
 
+def is_resonant(mode: int, order: Order, near: Sequence[NearResonance]) -> bool:
+    """Whether a stored harmonic is the carrier of a mode or near it: the slow flow answers it."""
+    carriers = ((1, 0), (0, 1))
+    return order == carriers[mode] or any(
+        (term.mode, term.stored_order) == (mode, order) for term in near
+    )
+
+
 def tabulated_orders(near: Sequence[NearResonance], modes: int) -> list[Order]:
     """Harmonics behind the columns of a table: the modes' own, the near ones, the mean."""
     own: list[Order] = [(1, 0), (0, 1)]

@@ -87,6 +87,12 @@ class Reduced:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
 
+    def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
+        """omega_j^2 - nu^2 + i gamma_j nu at frequencies nu (...) [rad/s], (..., modes)."""
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
+        stiffness: Complexes = self.frequency**2 - nu**2 + 1j * self.modal_damping * nu
+        return stiffness
+
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
         """The same model with its contact problem at other carrier frequencies [rad/s]."""
         frequencies = np.asarray(carrier, dtype=float)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
@@ -105,6 +104,8 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
+    from scipy.stats import qmc  # a third of a second to import, and only tables need it
+
     modes = limit.size
     axes = [np.linspace(0.0, end, _FIRST_INTERVALS + 1) for end in limit]
     axes += [np.zeros(1)] * (2 - modes)

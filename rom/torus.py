@@ -13,7 +13,7 @@ from rom import _kernel
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
 from rom.matrices import Floats
-from rom.near import NearResonance, Order, harmonic_orders
+from rom.near import NearResonance, Order, harmonic_orders, is_resonant
 from rom.reduction import Reduced
 
 FEEDBACK_ORDER = 5  # of the harmonics that the modes answer to; higher ones change nothing
@@ -238,20 +238,19 @@ def _friction_power(
     A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
     2 Re(F conj(i nu P)).
     """
-    resonant = {(term.mode, term.stored_order) for term in near}
     power = np.zeros(len(P))
     for q, order in enumerate(orders):
         nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
         v = 1j * nu * P[:, q]
         force = -v @ reduced.damping
+        stiffness = reduced.modal_stiffness(nu)
         for j, coupling in enumerate(reduced.spring + 1j * nu * reduced.damper):
             if order == ((1, 0), (0, 1))[j]:
                 q_j = amplitudes[:, j].astype(complex)
-            elif reduced.formulation == "paper" or (j, order) in resonant:
+            elif reduced.formulation == "paper" or is_resonant(j, order, near):
                 continue
             else:
-                stiffness = reduced.frequency[j] ** 2 - nu**2 + 1j * reduced.modal_damping[j] * nu
-                q_j = -(P[:, q] @ coupling) / stiffness
+                q_j = -(P[:, q] @ coupling) / stiffness[j]
             force -= q_j[:, np.newaxis] * coupling
         power += 2.0 * np.real(np.sum(force * v.conj(), axis=1))
     return np.maximum(power, 0.0)

@@ -9,9 +9,9 @@
 
 #include "check.h"
 #include "cnumber.h"
+#include "exact_sum.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
-#define TWO_PI 6.283185307179586
 
 size_t sm_march_size(int contacts) {
     return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1);
@@ -84,7 +84,7 @@ sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_se
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
         fastest = fmax(fastest, fmax(fabs(segment->frequency[j]), fabs(end)));
     }
-    const double count = ceil((to - from) * fastest * steps_per_period / TWO_PI * (1.0 - 1e-9));
+    const double count = ceil((to - from) * fastest * steps_per_period / SM_TWO_PI * (1.0 - 1e-9));
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int64_t steps = count < 1.0 ? 1 : (int64_t)count;
     const double h = (to - from) / (double)steps;

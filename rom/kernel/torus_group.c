@@ -15,7 +15,7 @@ static double order_rate(const sm_torus_grid *grid, int q) {
 static void fill_angles(sm_torus_grid *grid) {
     for (int k = 0; k < grid->steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
-            const double t = SM_TWO_PI_TORUS * (k + (stage == 0 ? SM_GAMMA : 1.0)) / grid->steps;
+            const double t = SM_TWO_PI * (k + (stage == 0 ? SM_GAMMA : 1.0)) / grid->steps;
             double *c = grid->carrier + (k * 2 + stage) * 4;
             c[0] = cos(t);
             c[1] = sin(t);
@@ -27,7 +27,7 @@ static void fill_angles(sm_torus_grid *grid) {
                 turn[1] = sin(order_rate(grid, q) * t);
             }
         }
-        const double t = SM_TWO_PI_TORUS * (k + 1) / grid->steps;
+        const double t = SM_TWO_PI * (k + 1) / grid->steps;
         for (int q = 0; q < grid->orders_count; q++) {
             double *w = grid->weight + (size_t)(k * grid->orders_count + q) * 2;
             w[0] = cos(order_rate(grid, q) * t) / grid->steps;
@@ -82,7 +82,7 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
                           H);
         grid->relaxation[q] = relaxation_of(contact, H);
     }
-    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI_TORUS / (rates[0] * steps));
+    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
 }
 
 void sm_torus_grid_release(sm_torus_grid *grid) { free(grid->memory); }
@@ -144,7 +144,7 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
         const int block = lane / SM_LANES, l = lane % SM_LANES;
         size_t point = first + (size_t)(lane / grid->lines);
         point = point < points ? point : points - 1; /* spare lanes repeat the last point */
-        const double t_b0 = SM_TWO_PI_TORUS * (lane % grid->lines) / grid->lines;
+        const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;
         g->a[lane] = amplitudes[point * modes];
         g->b[lane] = modes == 2 ? amplitudes[point * 2 + 1] : 0.0;
         g->phase[block * 2 * SM_LANES + l] = cos(t_b0);
@@ -282,7 +282,7 @@ sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *g) {
 /* ---- between periods ----------------------------------------------------------------- */
 
 static void turn_phases(const sm_torus_grid *grid, sm_torus_group *g) {
-    const double c = cos(SM_TWO_PI_TORUS * grid->ratio), s = sin(SM_TWO_PI_TORUS * grid->ratio);
+    const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
     for (int block = 0; block < g->blocks; block++) {
         double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
         for (int l = 0; l < SM_LANES; l++) {

@@ -4,9 +4,8 @@
 
 #include "acceleration.h"
 #include "contact.h"
+#include "exact_sum.h"
 #include "periodicity.h"
-
-#define SM_TWO_PI_TORUS 6.283185307179586
 
 /* What all groups share: the discretisation of the torus and the angles at its steps. */
 typedef struct {
