@@ -125,6 +125,19 @@ class Full(Structure):
     )
 
 
+class HarmonicSum(Structure):
+    """sm_harmonic_sum."""
+
+    _fields_ = (
+        ("modes", c_int32),
+        ("orders_count", c_int32),
+        ("orders", c_void_p),
+        ("signals", c_size_t),
+        ("shape", c_void_p),
+        ("coefficient", c_void_p),
+    )
+
+
 # sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
 INPUT_QUANTITIES = ("force", "frequency", "phase")
 INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
@@ -149,11 +162,15 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_contact_check": [POINTER(Contact)],
     "sm_torus_harmonics": [
         *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
-        *(c_size_t, c_void_p, c_int32, c_void_p, c_void_p, c_void_p, c_void_p),
+        *(c_size_t, c_void_p, c_int32, c_void_p),
+        *(c_void_p, c_void_p, c_void_p, c_void_p),
     ],
     "sm_contact_motion": [
         *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),
         *(c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
+    ],
+    "sm_harmonic_motion": [
+        *(POINTER(HarmonicSum), c_size_t, c_void_p, c_size_t, c_void_p, c_void_p),
     ],
     "sm_table_lookup_many": [POINTER(Table), c_size_t, c_void_p, c_void_p],
     "sm_slow_flow_rate": [

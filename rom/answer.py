@@ -8,67 +8,58 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
 
 from rom.amplitude import Complexes
 from rom.matrices import Floats
 from rom.model import Model
 from rom.near import Order, is_resonant
-from rom.torus import contact_orders
+from rom.slow_trajectory import SlowTrajectory
 
 
 @dataclass(frozen=True, eq=False)
 class ModalAnswer:
     """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
 
+    A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
+
     Attributes
     ----------
-    orders : list of (n, m)
+    orders : tuple of (n, m)
+    frequency : (points, orders) ndarray
+        nu [rad/s]
+    contact : (points, orders, N_c) complex ndarray
+        Contact displacement [m].
     modal : (points, orders, modes) complex ndarray
-        q_nm exp(-i (n theta_A + m theta_B)) / 2, so that the answer of mode j is
-        2 Re sum_nm modal exp(i (n theta_A + m theta_B)).
+        Modal displacement besides the carriers [kg^1/2 m].
     pull : (points, orders, N_c) complex ndarray
-        G_nm: the force on the contacts is Re sum_nm G_nm exp(i (n theta_A + m theta_B)) [N].
+        Force on the contacts that comes with it [N].
     """
 
-    orders: list[Order]
+    orders: tuple[Order, ...]
+    frequency: Floats
+    contact: Complexes
     modal: Complexes
     pull: Complexes
 
 
-def modal_answer(model: Model, amplitude: Complexes, frequency: Floats) -> ModalAnswer:
-    """Answer of the modes at amplitudes and forcing frequencies (points, modes).
-
-    The model must hold harmonics; without them (the paper's formulation) the answer is empty.
-    """
-    if model.harmonics.shape[2] == 0:
-        nothing = np.zeros((len(amplitude), 0, 0), dtype=complex)
-        return ModalAnswer([], nothing, nothing)
-    orders = contact_orders(model.reduced, model.near)
-    P = _harmonics(model, orders, amplitude)
-    modal = np.zeros((len(amplitude), len(orders), model.modes), dtype=complex)
+def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
+    """Answer of the modes along a trajectory; empty where the model keeps no harmonics."""
+    points, reduced = trajectory.time.size, model.reduced
+    if model.harmonics is None:
+        nothing = np.zeros((points, 0, 0), dtype=complex)
+        return ModalAnswer((), np.zeros((points, 0)), nothing, nothing, nothing)
+    orders = model.harmonics.orders
+    P = model.harmonics.at(trajectory.felt(model))
+    nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
+    modal = np.zeros((points, len(orders), model.modes), dtype=complex)
     pull = np.zeros_like(P)
-    reduced = model.reduced
+    answering = reduced.formulation == "consistent"
     for q, order in enumerate(orders):
-        nu = frequency @ np.array(order[: model.modes], dtype=float)
-        stiffness = reduced.modal_stiffness(nu)
+        stiffness = reduced.modal_stiffness(nu[:, q])
         for j in range(model.modes):
-            if is_resonant(j, order, model.near):
+            if not answering or is_resonant(j, order, model.near):
                 continue
-            L = reduced.spring[j] + 1j * nu[:, np.newaxis] * reduced.damper[j]
+            L = reduced.spring[j] + 1j * nu[:, q, np.newaxis] * reduced.damper[j]
             modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness[:, j]
-            pull[:, q] -= 2.0 * L * modal[:, q, j, np.newaxis]
-    return ModalAnswer(orders, modal, pull)
-
-
-def _harmonics(model: Model, orders: list[Order], amplitude: Complexes) -> Complexes:
-    """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
-    modulus = np.abs(amplitude)
-    axes = (model.table.node_a, model.table.node_b)[: model.modes]
-    shape = model.harmonics.shape
-    nodes = model.harmonics.reshape(*shape[: model.modes], *shape[2:])
-    P = RegularGridInterpolator(axes, nodes)(np.minimum(modulus, model.table.limit))
-    unit = np.divide(amplitude, modulus, out=np.ones_like(amplitude), where=modulus > 0)
-    powers = np.array(orders)[:, : model.modes]
-    turned: Complexes = P * np.prod(unit[:, np.newaxis] ** powers, axis=2)[..., np.newaxis]
-    return turned
+            pull[:, q] -= L * modal[:, q, j, np.newaxis]
+    return ModalAnswer(orders, nu, P, modal, pull)

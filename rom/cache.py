@@ -33,7 +33,7 @@ def cached_model(
     tolerance: float,
     *,
     near: Sequence[NearResonance] = (),
-    harmonics: bool = False,
+    harmonics: int = 0,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -73,7 +73,7 @@ def _key(
     amplitude: Sequence[float],
     tolerance: float,
     near: Sequence[NearResonance],
-    harmonics: bool,
+    harmonics: int,
 ) -> str:
     """Hash of everything that the table depends on."""
     arrays = (

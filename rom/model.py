@@ -19,15 +19,16 @@ from tqdm import tqdm
 
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh, limits
+from rom.harmonics import Harmonics
 from rom.matrices import Floats
-from rom.near import NearResonance, near_resonances, tabulated_orders
+from rom.near import NearResonance, Order, near_resonances, tabulated_orders
 from rom.reduction import Reduced
 from rom.refinement import Columns, Sampling, refine
 from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 6  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 7  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -76,9 +77,8 @@ class Model:
     reduced : Reduced
     law : Tanh or Coulomb
     table : Table
-    harmonics : (n_a, n_b, orders, N_c) complex ndarray
-        P_nm of the contact displacement at the nodes of the table [m]; no orders unless asked
-        for.
+    harmonics : Harmonics or None
+        Of the contact displacement, where they were asked for.
     near : tuple of NearResonance
     quality : Quality
     """
@@ -86,7 +86,7 @@ class Model:
     reduced: Reduced
     law: Friction
     table: Table
-    harmonics: Complexes
+    harmonics: Harmonics | None
     near: tuple[NearResonance, ...]
     quality: Quality
 
@@ -149,7 +149,11 @@ class Model:
         table = Table(content["node_a"], content["node_b"], content["values"], len(reduced.modes))
         near = tuple(NearResonance(*term) for term in header["near"])
         quality = Quality(**header["quality"])
-        return cls(reduced, law, table, content["harmonics"], near, quality)
+        harmonics = None
+        if header["orders"]:
+            orders = tuple((n, m) for n, m in header["orders"])
+            harmonics = Harmonics(table.axes, orders, content["P"], content["left_out"])
+        return cls(reduced, law, table, harmonics, near, quality)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -159,17 +163,19 @@ class Model:
             "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
             "alpha": self.law.alpha,
             "near": [list(astuple(term)) for term in self.near],
+            "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],
             "quality": asdict(self.quality),
         }
 
     def _content(self) -> dict[str, np.ndarray]:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
+        if self.harmonics:
+            arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
         return arrays | {
             "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,
             "node_b": self.table.node_b,
             "values": self.table.values,
-            "harmonics": self.harmonics,
         }
 
 
@@ -180,7 +186,7 @@ def tabulate(
     tolerance: float = 1e-3,
     *,
     near: Sequence[NearResonance] | None = None,
-    harmonics: bool = False,
+    harmonics: int = 0,
     threads: int | None = None,
     progress: bool = False,
 ) -> Model:
@@ -198,8 +204,9 @@ def tabulate(
     near : sequence of NearResonance, optional
         Combination frequencies that the slow flow is to treat as resonant. Default: those near
         the carriers of `reduced`; none in the paper's formulation.
-    harmonics : bool
-        Keep the harmonics of the contact motion, for the reconstruction of fast motion.
+    harmonics : int
+        Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
+        motion; 0: none. A march needs those that the modes answer to, `FEEDBACK_ORDER`.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -229,14 +236,15 @@ def tabulate(
         tolerance=0.1 * tolerance,
         smallest_scale=0.1 * limit,
         near=near,
+        highest=max(harmonics, 1),
     )
-    orders = contact_orders(reduced, near) if harmonics else []
+    orders = contact_orders(reduced, near, harmonics) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
         drives=(*range(limit.size), *(term.mode for term in near)),
         swing=2.0 * reduced.carrier * limit,
         loss=_structural_loss(reduced),
-        carried=len(orders) * reduced.n_contacts,
+        carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
     )
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
@@ -252,8 +260,16 @@ def tabulate(
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
     )
-    shape = (*carried.shape[:2], len(orders), reduced.n_contacts)
-    return Model(reduced, law, table, carried.reshape(shape), tuple(near), quality)
+    kept = _harmonics(table, orders, carried) if orders else None
+    return Model(reduced, law, table, kept, tuple(near), quality)
+
+
+def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
+    """From the columns that samples carried: P of every order, then what they leave out."""
+    nodes = tuple(axis.size for axis in table.axes)
+    columns = carried.reshape(*nodes, len(orders) + 1, -1)
+    P = np.ascontiguousarray(columns[..., :-1, :])
+    return Harmonics(table.axes, tuple(orders), P, np.ascontiguousarray(columns[..., -1, :].real))
 
 
 def _structural_loss(reduced: Reduced) -> Floats:
@@ -285,7 +301,8 @@ class _Samples:
         ]
         parts = []
         for terms in self._pool.map(self._solve, tasks):
-            carried = terms.P.reshape(len(terms.S), -1)[:, : self._columns.carried]
+            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
+            carried = beyond[:, : self._columns.carried]
             lost = (terms.power - terms.leaving)[:, np.newaxis]
             parts.append(np.hstack((terms.S, terms.T, lost, carried)))
             self.periodicity = max(self.periodicity, float(terms.residual.max()))

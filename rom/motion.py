@@ -1,8 +1,12 @@
-"""Contact and elastic motion from the slow amplitudes.
+"""Contact and elastic motion from the slow amplitudes, in two ways.
 
-The contact problem (12) is marched along the slow trajectory, pulled also by the modes' answer to
-its harmonics. Friction forgets within a few periods, so any window can be had without marching
-from t = 0.
+Marched: the contact problem (12) along the slow trajectory, pulled also by the modes' answer to
+its harmonics. Right at every corner of the motion; the cost is that of the time marched.
+
+Summed: the tabulated harmonics (14), each with its answer of the modes. Any instant by itself, at
+a cost that does not depend on the time between them; blind to what the harmonics leave out.
+
+Friction forgets within a few periods, so either has any window without going through t = 0.
 """
 
 from __future__ import annotations
@@ -15,112 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rom import _kernel
-from rom.amplitude import Complexes, amplitude_rate
+from rom.amplitude import Complexes
 from rom.answer import ModalAnswer, modal_answer
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.model import Model
+from rom.slow_trajectory import SlowTrajectory
 from rom.torus import contact_problem
 
 SPIN_UP_PERIODS = 10.0
-
-
-@dataclass(frozen=True, eq=False)
-class SlowTrajectory:
-    """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
-
-    Attributes
-    ----------
-    time : (steps + 1,) ndarray
-        [s]
-    amplitude : (steps + 1, modes) complex ndarray
-    angle : (steps + 1, modes) ndarray
-        Carrier angles theta_j [rad]; whole turns do not matter.
-    frequency, frequency_rate : (steps, modes) ndarray
-        At the start of each step [rad/s], [rad/s^2].
-    force, force_rate : (steps, modes) complex ndarray
-        Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    shift : (modes,) complex ndarray or float
-        What the contacts feel on top of a_j, per unit of force: rom.amplitude.felt_shift.
-    """
-
-    time: Floats
-    amplitude: Complexes
-    angle: Floats
-    frequency: Floats
-    frequency_rate: Floats
-    force: Complexes
-    force_rate: Complexes
-    shift: Complexes | float = 0.0
-
-    @property
-    def point_frequency(self) -> Floats:
-        """Forcing frequencies at every time, (steps + 1, modes)."""
-        last = self.frequency[-1] + self.frequency_rate[-1] * (self.time[-1] - self.time[-2])
-        return np.vstack((self.frequency, last))
-
-    def between(self, start: float, end: float) -> SlowTrajectory:
-        """The steps that overlap [start, end]."""
-        steps = self.time.size - 1
-        first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
-        last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
-        points, within = slice(first, last + 1), slice(first, last)
-        return SlowTrajectory(
-            self.time[points],
-            self.amplitude[points],
-            self.angle[points],
-            self.frequency[within],
-            self.frequency_rate[within],
-            self.force[within],
-            self.force_rate[within],
-            self.shift,
-        )
-
-    def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
-        """da/dt at the start and at the end of each step, (steps, modes)."""
-        later = np.diff(self.time)[:, np.newaxis]
-        rates = self.frequency_rate
-        start = amplitude_rate(
-            model,
-            self.amplitude[:-1],
-            self.frequency,
-            self.force,
-            rates,
-            self.shift,
-            self.force_rate,
-        )
-        end = amplitude_rate(
-            model,
-            self.amplitude[1:],
-            self.frequency + rates * later,
-            self.force + self.force_rate * later,
-            rates,
-            self.shift,
-            self.force_rate,
-        )
-        return start, end
-
-    def segments(self, model: Model, pull: Complexes) -> np.ndarray:
-        """The steps as the core reads them; `pull` (steps + 1, orders, N_c) must outlive them."""
-        duration = np.diff(self.time)
-        later = duration[:, np.newaxis]
-        segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
-        segments["start"], segments["duration"] = self.time[:-1], duration
-        modes = slice(0, model.modes)
-        rates = self.frequency_rate
-        force_end = self.force + self.force_rate * later
-        moving = self.shift * self.force_rate
-        segments["amplitude_start"][:, modes] = self.amplitude[:-1] + self.shift * self.force
-        segments["amplitude_end"][:, modes] = self.amplitude[1:] + self.shift * force_end
-        start, end = self.amplitude_rates(model)
-        segments["rate_start"][:, modes] = start + moving
-        segments["rate_end"][:, modes] = end + moving
-        segments["angle"][:, modes] = self.angle[:-1]
-        segments["frequency"][:, modes] = self.frequency
-        segments["frequency_rate"][:, modes] = rates
-        segments["pull_start"] = pull.ctypes.data + pull.strides[0] * np.arange(duration.size)
-        segments["pull_end"] = segments["pull_start"] + pull.strides[0]
-        return segments
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +65,7 @@ def reconstruct(
     steps_per_period: int = 128,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
-    """Contact and modal motion at increasing times inside a slow trajectory.
+    """Contact and modal motion at increasing times inside a slow trajectory, marched.
 
     Parameters
     ----------
@@ -175,17 +82,12 @@ def reconstruct(
     SlipmodeError
         If the times are not increasing or lie outside the trajectory.
     """
-    sample = _kernel.contiguous(times)
-    first, last = trajectory.time[[0, -1]]
-    if sample.size == 0 or not np.all(np.isfinite(sample)) or np.any(np.diff(sample) <= 0):
-        raise SlipmodeError("times: must be finite and increasing, at least one")
-    if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
-        raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
+    sample = _sample_times(trajectory, times)
     slowest = trajectory.frequency.min()
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
-    answer = modal_answer(model, part.amplitude, part.point_frequency)
-    pull = np.ascontiguousarray(answer.pull)
-    segments = part.segments(model, pull)
+    answer = modal_answer(model, part)
+    pull = np.ascontiguousarray(2.0 * answer.pull)
+    segments = part.contact_segments(model, pull)
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, model.near, answer.orders)
@@ -194,30 +96,92 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    return Motion(sample, x, v, f, _modal_motion(model, part, answer, sample))
+    modal = _summed(model, part, answer, answer.modal, np.eye(model.modes), sample)
+    return Motion(sample, x, v, f, modal)
 
 
-def _modal_motion(
-    model: Model, part: SlowTrajectory, answer: ModalAnswer, times: Floats
+def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
+    """Contact and modal motion at increasing times inside a slow trajectory, summed.
+
+    `model.harmonics.truncation` says what is left out of the displacement. Velocity and force
+    have corners, and miss more of them.
+
+    Parameters
+    ----------
+    times : (n,) array_like
+        [s]
+
+    Raises
+    ------
+    SlipmodeError
+        As `reconstruct`, and if the model keeps no harmonics.
+    """
+    if model.harmonics is None:
+        raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")
+    sample = _sample_times(trajectory, times)
+    part = trajectory.between(sample[0], sample[-1])
+    answer = modal_answer(model, part)
+    velocity = 1j * answer.frequency[..., np.newaxis] * answer.contact
+    force = _friction_force(model, part, answer)
+    coefficients = np.concatenate((answer.contact, velocity, force, answer.modal), axis=2)
+    contacts = model.reduced.n_contacts
+    shape = np.hstack((np.zeros((model.modes, 3 * contacts)), np.eye(model.modes)))
+    signals = _summed(model, part, answer, coefficients, shape, sample)
+    x, v, f, modal = np.split(signals, [contacts, 2 * contacts, 3 * contacts], axis=1)
+    return Motion(sample, x, v, f, modal)
+
+
+def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
+    sample = _kernel.contiguous(times)
+    first, last = trajectory.time[[0, -1]]
+    if sample.size == 0 or not np.all(np.isfinite(sample)) or np.any(np.diff(sample) <= 0):
+        raise SlipmodeError("times: must be finite and increasing, at least one")
+    if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
+        raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
+    return sample
+
+
+def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> Complexes:
+    """Harmonics of the friction force (points, orders, N_c): it balances all others, Eq. (12)."""
+    reduced, nu = model.reduced, answer.frequency[..., np.newaxis]
+    P = answer.contact
+    force = answer.pull - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
+    force += nu**2 * (P @ reduced.mass)
+    for j, own in enumerate(((1, 0), (0, 1))[: model.modes]):
+        felt = part.felt(model)[:, j, np.newaxis]
+        force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt
+    return np.asarray(force)
+
+
+def _summed(
+    model: Model,
+    part: SlowTrajectory,
+    answer: ModalAnswer,
+    coefficients: Complexes,
+    shape: Floats,
+    times: Floats,
 ) -> Floats:
-    """q_j: the carrier, a_j by cubic Hermite interpolation, and the answer to the harmonics."""
-    step = np.clip(np.searchsorted(part.time, times, side="right") - 1, 0, part.time.size - 2)
-    elapsed = (times - part.time[step])[:, np.newaxis]
-    duration = np.diff(part.time)[step, np.newaxis]
-    r = elapsed / duration
-    end = r * r * (3 - 2 * r)
-    rate_start, rate_end = part.amplitude_rates(model)
-    a = (
-        (1 - end) * part.amplitude[step]
-        + end * part.amplitude[step + 1]
-        + duration * r * (1 - r) ** 2 * rate_start[step]
-        - duration * r * r * (1 - r) * rate_end[step]
+    """Signals 2 Re(shape^T a exp(i theta) + sum_nm c_nm exp(i (n theta_A + m theta_B))).
+
+    coefficients (points, orders, signals), shape (modes, signals); returns (times, signals).
+    """
+    by_signal = coefficients.transpose(0, 2, 1)
+    rows = _kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
+    orders = np.ascontiguousarray(answer.orders, dtype=np.int32)
+    weights = _kernel.contiguous(shape)
+    segments = part.segments(model)
+    harmonic_sum = _kernel.HarmonicSum(
+        modes=model.modes,
+        orders_count=len(answer.orders),
+        orders=orders.ctypes.data,
+        signals=weights.shape[1],
+        shape=weights.ctypes.data,
+        coefficient=rows.ctypes.data,
     )
-    turned = part.frequency[step] + 0.5 * part.frequency_rate[step] * elapsed
-    angle = part.angle[step] + elapsed * turned
-    modal: Floats = 2 * np.real(a * np.exp(1j * angle))
-    for q, order in enumerate(answer.orders):
-        start, finish = answer.modal[step, q], answer.modal[step + 1, q]
-        turn = np.exp(1j * (angle @ np.array(order[: model.modes])))[:, np.newaxis]
-        modal += 2 * np.real((start + r * (finish - start)) * turn)
-    return modal
+    motion = np.empty((times.size, weights.shape[1]))
+    status = _kernel.lib.sm_harmonic_motion(
+        *(ctypes.byref(harmonic_sum), len(segments), segments.ctypes.data),
+        *(times.size, times.ctypes.data, motion.ctypes.data),
+    )
+    _kernel.check(status, "sum of harmonics")
+    return motion

@@ -51,6 +51,11 @@ class Table:
         """Largest tabulated amplitude of each mode, (modes,)."""
         return np.array([self.node_a[-1], self.node_b[-1]][: self.modes])
 
+    @property
+    def axes(self) -> tuple[Floats, ...]:
+        """The nodes of each mode, one entry per mode."""
+        return (self.node_a, self.node_b)[: self.modes]
+
     def nodes(self) -> Complexes:
         """Values at the nodes, (n_a, n_b, k)."""
         values: Complexes = np.ascontiguousarray(self.values[:, :, 0]).view(complex)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rom import _kernel
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
+from rom.harmonics import left_out
 from rom.matrices import Floats
 from rom.near import NearResonance, Order, harmonic_orders, is_resonant
 from rom.reduction import Reduced
@@ -44,6 +45,8 @@ class ContactHarmonics:
     ----------
     P : (points, orders, N_c) complex ndarray
         Fourier coefficients of the contact displacement [m], Eq. (14).
+    mean_square : (points, N_c) ndarray
+        Of the contact displacement [m^2].
     residual : (points,) ndarray
         Estimated distance from periodicity, relative to the frictionless displacement.
     periods : (points,) ndarray of int
@@ -51,6 +54,7 @@ class ContactHarmonics:
     """
 
     P: NDArray[np.complex128]
+    mean_square: Floats
     residual: Floats
     periods: NDArray[np.int32]
 
@@ -142,6 +146,7 @@ def contact_harmonics(
     smallest = _kernel.contiguous(smallest_scale)
     problem = contact_problem(reduced, law, near)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
+    mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
     periods = np.empty(len(points), dtype=np.int32)
     status = _kernel.lib.sm_torus_harmonics(
@@ -155,10 +160,10 @@ def contact_harmonics(
             _MAX_PERIODS,
         ),
         *(len(points), points.ctypes.data, len(orders_array), orders_array.ctypes.data),
-        *(P.ctypes.data, residual.ctypes.data, periods.ctypes.data),
+        *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, periods.ctypes.data),
     )
     _kernel.check(status, "contact problem on the torus")
-    return ContactHarmonics(P, residual, periods)
+    return ContactHarmonics(P, mean_square, residual, periods)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +180,8 @@ class ContactTerms:
         Harmonics in P.
     P : (points, orders, N_c) complex ndarray
         Of the contact displacement [m].
+    left_out : (points, N_c) ndarray
+        RMS of the contact displacement beyond these harmonics [m].
     power : (points,) ndarray
         Mean power that friction dissipates [W].
     leaving : (points,) ndarray
@@ -189,12 +196,16 @@ class ContactTerms:
     leaving: Floats
     orders: list[Order]
     P: NDArray[np.complex128]
+    left_out: Floats
     residual: Floats
 
 
-def contact_orders(reduced: Reduced, near: Sequence[NearResonance] = ()) -> list[Order]:
-    """Harmonics that the contact problem needs: for the modes' answer and the near resonances."""
-    highest = FEEDBACK_ORDER if reduced.formulation == "consistent" else 1
+def contact_orders(
+    reduced: Reduced, near: Sequence[NearResonance] = (), highest: int = 1
+) -> list[Order]:
+    """Harmonics up to an order, and those that the modes' answer and the near resonances need."""
+    if reduced.formulation == "consistent":
+        highest = max(highest, FEEDBACK_ORDER)
     orders = harmonic_orders(highest, len(reduced.modes))
     return list(dict.fromkeys([*orders, *(term.stored_order for term in near)]))
 
@@ -207,9 +218,13 @@ def contact_terms(
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     near: Sequence[NearResonance] = (),
+    highest: int = 1,
 ) -> ContactTerms:
-    """Solve the contact problem and project its harmonics on the modes; see contact_harmonics."""
-    orders = contact_orders(reduced, near)
+    """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
+
+    `highest` is the order up to which harmonics are wanted, see contact_orders.
+    """
+    orders = contact_orders(reduced, near, highest)
     solved = contact_harmonics(
         reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, near
     )
@@ -223,7 +238,8 @@ def contact_terms(
         T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
     power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
     leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
-    return ContactTerms(S, T, power, leaving, orders, solved.P, solved.residual)
+    beyond = left_out(solved.P, solved.mean_square)
+    return ContactTerms(S, T, power, leaving, orders, solved.P, beyond, solved.residual)
 
 
 def _friction_power(

@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> int:
     print(f"  slow time        {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
-        f"({recording.samples} contact samples, recordings included)"
+        f"({recording.samples} samples of fast motion, recordings included)"
     )
     for path in (recording.mcap, recording.rrd):
         if path:

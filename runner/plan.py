@@ -12,10 +12,12 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
+from rom.torus import FEEDBACK_ORDER
 from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
-from runner.scene import Scene
+from runner.fast_motion import ORDERS, measure_truncation
+from runner.scene import Scene, Window
 from runner.schedule import Schedule, make_schedule
 
 
@@ -34,6 +36,8 @@ class Plan:
         Range of the friction table [kg^1/2 m].
     near : tuple of NearResonance
         Combination frequencies that come near a carrier during the scene.
+    elastic_order : int or None
+        Order of the harmonics that are summed in elastic windows; None: nothing is summed.
     decisions : list of Decision
     """
 
@@ -43,6 +47,7 @@ class Plan:
     schedule: Schedule
     amplitude: tuple[float, ...]
     near: tuple[NearResonance, ...]
+    elastic_order: int | None
     decisions: list[Decision]
 
     def model(self, *, progress: bool = False) -> tuple[Model, bool]:
@@ -51,9 +56,15 @@ class Plan:
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
             near=self.near,
-            harmonics=bool(self.scene.contact) and self.excited.reduced.formulation != "paper",
+            harmonics=self._harmonics(),
             progress=progress,
         )
+
+    def _harmonics(self) -> int:
+        """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
+        marched = self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        answering = self.scene.model.formulation == "consistent"
+        return max(FEEDBACK_ORDER if marched and answering else 0, self.elastic_order or 0)
 
     def component(self, model: Model) -> Component:
         """A component at t = 0 of the scene."""
@@ -92,15 +103,17 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     else:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
+    elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, near)
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
         *mode_decisions,
         Decision("friction table", ranges, reason),
         *_near_decisions(near),
-        *_output_decisions(scene),
+        *motion_decisions,
+        *_recording_decisions(scene),
         *check_assumptions(structure, excited, seen),
     ]
-    return Plan(scene, structure, excited, schedule, amplitude, near, decisions)
+    return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
 
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
@@ -170,32 +183,45 @@ def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
     ]
 
 
-def _output_decisions(scene: Scene) -> list[Decision]:
+def _fast_motion(
+    scene: Scene,
+    excited: Excited,
+    amplitude: Sequence[float],
+    near: Sequence[NearResonance],
+) -> tuple[int | None, list[Decision]]:
+    """Order of the harmonics summed for elastic motion, if any, and every such decision."""
+    if not (scene.contact or scene.elastic):
+        reason = "no [[contact]] or [[elastic]] window"
+        return None, [Decision("fast motion", "none", reason)]
+    dofs, tolerance = scene.output.elastic, scene.model.tolerance
+    truncation = measure_truncation(excited, amplitude, near, dofs)
+    order = truncation.order_within(tolerance) if scene.elastic else None
+    missed = f"harmonics to order {ORDERS[-1]} miss"
     decisions = [
-        Decision(
-            "harmonics",
-            "first of each mode",
-            "they drive the amplitudes; contact motion is marched, not summed",
+        _window_decision(
+            *("contact motion", window, "marched"),
+            f"{missed} {truncation.contact[-1]:.2g} of the displacement, more of the velocity",
         )
+        for window in scene.contact
     ]
-    if not scene.contact:
-        decisions.append(Decision("contact motion", "none", "no [[contact]] window"))
-    for window in scene.contact:
-        decisions.append(
-            Decision(
-                "contact motion",
-                f"{window.start:g} to {window.end:g} s",
-                f"[[contact]] window, {window.samples_per_period} samples per period",
-            )
-        )
-    elastic = ", ".join(str(dof) for dof in scene.output.elastic)
-    decisions.append(
-        Decision(
-            "elastic motion",
-            f"DOFs {elastic}" if elastic else "none",
-            "output.elastic" if elastic else "output.elastic asks for none",
-        )
-    )
+    if order is None:
+        how, why = "marched", f"{missed} {truncation.elastic[-1]:.2g} of it, above {tolerance:g}"
+    else:
+        missing = truncation.elastic[ORDERS.index(order)]
+        how = f"harmonics to order {order} summed"
+        why = f"they miss {missing:.1g} of it, model.tolerance is {tolerance:g}"
+    decisions += [_window_decision("elastic motion", window, how, why) for window in scene.elastic]
+    if dofs:
+        listed = ", ".join(map(str, dofs))
+        decisions.append(Decision("elastic DOFs", listed, "output.elastic, in every window"))
+    return order, decisions
+
+
+def _window_decision(subject: str, window: Window, how: str, why: str) -> Decision:
+    choice = f"{window.start:g} to {window.end:g} s, {how}"
+    return Decision(subject, choice, f"{window.samples_per_period} samples per period; {why}")
+
+
+def _recording_decisions(scene: Scene) -> list[Decision]:
     kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
-    decisions.append(Decision("recording", " and ".join(kinds) or "none", "[log]"))
-    return decisions
+    return [Decision("recording", " and ".join(kinds) or "none", "[log]")]

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from fmu import Steppable, StoppedError
 from rom import Model
-from rom.motion import reconstruct
+from rom.motion import Motion, reconstruct, sum_harmonics
 from runner import channels
 from runner.interruption import interrupts_held_back
 from runner.plan import Plan, make_plan
@@ -22,7 +22,7 @@ from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.replay import RecordingData, read
 from runner.rerun_sink import RerunSink
-from runner.scene import ContactWindow, Scene, load_scene
+from runner.scene import Scene, Window, load_scene
 from runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 256
@@ -44,7 +44,7 @@ class Recording:
     steps : int
         Communication steps.
     samples : int
-        Contact samples.
+        Samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
         Wall time of the plan and the friction table, of the slow-time integration alone, and
         of everything.
@@ -177,7 +177,8 @@ class _Pass:
         self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
         self._columns = {name: k for k, name in enumerate(component.output_names)}
         self._rows = [self._present_row()]
-        self._windows = list(plan.scene.contact)
+        windows = (*plan.scene.contact, *plan.scene.elastic)
+        self._windows = sorted(windows, key=lambda window: window.start)
 
     def through_slow_time(self, progress: bool) -> None:
         """Step, record, and reconstruct each contact window once its end is reached."""
@@ -245,22 +246,27 @@ class _Pass:
     def _take(self, outputs: Floats, names: Sequence[str]) -> Floats:
         return outputs[:, [self._columns[name] for name in names]]
 
-    def _reconstruct(self, window: ContactWindow) -> None:
+    def _reconstruct(self, window: Window) -> None:
         outputs = np.concatenate(self._rows)
         self._rows = [outputs]
         trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
-        elastic = self._plan.scene.output.elastic
+        of_contacts = window in self._plan.scene.contact
+        summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]
-            motion = reconstruct(self._model, trajectory, batch)
+            motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
+            self._record_motion(motion, of_contacts)
+            self.samples += batch.size
+
+    def _record_motion(self, motion: Motion, of_contacts: bool) -> None:
+        if of_contacts:
             for i in range(self._model.reduced.n_contacts):
                 values = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
-                self._recorder.write(f"/contact/{i}", batch, np.column_stack(values))
-            if elastic:
-                self._recorder.write("/elastic", batch, motion.elastic(self._model, elastic))
-            self.samples += batch.size
+                self._recorder.write(f"/contact/{i}", motion.time, np.column_stack(values))
+        if elastic := self._plan.scene.output.elastic:
+            self._recorder.write("/elastic", motion.time, motion.elastic(self._model, elastic))
 
 
 def _summary(plan: Plan, model: Model) -> str:

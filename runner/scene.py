@@ -14,7 +14,6 @@ from rom.errors import SlipmodeError
 from rom.structure import two_mass
 from runner.channels import MODES
 from runner.scene_sections import (
-    ContactWindow,
     Forcing,
     Friction,
     Log,
@@ -25,11 +24,11 @@ from runner.scene_sections import (
     Run,
     Scene,
     TwoMass,
+    Window,
 )
 from runner.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table, between
 
 __all__ = [
-    "ContactWindow",
     "Forcing",
     "Friction",
     "Log",
@@ -40,6 +39,7 @@ __all__ = [
     "Run",
     "Scene",
     "TwoMass",
+    "Window",
     "load_scene",
     "parse_scene",
     "shipped_scenes",
@@ -61,7 +61,7 @@ _SECTIONS = {
     "log": ("mcap", "rerun"),
 }
 _FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
-_CONTACT = ("window", "samples_per_period")
+_WINDOW = ("window", "samples_per_period")
 _LARGEST_STEP_COUNT = 1e7
 _AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
 
@@ -111,16 +111,18 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
-    root = Table(content, ("title", "contact", *_SECTIONS))
+    root = Table(content, ("title", "contact", "elastic", *_SECTIONS))
     section = {name: root.section(name, keys) for name, keys in _SECTIONS.items()}
-    windows = root.sections("contact", _CONTACT)
     modes = _modes(section["modes"])
     run = _run(section["run"])
     forcing = _forcing(section["forcing"], modes, run.duration)
     initial = _initial(section["initial"], modes)
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
-    contact = _contact(windows, run.duration)
+    contact, elastic = (
+        _windows(root.sections(name, _WINDOW), run.duration) for name in ("contact", "elastic")
+    )
+    _refuse_overlap(contact, elastic)
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
@@ -131,7 +133,8 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         run=run,
         model=_model(section["model"], modes),
         contact=contact,
-        output=_output(section["output"], contact),
+        elastic=elastic,
+        output=_output(section["output"], contact, elastic),
         log=_log(section["log"]),
         text=text,
     )
@@ -260,19 +263,12 @@ def _model(table: Table, modes: Modes) -> ModelOptions:
     )
 
 
-def _contact(tables: list[Table], duration: float) -> tuple[ContactWindow, ...]:
-    windows = [_contact_window(table, duration) for table in tables]
-    windows.sort(key=lambda window: window.start)
-    for earlier, later in pairwise(windows):
-        if later.start < earlier.end:
-            raise SlipmodeError(
-                f"contact.window: windows must not overlap, got [{earlier.start:g}, "
-                f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
-            )
-    return tuple(windows)
+def _windows(tables: list[Table], duration: float) -> tuple[Window, ...]:
+    windows = (_window(table, duration) for table in tables)
+    return tuple(sorted(windows, key=lambda window: window.start))
 
 
-def _contact_window(table: Table, duration: float) -> ContactWindow:
+def _window(table: Table, duration: float) -> Window:
     start, end = table.numbers("window", NON_NEGATIVE, length=2)
     if not start < end <= duration:
         raise table.error(
@@ -280,16 +276,33 @@ def _contact_window(table: Table, duration: float) -> ContactWindow:
             f"must be [t0, t1] with t0 < t1 <= run.duration = {duration:g}, "
             f"got [{start:g}, {end:g}]",
         )
-    return ContactWindow(start, end, table.integer("samples_per_period", between(8, 4096), 64))
+    return Window(start, end, table.integer("samples_per_period", between(8, 4096), 64))
 
 
-def _output(table: Table, contact: tuple[ContactWindow, ...]) -> Output:
-    elastic = table.integers("elastic") if "elastic" in table else ()
-    if len(set(elastic)) < len(elastic):
+def _refuse_overlap(contact: tuple[Window, ...], elastic: tuple[Window, ...]) -> None:
+    """Contact windows have the elastic motion too, so no window may overlap another."""
+    named = [("contact", window) for window in contact] + [
+        ("elastic", window) for window in elastic
+    ]
+    named.sort(key=lambda entry: entry[1].start)
+    for (first, earlier), (second, later) in pairwise(named):
+        if later.start < earlier.end:
+            names = f"{first}.window" if first == second else f"{first}.window, {second}.window"
+            raise SlipmodeError(
+                f"{names}: windows must not overlap, got [{earlier.start:g}, "
+                f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
+            )
+
+
+def _output(table: Table, contact: tuple[Window, ...], elastic: tuple[Window, ...]) -> Output:
+    dofs = table.integers("elastic") if "elastic" in table else ()
+    if len(set(dofs)) < len(dofs):
         raise table.error("elastic", "DOFs must be distinct")
-    if elastic and not contact:
-        raise table.error("elastic", "is reconstructed inside [[contact]] windows; give one")
-    return Output(elastic)
+    if dofs and not (contact or elastic):
+        raise table.error("elastic", "is reconstructed inside windows; give [[elastic]] window")
+    if elastic and not dofs:
+        raise SlipmodeError("elastic.window: needs output.elastic, the DOFs that are wanted")
+    return Output(dofs)
 
 
 def _log(table: Table) -> Log:

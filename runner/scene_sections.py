@@ -116,8 +116,8 @@ class ModelOptions:
 
 
 @dataclass(frozen=True)
-class ContactWindow:
-    """A time window [s] in which contact motion is reconstructed."""
+class Window:
+    """A time window [s] in which fast motion is reconstructed."""
 
     start: float
     end: float
@@ -126,7 +126,7 @@ class ContactWindow:
 
 @dataclass(frozen=True)
 class Output:
-    """DOFs of the structure reconstructed inside the contact windows."""
+    """DOFs of the structure reconstructed inside the windows."""
 
     elastic: tuple[int, ...]
 
@@ -149,8 +149,11 @@ class Scene:
         The forced modes only.
     initial : mapping of "A", "B" to complex
         Modal amplitudes at t = 0; a mode that is absent starts from rest.
-    contact : tuple of ContactWindow
-        In time order, without overlap.
+    contact : tuple of Window
+        Where contact motion is wanted, and that of the elastic DOFs with it; in time order.
+    elastic : tuple of Window
+        Where the motion of the elastic DOFs alone is wanted; in time order. No window overlaps
+        another.
     text : str
         The TOML source.
     path : Path or None
@@ -167,7 +170,8 @@ class Scene:
     initial: Mapping[str, complex]
     run: Run
     model: ModelOptions
-    contact: tuple[ContactWindow, ...]
+    contact: tuple[Window, ...]
+    elastic: tuple[Window, ...]
     output: Output
     log: Log
     text: str = field(repr=False)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from rom import Model
 from rom.amplitude import felt_shift
-from rom.motion import SlowTrajectory
+from rom.slow_trajectory import SlowTrajectory
 from runner.plan import Plan
-from runner.scene import ContactWindow
+from runner.scene import Window
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def slow_trajectory(
     )
 
 
-def sample_times(window: ContactWindow, trajectory: SlowTrajectory) -> Floats:
+def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
     """Equally spaced times over a window, at least as dense as asked for at every frequency."""
     inside = (trajectory.time[1:] >= window.start) & (trajectory.time[:-1] <= window.end)
     later = trajectory.frequency + trajectory.frequency_rate * np.diff(trajectory.time)[:, None]

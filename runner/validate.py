@@ -20,7 +20,7 @@ from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
-from runner.scene import ContactWindow, Scene, load_scene
+from runner.scene import Scene, Window, load_scene
 from runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_PERIOD = 64
@@ -125,10 +125,10 @@ def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
     )
 
 
-def _last_periods(plan: Plan) -> ContactWindow:
+def _last_periods(plan: Plan) -> Window:
     end = plan.scene.run.duration
     slowest = plan.excited.reduced.carrier.min()
-    return ContactWindow(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
+    return Window(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
 
 
 def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fmu import Component
-from rom.motion import SlowTrajectory
+from rom.slow_trajectory import SlowTrajectory
 
 
 def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):

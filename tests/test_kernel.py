@@ -23,6 +23,7 @@ GROUPS = (
     "friction",
     "torus",
     "motion",
+    "harmonics",
     "table",
     "slow-flow",
     "component",

@@ -7,7 +7,9 @@ from slow_time import slow_trajectory
 
 from rom import SlipmodeError, reduce, tabulate, two_mass
 from rom.amplitude import amplitude_rate, linear_part
-from rom.motion import SlowTrajectory, reconstruct
+from rom.motion import reconstruct, sum_harmonics
+from rom.slow_trajectory import SlowTrajectory
+from rom.torus import FEEDBACK_ORDER
 
 FORCE = ({0: 1.0}, {1: 1.0})
 DURATION = 300.0
@@ -147,13 +149,72 @@ def test_elastic_motion_is_that_of_modes_and_contact_shapes(two_mode_model, tran
     np.testing.assert_allclose(contacts, motion.displacement, atol=1e-14)
 
 
+# Harmonics summed
+
+
+@pytest.fixture(scope="module")
+def steady_signals():
+    """Marched and summed motion of both modes once it is steady, to two orders."""
+
+    def signals(order):
+        model = tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 2.0), near=(), harmonics=order)
+        trajectory = slow_trajectory(
+            *(model, FORCE, np.linspace(0, 600, 301)),
+            **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
+        )
+        times = np.linspace(400.0, 600.0, 8000)
+        marched = reconstruct(model, trajectory, times)
+        return model, trajectory, marched, sum_harmonics(model, trajectory, times)
+
+    return {order: signals(order) for order in (FEEDBACK_ORDER, 9)}
+
+
+@pytest.mark.parametrize("order", [FEEDBACK_ORDER, 9])
+def test_the_truncation_is_what_the_sum_misses(steady_signals, order):
+    model, trajectory, marched, summed = steady_signals[order]
+    missed = np.sqrt(((summed.displacement - marched.displacement) ** 2).mean(axis=0))
+    late = trajectory.felt(model)[trajectory.time >= 400.0]
+    stated = np.sqrt((model.harmonics.truncation(late) ** 2).mean(axis=0))
+    np.testing.assert_allclose(missed, stated, rtol=0.03)  # measured 2 %
+
+
+def test_more_harmonics_miss_less_of_everything(steady_signals):
+    def missed(order, quantity):
+        _, _, marched, summed = steady_signals[order]
+        difference = getattr(summed, quantity) - getattr(marched, quantity)
+        return np.sqrt((difference**2).mean() / (getattr(marched, quantity) ** 2).mean())
+
+    # displacement 2.1 % -> 1.1 %, velocity 19 % -> 15 %, force 4.2 % -> 2.1 % as measured
+    for quantity, few, many in (
+        ("displacement", 0.025, 0.013),
+        ("velocity", 0.23, 0.18),
+        ("force", 0.05, 0.025),
+    ):
+        assert missed(9, quantity) < missed(FEEDBACK_ORDER, quantity) < few
+        assert missed(9, quantity) < many
+
+
+def test_a_sum_needs_no_more_than_its_own_instant(steady_signals):
+    model, trajectory, _, summed = steady_signals[9]
+    alone = sum_harmonics(model, trajectory, summed.time[[4321]])
+    for quantity in ("displacement", "velocity", "force", "modal"):
+        np.testing.assert_allclose(getattr(alone, quantity)[0], getattr(summed, quantity)[4321])
+
+
+def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
+    with pytest.raises(SlipmodeError, match="harmonics: this model keeps none"):
+        sum_harmonics(two_mode_model, transient, [1.0])
+
+
 # Energy
 
 
 @pytest.fixture(scope="module")
 def model_with_harmonics():
     """So that the marched contacts feel the modes' answer, as those of the table do."""
-    return tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=True)
+    return tabulate(
+        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=FEEDBACK_ORDER
+    )
 
 
 @pytest.mark.parametrize("amplitude", [(1.3, 1.5), (2.5, 0.3), (1.05, 0.9)])

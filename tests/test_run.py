@@ -278,11 +278,38 @@ def test_a_mode_that_only_starts_is_modelled():
 
 def test_contacts_that_nobody_looks_at_are_not_marched(tmp_path):
     scene = changed((CONTACT, ""))
-    assert decisions(scene)["contact motion"] == ("none", "no [[contact]] window")
-    assert decisions(scene)["elastic motion"] == ("none", "output.elastic asks for none")
+    assert decisions(scene)["fast motion"] == ("none", "no [[contact]] or [[elastic]] window")
     recording = runner.run(scene, tmp_path)
     assert set(recording.read().channels) == {"/modes", "/forcing", "/energy"}
     assert recording.samples == 0
+
+
+def elastic_windows(window, dofs):
+    """The scene with its contact window made an elastic one."""
+    return changed((CONTACT, f"[[elastic]]\nwindow = {window}\n[output]\nelastic = {dofs}\n"))
+
+
+def test_elastic_motion_alone_is_summed_from_harmonics(tmp_path):
+    scene = elastic_windows([100, 150], [0])
+    choice, reason = decisions(scene)["elastic motion"]
+    assert choice == "100 to 150 s, harmonics to order 5 summed"
+    assert reason.startswith("64 samples per period; they miss 0 of it")
+    recording = runner.run(scene, tmp_path)
+    assert set(recording.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}
+    marched = runner.run(
+        changed((CONTACT, "[[contact]]\nwindow = [100, 150]\n[output]\nelastic = [0]\n")), tmp_path
+    )
+    summed, exact = (column(r.read(), "/elastic", "x_0") for r in (recording, marched))
+    assert summed.size == exact.size == recording.samples
+    np.testing.assert_allclose(summed, exact, atol=2e-3 * np.abs(exact).max())
+
+
+def test_what_harmonics_cannot_sum_to_the_tolerance_is_marched():
+    """A contact DOF: its corners need more harmonics than there are."""
+    choice, reason = decisions(elastic_windows([100, 150], [2]))["elastic motion"]
+    assert choice == "100 to 150 s, marched"
+    assert "harmonics to order 9 miss" in reason
+    assert "above 0.001" in reason
 
 
 def test_the_table_reaches_no_further_than_the_amplitudes(tmp_path):

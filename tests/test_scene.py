@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from rom.errors import SlipmodeError
 from rom.structure import two_mass
 from runner.scene import (
-    ContactWindow,
     MatrixFile,
     Modes,
     Run,
     TwoMass,
+    Window,
     load_scene,
     parse_scene,
     shipped_scenes,
@@ -102,7 +102,7 @@ def test_reads_every_section(tmp_path):
     assert scene.forcing["B"].amplitude == Script((0.0, 200.0, 200.0), (0.0, 0.0, 0.25))
     assert scene.run == Run(duration=1500.0, step=1.0, tolerance=1e-6)
     assert (scene.model.tolerance, scene.model.formulation) == (1e-3, "consistent")
-    assert scene.contact == (ContactWindow(1400.0, 1450.0, 32),)
+    assert scene.contact == (Window(1400.0, 1450.0, 32),)
     assert scene.output.elastic == (0, 1)
     assert (scene.log.mcap, scene.log.rerun) == (True, False)
     assert scene.text == SCENE
@@ -191,7 +191,7 @@ REFUSED = [
     ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, dof"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
      "dof, frequency, phase, vector; did you mean amplitude?"),
-    ("[log]", "[logs]", "logs: unknown key; allowed: contact, forcing"),
+    ("[log]", "[logs]", "logs: unknown key; allowed: contact, elastic, forcing"),
     ("[forcing.B]", "[forcing.C]", "forcing.C: unknown key; allowed: A, B"),
     ("samples_per_period", "samples", "contact[0].samples: unknown key"),
     ("phase = 0.5", '"a\\nb" = 1', 'forcing.A."a\\nb": unknown key'),
@@ -208,7 +208,7 @@ REFUSED = [
     ("dof = 1", f"dof = 0x{'f' * 5000}", "forcing.B.dof: must be an integer (>= 0), got a huge"),
     ("mcap = true", "mcap = 1", "log.mcap: must be true or false, got 1"),
     ('title = "Both modes"', "title = 3", "title: must be a string, got 3"),
-    ("[run]", "[rum]", "rum: unknown key; allowed: contact, forcing"),
+    ("[run]", "[rum]", "rum: unknown key; allowed: contact, elastic, forcing"),
     ("[[contact]]", "[contact]", "contact: must be an array of tables, [[contact]]"),
     ("elastic = [0, 1]", "elastic = 0", "output.elastic: must be a list of integers, got 0"),
     ("elastic = [0, 1]", "elastic = [0.5]", "output.elastic[0]: must be an integer (>= 0)"),
@@ -258,6 +258,10 @@ REFUSED = [
     ("= 32", "= 5000", "contact[0].samples_per_period: must be an integer (8 to 4096), got 5000"),
     ("[output]", "[[contact]]\nwindow = [1, 1401]\n[output]", "contact.window: windows must not "
      "overlap, got [1, 1401] and [1400, 1450]"),
+    ("[output]", "[[elastic]]\nwindow = [1, 1401]\n[output]", "elastic.window, contact.window: "
+     "windows must not overlap, got [1, 1401] and [1400, 1450]"),
+    ("[output]\nelastic = [0, 1]", "[[elastic]]\nwindow = [1, 2]", "elastic.window: needs "
+     "output.elastic, the DOFs that are wanted"),
     ("elastic = [0, 1]", "elastic = [1, 1]", "output.elastic: DOFs must be distinct"),
     # structure
     ('model = "two-mass"', "", "structure.model: give exactly one of model and matrices"),

@@ -3,10 +3,9 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "segment.h"
 
 #define MAX_CONTACTS 32768     /* indices of (N_c, N_c) matrices fit an int */
-#define MAX_ORDER 64
-#define MAX_ORDERS_COUNT 4096
 #define SYMMETRY_TOLERANCE 1e-9
 
 static int symmetric(const double *matrix, size_t n) {
@@ -32,13 +31,7 @@ static sm_status check_answer(const sm_contact *contact) {
     if (answer->near_count < 0 || answer->near_count > SM_NEAR ||
         (answer->near_count > 0 && !answer->near))
         return SM_BAD_ARGUMENT;
-    if (answer->orders_count < 0 || answer->orders_count > MAX_ORDERS_COUNT ||
-        (answer->orders_count > 0 && !answer->orders))
-        return SM_BAD_ARGUMENT;
-    for (int32_t k = 0; k < 2 * answer->orders_count; k++)
-        if (answer->orders[k] < -MAX_ORDER || answer->orders[k] > MAX_ORDER)
-            return SM_BAD_ARGUMENT;
-    return SM_OK;
+    return sm_orders_check(answer->orders_count, answer->orders);
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {

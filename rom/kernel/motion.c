@@ -8,8 +8,8 @@
 #include <stdlib.h>
 
 #include "check.h"
-#include "cnumber.h"
 #include "exact_sum.h"
+#include "segment.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
 
@@ -29,34 +29,19 @@ void sm_march_start(sm_march *march, const double *x, const double *v) {
     }
 }
 
-/* a_j at the fraction r of the segment, by cubic Hermite interpolation. */
-static sm_complex amplitude_at(const sm_segment *g, int j, double r) {
-    const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
-    const double rate_start = g->duration * (r - 2.0 * r2 + r3);
-    const double rate_end = g->duration * (r3 - r2);
-    double a[2];
-    for (int p = 0; p < 2; p++)
-        a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
-               + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
-    return sm_cx(a[0], a[1]);
-}
-
 /* u += Re sum G_nm exp(i (n theta_A + m theta_B)) at the fraction r of the segment. */
 static void add_pull(const sm_contact *contact, const sm_segment *g, double r,
                      const sm_complex *carrier, double *u) {
-    const int n = contact->contacts;
-    for (int q = 0; q < contact->answer->orders_count; q++) {
-        const int32_t *order = contact->answer->orders + 2 * q;
-        const sm_complex turn = sm_cmul(sm_unit_power(carrier[0], order[0]),
-                                        sm_unit_power(carrier[1], order[1]));
-        for (int i = 0; i < n; i++) {
-            const size_t at = 2 * ((size_t)q * (size_t)n + (size_t)i);
-            const double re = g->pull_start[at] + r * (g->pull_end[at] - g->pull_start[at]);
-            const double im = g->pull_start[at + 1]
-                              + r * (g->pull_end[at + 1] - g->pull_start[at + 1]);
-            u[i] += re * turn.re - im * turn.im;
+    const size_t n = (size_t)contact->contacts;
+    double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
+    sm_turns(contact->answer->orders_count, contact->answer->orders, carrier, re, im);
+    for (size_t q = 0; q < (size_t)contact->answer->orders_count; q++)
+        for (size_t i = 0; i < n; i++) {
+            const double *start = g->pull_start + 2 * (q * n + i);
+            const double *end = g->pull_end + 2 * (q * n + i);
+            u[i] += (start[0] + r * (end[0] - start[0])) * re[q]
+                    - (start[1] + r * (end[1] - start[1])) * im[q];
         }
-    }
 }
 
 /* u = -2 Re sum_j L_j a_j exp(i theta_j) [+ pull] at `elapsed` seconds into the segment. */
@@ -64,13 +49,11 @@ static void load_forcing(const sm_contact *contact, const sm_segment *g, double 
                          double *u) {
     const int n = contact->contacts;
     const double r = elapsed / g->duration;
-    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}};
+    sm_complex carrier[SM_MODES];
+    sm_segment_carriers(g, contact->modes, elapsed, carrier);
     for (int i = 0; i < n; i++) u[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
-        const double angle =
-            g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
-        carrier[j] = sm_cx(cos(angle), sin(angle));
-        const sm_complex q = sm_cmul(amplitude_at(g, j, r), carrier[j]);
+        const sm_complex q = sm_cmul(sm_segment_amplitude(g, j, r), carrier[j]);
         const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
     }
@@ -111,56 +94,13 @@ void sm_march_force(const sm_march *march, double *force) {
     }
 }
 
-static sm_status check_segment(const sm_segment *segment, int modes) {
-    if (!isfinite(segment->start)) return SM_NOT_FINITE;
-    const size_t count = (size_t)modes, pairs = 2 * (size_t)modes;
-    if (!sm_all_finite(segment->amplitude_start, pairs) ||
-        !sm_all_finite(segment->amplitude_end, pairs) ||
-        !sm_all_finite(segment->rate_start, pairs) || !sm_all_finite(segment->rate_end, pairs) ||
-        !sm_all_finite(segment->angle, count) || !sm_all_finite(segment->frequency, count) ||
-        !sm_all_finite(segment->frequency_rate, count))
-        return SM_NOT_FINITE;
-    return sm_check_positive(segment->duration);
-}
-
-static double end_of(const sm_segment *segment) { return segment->start + segment->duration; }
-
-/* Whether one segment starts where the other ends, to rounding. */
-static int consecutive(const sm_segment *segment, const sm_segment *next) {
-    const double gap = fabs(next->start - end_of(segment));
-    return next->start > segment->start &&
-           gap <= 1e-6 * segment->duration + 1e-9 * fabs(segment->start);
-}
-
-static sm_status check_segments(const sm_segment *segment, size_t segments, int modes) {
-    if (segments < 1 || !segment) return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < segments; k++) {
-        const sm_status status = check_segment(&segment[k], modes);
-        if (status != SM_OK) return status;
-        if (k > 0 && !consecutive(&segment[k - 1], &segment[k])) return SM_BAD_ARGUMENT;
-    }
-    return SM_OK;
-}
-
-static sm_status check_times(size_t samples, const double *times, double start, double end) {
-    if (samples == 0) return SM_OK;
-    if (!times) return SM_BAD_ARGUMENT;
-    if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
-    if (!(times[0] >= start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
-    for (size_t k = 1; k < samples; k++)
-        if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;
-    return SM_OK;
-}
-
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
                             const double *start_x, int32_t steps_per_period, size_t samples,
                             const double *times, double *displacement, double *velocity,
                             double *force) {
     sm_status status = sm_contact_check(contact);
-    if (status == SM_OK) status = check_segments(segment, segments, contact->modes);
-    if (status != SM_OK) return status;
-    const sm_segment *last = &segment[segments - 1];
-    status = check_times(samples, times, segment->start, end_of(last) + 1e-9 * last->duration);
+    if (status == SM_OK) status = sm_segments_check(segments, segment, contact->modes);
+    if (status == SM_OK) status = sm_times_check(samples, times, segments, segment);
     if (status != SM_OK) return status;
     const size_t n = (size_t)contact->contacts;
     if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples, n * sizeof(double)))
@@ -175,7 +115,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     double now = segment[0].start;
     for (size_t k = 0; k < samples && status == SM_OK; k++) {
         while (now < times[k] && status == SM_OK) {
-            const double end = end_of(&segment[g]);
+            const double end = sm_segment_end(&segment[g]);
             if (now >= end && g + 1 < segments) {
                 g++;
                 continue;

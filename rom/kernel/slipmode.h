@@ -83,6 +83,8 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *              contact displacement by its mode at the point, or at smallest_scale (modes) if
  *              that is larger
  *   harmonics  (points, orders_count, N_c, 2)
+ *   mean_square (points, N_c) of the displacement: what the harmonics asked for leave out is
+ *              mean_square - 2 sum |P_nm|^2
  *   residual   (points) estimated distance from periodicity when the march ended; larger than
  *              the tolerance where max_periods, or the accuracy of the grid, was reached first
  *   periods    (points) periods marched */
@@ -90,7 +92,8 @@ SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rat
                                     int32_t lines, double tolerance, const double *smallest_scale,
                                     int32_t max_periods, size_t points, const double *amplitudes,
                                     int32_t orders_count, const int32_t *orders,
-                                    double *harmonics, double *residual, int32_t *periods);
+                                    double *harmonics, double *mean_square, double *residual,
+                                    int32_t *periods);
 
 /* ---- motion of the contacts along a slow trajectory ----------------------------------- */
 
@@ -116,6 +119,23 @@ SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
                                    const sm_segment *segment, const double *start_x,
                                    int32_t steps_per_period, size_t samples, const double *times,
                                    double *displacement, double *velocity, double *force);
+
+/* Signals that are sums of harmonics with coefficients that vary slowly:
+ *   x_s(t) = 2 Re (sum_j shape_js a_j exp(i theta_j) + sum_q c_qs exp(i (n_q theta_A + m_q theta_B)))
+ * with the a_j of the segments, and c straight between their ends. */
+typedef struct {
+    int32_t modes;             /* 1 or 2 */
+    int32_t orders_count;
+    const int32_t *orders;     /* (orders_count, 2) */
+    size_t signals;
+    const double *shape;       /* (modes, signals) */
+    const double *coefficient; /* (segments + 1, signals, 2, orders_count): real, imaginary */
+} sm_harmonic_sum;
+
+/* The signals at increasing times inside consecutive segments: motion (samples, signals). */
+SM_API sm_status sm_harmonic_motion(const sm_harmonic_sum *sum, size_t segments,
+                                    const sm_segment *segment, size_t samples,
+                                    const double *times, double *motion);
 
 /* ---- friction tables ------------------------------------------------------------------ */
 

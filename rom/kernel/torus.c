@@ -20,7 +20,7 @@ typedef struct {
     int max_periods;
     size_t points;
     const double *amplitudes;
-    double *harmonics, *residual;
+    double *harmonics, *mean_square, *residual;
     int32_t *periods;
 } torus_task;
 
@@ -74,6 +74,8 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
         task->periods[point] = period;
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(task->harmonics + point * per_point, fresh, sizeof(double) * per_point);
+        sm_torus_group_mean_square(grid, g, p,
+                                   task->mean_square + point * (size_t)grid->contact->contacts);
         open |= !g->track[p].done;
     }
     return open;
@@ -97,7 +99,7 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              int32_t lines, double tolerance, const double *smallest_scale,
                              int32_t max_periods, size_t points, const double *amplitudes,
                              int32_t orders_count, const int32_t *orders, double *harmonics,
-                             double *residual, int32_t *periods) {
+                             double *mean_square, double *residual, int32_t *periods) {
     sm_status status = sm_contact_check(contact);
     if (status == SM_OK) status = check_grid(steps, lines, max_periods, orders_count, orders);
     if (status == SM_OK) status = sm_check_not_negative(tolerance);
@@ -106,10 +108,10 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     const size_t per_point = (size_t)orders_count * (size_t)contact->contacts * 2;
     status = check_points(contact, points, amplitudes, per_point);
     if (status != SM_OK) return status;
-    if (points > 0 && (!harmonics || !residual || !periods)) return SM_BAD_ARGUMENT;
+    if (points > 0 && (!harmonics || !mean_square || !residual || !periods)) return SM_BAD_ARGUMENT;
 
-    const torus_task task = {tolerance,  smallest_scale, max_periods, points,
-                             amplitudes, harmonics,      residual,    periods};
+    const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
+                             harmonics, mean_square,    residual,    periods};
     sm_torus_grid grid = {.memory = NULL};
     sm_torus_group group = {.memory = NULL};
     status = sm_torus_grid_make(&grid, contact, rates, steps, lines, orders_count, orders);

@@ -95,12 +95,13 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->blocks = grid->lines > SM_LANES ? grid->lines / SM_LANES : 1;
     const size_t wide = (size_t)g->blocks * SM_LANES;
     const size_t lanes = whole_lines(sm_lanes_size(n, SM_LANES)) * (size_t)g->blocks;
-    const size_t sums = wide * grid->per_point;
+    const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
     const size_t pull = grid->feedback ? sums : 0;
     const size_t harmonics = whole_lines(points * grid->per_point);
     const size_t speed = whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
-    g->memory = calloc(lanes + 4 * wide + sums + pull + 3 * harmonics + points * speed + line_state,
+    g->memory = calloc(lanes + 4 * wide + sums + squares + pull + 3 * harmonics + points * speed
+                           + line_state,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
     g->track = calloc(points, sizeof(sm_progress));
@@ -113,8 +114,9 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->b = g->a + wide;
     g->phase = g->b + wide;
     g->sums = g->phase + 2 * wide;
-    g->pull = grid->feedback ? g->sums + sums : NULL;
-    g->fresh = g->sums + sums + pull;
+    g->squares = g->sums + sums;
+    g->pull = grid->feedback ? g->squares + squares : NULL;
+    g->fresh = g->squares + squares + pull;
     g->last = g->fresh + harmonics;
     g->answered = g->last + harmonics;
     memory = g->answered + harmonics;
@@ -209,10 +211,19 @@ SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, const d
         }
 }
 
+SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict x,
+                           double *restrict squares) {
+    for (int i = 0; i < contacts; i++) {
+        SM_SIMD
+        for (int l = 0; l < lanes; l++)
+            squares[i * lanes + l] += x[i * lanes + l] * x[i * lanes + l];
+    }
+}
+
 /* One block of lanes through a period of mode A. */
 SM_HOT static sm_status march_block(const sm_torus_grid *grid, sm_lanes *m, const double *a,
                                     const double *b, const double *phase, const double *pull,
-                                    double *sums) {
+                                    double *sums, double *squares) {
     const size_t per_step = (size_t)grid->orders_count * 2;
     for (int k = 0; k < grid->steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
@@ -223,6 +234,7 @@ SM_HOT static sm_status march_block(const sm_torus_grid *grid, sm_lanes *m, cons
             if (status != SM_OK) return status;
         }
         add_harmonics(SM_LANES, grid, grid->weight + per_step * (size_t)k, m->x, sums);
+        add_squares(SM_LANES, grid->contact->contacts, m->x, squares);
     }
     return SM_OK;
 }
@@ -264,19 +276,32 @@ static void collect(const sm_torus_grid *grid, sm_torus_group *g) {
 
 sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t block_sums = SM_LANES * grid->per_point;
+    const size_t block_squares = SM_LANES * (size_t)grid->contact->contacts;
     memset(g->sums, 0, sizeof(double) * (size_t)g->blocks * block_sums);
+    memset(g->squares, 0, sizeof(double) * (size_t)g->blocks * block_squares);
     for (int block = 0; block < g->blocks; block++) {
         const size_t at = (size_t)block * SM_LANES;
         const sm_status status = march_block(
             grid, &g->lanes[block], g->a + at, g->b + at, g->phase + 2 * at,
             g->pull ? g->pull + (size_t)block * block_sums : NULL,
-            g->sums + (size_t)block * block_sums);
+            g->sums + (size_t)block * block_sums, g->squares + (size_t)block * block_squares);
         if (status != SM_OK) return status;
     }
     collect(grid, g);
     return sm_all_finite(g->fresh, (size_t)grid->points_per_group * grid->per_point)
                ? SM_OK
                : SM_NOT_FINITE;
+}
+
+void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                                double *mean_square) {
+    const int n = grid->contact->contacts, lines = grid->lines;
+    for (int i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++)
+            sum += g->squares[(lane / SM_LANES * n + i) * SM_LANES + lane % SM_LANES];
+        mean_square[i] = sum / ((double)grid->steps * lines);
+    }
 }
 
 /* ---- between periods ----------------------------------------------------------------- */

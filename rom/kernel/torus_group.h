@@ -30,6 +30,7 @@ typedef struct {
     double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane */
     double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
     double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
+    double *squares;         /* (blocks, N_c, SM_LANES): sum of x^2 over the steps */
     double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
     double *fresh, *last;    /* (points_per_group, orders, N_c, 2) harmonics of two periods */
     double *answered;        /* the same shape: harmonics that the modes answer to */
@@ -51,6 +52,9 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size
                           size_t points, const double *amplitudes);
 /* One period of mode A; the harmonics over it are in `fresh`. */
 sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *group);
+/* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
+void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
+                                double *mean_square);
 /* Between periods: turn the phases, move the lines of unfinished points closer to periodicity,
  * let the retained modes answer to the harmonics in `fresh`. */
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points);

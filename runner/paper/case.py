@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import rom
 from rom import full
 from rom.reduction import Formulation
+from rom.torus import FEEDBACK_ORDER
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -146,7 +147,7 @@ class Case:
         reduced = rom.reduce(self.structure, formulation=formulation)
         return rom.tabulate(
             *(reduced, self.law, self.largest, self.tolerance),
-            harmonics=formulation == "consistent",
+            harmonics=FEEDBACK_ORDER if formulation == "consistent" else 0,
         )
 
 

@@ -13,7 +13,7 @@ from rom import Model, SlowTrajectory
 from rom.amplitude import felt_shift
 from rom.motion import Motion
 from rom.reduction import Complexes, Formulation
-from rom.torus import Discretisation, contact_harmonics
+from rom.torus import FEEDBACK_ORDER, Discretisation, contact_harmonics
 from runner.report.cases import Case
 from runner.report.measure import Floats
 
@@ -48,7 +48,11 @@ class SlowCase:
             reduced = reduced.at_carrier(case.frequency)
         reached = _reach(case, reduced)
         model = rom.tabulate(
-            reduced, case.law, reached, tolerance, harmonics=formulation == "consistent"
+            reduced,
+            case.law,
+            reached,
+            tolerance,
+            harmonics=FEEDBACK_ORDER if formulation == "consistent" else 0,
         )
         return cls(case, model, time.perf_counter() - started)
 

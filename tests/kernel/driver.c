@@ -5,6 +5,7 @@
 
 void check_friction(void);
 void check_torus(void);
+void check_harmonics(void);
 void check_motion(void);
 void check_table(void);
 void check_slow_flow(void);
@@ -19,6 +20,7 @@ static const struct {
 } GROUPS[] = {{"friction", check_friction},
               {"torus", check_torus},
               {"motion", check_motion},
+              {"harmonics", check_harmonics},
               {"table", check_table},
               {"slow-flow", check_slow_flow},
               {"component", check_component},

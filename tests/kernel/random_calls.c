@@ -46,7 +46,7 @@ static void random_torus(void) {
     const int32_t orders[] = {1, 0, random_below(9) - 4, random_below(9) - 4};
     double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1}, tolerance = 1e-4;
     double *amplitudes = new_doubles(points * 2 + 1), *P = new_doubles(points * 2 * n * 2);
-    double *residual = new_doubles(points);
+    double *residual = new_doubles(points), *mean_square = new_doubles(points * n);
     int32_t *periods = malloc((points + 1) * sizeof *periods);
     for (size_t k = 0; k < points * 2; k++) amplitudes[k] = 3.0 * random_number();
     spoil_problem(&p);
@@ -57,13 +57,15 @@ static void random_torus(void) {
     const sm_status status =
         sm_torus_harmonics(&p.contact, rates, 4 + random_below(5), 1 << random_below(6), tolerance,
                            smallest, 1 + random_below(3), points, amplitudes, 2, orders, P,
-                           residual, periods);
+                           mean_square, residual, periods);
     check_answer(status, P, points * 2 * n * 2);
+    check_answer(status, mean_square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
     free_problem(&p);
     free(amplitudes);
     free(P);
     free(residual);
+    free(mean_square);
     free(periods);
 }
 

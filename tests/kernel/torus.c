@@ -13,7 +13,7 @@ typedef struct {
     double rates[SM_MODES], smallest_scale[SM_MODES], tolerance;
     int32_t steps, lines, max_periods, orders_count;
     size_t points;
-    double *amplitudes, *harmonics, *residual;
+    double *amplitudes, *harmonics, *mean_square, *residual;
     int32_t *orders, *periods;
 } torus_call;
 
@@ -31,6 +31,7 @@ static torus_call new_call(int contacts, int modes, int law, int32_t lines, size
                     .points = points};
     c.amplitudes = new_doubles(points * (size_t)modes);
     c.harmonics = new_doubles(points * ORDERS * (size_t)contacts * 2);
+    c.mean_square = new_doubles(points * (size_t)contacts);
     c.residual = new_doubles(points);
     c.periods = calloc(points, sizeof *c.periods);
     c.orders = malloc(sizeof orders);
@@ -44,6 +45,7 @@ static void free_call(torus_call *c) {
     free_problem(&c->p);
     free(c->amplitudes);
     free(c->harmonics);
+    free(c->mean_square);
     free(c->residual);
     free(c->periods);
     free(c->orders);
@@ -53,7 +55,8 @@ static sm_status solve(void *arguments) {
     torus_call *c = arguments;
     return sm_torus_harmonics(&c->p.contact, c->rates, c->steps, c->lines, c->tolerance,
                               c->smallest_scale, c->max_periods, c->points, c->amplitudes,
-                              c->orders_count, c->orders, c->harmonics, c->residual, c->periods);
+                              c->orders_count, c->orders, c->harmonics, c->mean_square, c->residual,
+                              c->periods);
 }
 
 /* P_nm of contact i, the q-th order at a point. */
@@ -240,17 +243,18 @@ static void check_not_finite_arguments(torus_call *c) {
 static void check_bad_pointers(torus_call *c) {
     CHECK_REFUSES(double *, c->amplitudes, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double *, c->harmonics, NULL, solve(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double *, c->mean_square, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double *, c->residual, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->periods, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->orders, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(NULL, c->rates, 16, 8, 1e-6, c->smallest_scale, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL),
+                                    c->orders, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(&c->p.contact, NULL, 16, 8, 1e-6, c->smallest_scale, 9, 0,
-                                    NULL, 1, c->orders, NULL, NULL, NULL),
+                                    NULL, 1, c->orders, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(&c->p.contact, c->rates, 16, 8, 1e-6, NULL, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL),
+                                    c->orders, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
 }
 

@@ -1,0 +1,58 @@
+"""Harmonics of the contact motion over the amplitude plane, Eq. (14): fast motion from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+
+from rom.matrices import Floats
+from rom.near import Order
+
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonics:
+    """P_nm of the contact displacement at the nodes of a friction table, Eq. (14).
+
+    Attributes
+    ----------
+    axes : tuple of ndarray
+        The table's nodes of each mode.
+    orders : tuple of (n, m)
+    P : (n_a, [n_b,] orders, N_c) complex ndarray
+        [m]
+    left_out : (n_a, [n_b,] N_c) ndarray
+        RMS of the contact displacement beyond these harmonics [m]: their truncation error.
+    """
+
+    axes: tuple[Floats, ...]
+    orders: tuple[Order, ...]
+    P: Complexes
+    left_out: Floats
+
+    def at(self, amplitude: Complexes) -> Complexes:
+        """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
+        modulus = np.abs(amplitude)
+        P = self._interpolated(self.P, modulus)
+        unit = np.divide(amplitude, modulus, out=np.ones_like(amplitude), where=modulus > 0)
+        powers = np.array(self.orders)[:, : len(self.axes)]
+        turned: Complexes = P * np.prod(unit[:, np.newaxis] ** powers, axis=2)[..., np.newaxis]
+        return turned
+
+    def truncation(self, amplitude: Complexes) -> Floats:
+        """RMS of the contact displacement that the harmonics leave out (points, N_c) [m]."""
+        return np.asarray(self._interpolated(self.left_out, np.abs(amplitude)).real)
+
+    def _interpolated(self, values: np.ndarray, modulus: Floats) -> np.ndarray:
+        limit = [axis[-1] for axis in self.axes]
+        return np.asarray(RegularGridInterpolator(self.axes, values)(np.minimum(modulus, limit)))
+
+
+def left_out(P: Complexes, mean_square: Floats) -> Floats:
+    """RMS beyond harmonics P (..., orders, N_c) of a motion of this mean square (..., N_c)."""
+    kept = 2.0 * (np.abs(P) ** 2).sum(axis=-2)
+    return np.asarray(np.sqrt(np.maximum(mean_square - kept, 0.0)))

@@ -1,0 +1,110 @@
+/* A stretch of slow time: its carriers and amplitudes at any instant. */
+#include "segment.h"
+
+#include <math.h>
+
+#include "check.h"
+
+#define MOST_ORDER 32 /* |n| and |m| of a harmonic */
+
+void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
+                         sm_complex carrier[SM_MODES]) {
+    for (int j = 0; j < SM_MODES; j++) {
+        const double angle =
+            g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
+        carrier[j] = j < modes ? sm_cx(cos(angle), sin(angle)) : sm_cx(1.0, 0.0);
+    }
+}
+
+sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
+    const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
+    const double rate_start = g->duration * (r - 2.0 * r2 + r3);
+    const double rate_end = g->duration * (r3 - r2);
+    double a[2];
+    for (int p = 0; p < 2; p++)
+        a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
+               + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
+    return sm_cx(a[0], a[1]);
+}
+
+double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
+
+/* z^k for k = -highest ... highest, z on the unit circle; power points at k = 0. */
+static void fill_powers(sm_complex z, int highest, sm_complex *power) {
+    power[0] = sm_cx(1.0, 0.0);
+    for (int k = 1; k <= highest; k++) {
+        power[k] = sm_cmul(power[k - 1], z);
+        power[-k] = sm_conj(power[k]);
+    }
+}
+
+static int highest_order(int count, const int32_t *orders, int mode) {
+    int highest = 0;
+    for (int q = 0; q < count; q++) {
+        const int k = orders[2 * q + mode];
+        highest = k > highest ? k : -k > highest ? -k : highest;
+    }
+    return highest;
+}
+
+void sm_turns(int count, const int32_t *orders, const sm_complex carrier[SM_MODES], double *re,
+              double *im) {
+    sm_complex a[2 * MOST_ORDER + 1], b[2 * MOST_ORDER + 1];
+    fill_powers(carrier[0], highest_order(count, orders, 0), a + MOST_ORDER);
+    fill_powers(carrier[1], highest_order(count, orders, 1), b + MOST_ORDER);
+    for (int q = 0; q < count; q++) {
+        const sm_complex turn =
+            sm_cmul(a[MOST_ORDER + orders[2 * q]], b[MOST_ORDER + orders[2 * q + 1]]);
+        re[q] = turn.re;
+        im[q] = turn.im;
+    }
+}
+
+sm_status sm_orders_check(int count, const int32_t *orders) {
+    if (count < 0 || count > SM_MOST_ORDERS || (count > 0 && !orders)) return SM_BAD_ARGUMENT;
+    for (int k = 0; k < 2 * count; k++)
+        if (orders[k] < -MOST_ORDER || orders[k] > MOST_ORDER) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+static sm_status check_segment(const sm_segment *segment, int modes) {
+    if (!isfinite(segment->start)) return SM_NOT_FINITE;
+    const size_t count = (size_t)modes, pairs = 2 * (size_t)modes;
+    if (!sm_all_finite(segment->amplitude_start, pairs) ||
+        !sm_all_finite(segment->amplitude_end, pairs) ||
+        !sm_all_finite(segment->rate_start, pairs) || !sm_all_finite(segment->rate_end, pairs) ||
+        !sm_all_finite(segment->angle, count) || !sm_all_finite(segment->frequency, count) ||
+        !sm_all_finite(segment->frequency_rate, count))
+        return SM_NOT_FINITE;
+    return sm_check_positive(segment->duration);
+}
+
+/* Whether one segment starts where the other ends, to rounding. */
+static int consecutive(const sm_segment *segment, const sm_segment *next) {
+    const double gap = fabs(next->start - sm_segment_end(segment));
+    return next->start > segment->start &&
+           gap <= 1e-6 * segment->duration + 1e-9 * fabs(segment->start);
+}
+
+sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
+    if (segments < 1 || !segment) return SM_BAD_ARGUMENT;
+    for (size_t k = 0; k < segments; k++) {
+        const sm_status status = check_segment(&segment[k], modes);
+        if (status != SM_OK) return status;
+        if (k > 0 && !consecutive(&segment[k - 1], &segment[k])) return SM_BAD_ARGUMENT;
+    }
+    return SM_OK;
+}
+
+sm_status sm_times_check(size_t samples, const double *times, size_t segments,
+                         const sm_segment *segment) {
+    if (samples == 0) return SM_OK;
+    if (!times) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
+    const sm_segment *last = &segment[segments - 1];
+    const double end = sm_segment_end(last) + 1e-9 * last->duration;
+    if (!(times[0] >= segment->start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
+    for (size_t k = 1; k < samples; k++)
+        if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}

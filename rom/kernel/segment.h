@@ -1,0 +1,28 @@
+#ifndef SLIPMODE_SEGMENT_H
+#define SLIPMODE_SEGMENT_H
+
+#include "cnumber.h"
+#include "slipmode.h"
+
+#define SM_MOST_ORDERS 512 /* harmonics of one sum */
+
+/* exp(i theta_j) of two carriers at `elapsed` seconds into the segment; 1 for a mode it has not. */
+void sm_segment_carriers(const sm_segment *segment, int modes, double elapsed,
+                         sm_complex carrier[SM_MODES]);
+/* a_j at the fraction r of the segment, by cubic Hermite interpolation. */
+sm_complex sm_segment_amplitude(const sm_segment *segment, int mode, double r);
+double sm_segment_end(const sm_segment *segment);
+
+/* exp(i (n theta_A + m theta_B)) of each harmonic. */
+void sm_turns(int count, const int32_t *orders, const sm_complex carrier[SM_MODES], double *re,
+              double *im);
+
+/* What the functions above rely on. */
+sm_status sm_orders_check(int count, const int32_t *orders);
+/* Finite, and each segment starts where the last one ends. */
+sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes);
+/* Finite, increasing, inside the segments. */
+sm_status sm_times_check(size_t samples, const double *times, size_t segments,
+                         const sm_segment *segment);
+
+#endif
