@@ -135,7 +135,10 @@ typedef struct {
 SM_API sm_status sm_table_check(const sm_table *table);
 /* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last node. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* The same for many points: amplitudes (points, modes), s as above for each. */
+/* Values and slopes: (3, 2 (modes + near + power)), the columns, their d/da and their d/db. */
+SM_API sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
+                                        double *slopes);
+/* Values at many points: amplitudes (points, modes), s as above for each. */
 SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
                                       const double *amplitudes, double *s);
 
