@@ -103,6 +103,7 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
         c->motion.modes_out = keep(&memory, motion->modes_out, elastic * modes);
         c->motion.contacts_out = keep(&memory, motion->contacts_out, elastic * n);
     }
+    c->inputs.limit_scale = 1.0;
     for (size_t j = 0; j < modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
@@ -138,9 +139,17 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     return SM_OK;
 }
 
+/* The limits can be scaled where friction is homogeneous; the contact march does not scale. */
+static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
+    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
+    if (status != SM_OK || !scaled) return status;
+    return c->contact.law == SM_COULOMB && !c->motion.wanted ? SM_OK : SM_BAD_ARGUMENT;
+}
+
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     if (!c || !inputs) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    const sm_status status = check_inputs(c, inputs);
     if (status != SM_OK) return status;
     const sm_inputs before = c->inputs;
     c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
@@ -343,7 +352,7 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     sm_inputs inputs;
     memcpy(&slow, state, sizeof slow);
     memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
-    sm_status status = sm_inputs_check(&inputs, c->flow.table.modes);
+    sm_status status = check_inputs(c, &inputs);
     double rate[SM_UNKNOWNS];
     if (status == SM_OK) status = rate_at(c, &inputs, slow.amplitude, rate);
     if (status != SM_OK) return status;

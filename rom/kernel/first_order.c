@@ -13,17 +13,17 @@ static sm_complex times_i(sm_complex z, double factor) {
 
 static void feel(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
                  sm_flow_state *state) {
-    state->mode[1].modulus = 0.0; /* of one mode there is no other */
-    state->mode[1].unit = sm_cx(0.0, 0.0);
+    state->mode[1] = (sm_mode_state){.modulus = 0.0}; /* with one mode */
     for (int j = 0; j < flow->table.modes; j++) {
         sm_mode_state *mode = &state->mode[j];
         mode->amplitude = pair(y + 2 * j);
         mode->moved = sm_cadd(mode->amplitude,
                               sm_cmul(pair(flow->shift[j]), instant->now[j].excitation));
         const sm_complex felt = sm_cmul(instant->now[j].turn, mode->moved);
-        mode->modulus = sqrt(sm_cabs2(felt));
+        const double modulus = sqrt(sm_cabs2(felt));
+        mode->modulus = modulus * instant->per_scale;
         /* S a / |a| tends to 0 with a */
-        mode->unit = mode->modulus > 0.0 ? sm_cscale(felt, 1.0 / mode->modulus) : sm_cx(0.0, 0.0);
+        mode->unit = modulus > 0.0 ? sm_cscale(felt, 1.0 / modulus) : sm_cx(0.0, 0.0);
     }
 }
 
@@ -50,7 +50,7 @@ static void answer(const sm_slow_flow *flow, const sm_instant *instant, sm_flow_
     }
     for (int j = 0; j < modes; j++) {
         const sm_coefficients *now = &instant->now[j];
-        mode[j].force = sm_cmul(now->turn, mode[j].pull);
+        mode[j].force = sm_cscale(sm_cmul(now->turn, mode[j].pull), instant->inputs.limit_scale);
         const sm_complex force = sm_cadd(sm_cscale(now->excitation, 0.5), mode[j].force);
         mode[j].rate = sm_cmul(sm_csub(force, sm_cmul(now->stiffness, mode[j].amplitude)),
                                instant->per_mass[j]);
@@ -77,16 +77,17 @@ typedef struct {
 } felt_change;
 
 /* From rest an amplitude moves straight away: its unit, without a meaning there, is that of the
- * motion. */
-static felt_change change_of_felt(const sm_mode_state *mode, double frequency, sm_complex felt) {
+ * motion. `felt` is relative to the scale of the limits, which itself changes by `scale`. */
+static felt_change change_of_felt(const sm_mode_state *mode, double frequency, sm_complex felt,
+                                  double scale) {
     const double radians = mode->modulus * frequency, speed2 = sm_cabs2(felt);
     if (radians * radians <= AT_REST * AT_REST * speed2 && speed2 > 0.0) {
         const double speed = sqrt(speed2);
         return (felt_change){speed, 0.0, sm_cscale(felt, 1.0 / speed), 1};
     }
     const sm_complex along = sm_cmul(sm_conj(mode->unit), felt);
-    return (felt_change){along.re, mode->modulus > 0.0 ? along.im / mode->modulus : 0.0,
-                         mode->unit, 0};
+    const double angle = mode->modulus > 0.0 ? along.im / mode->modulus : 0.0;
+    return (felt_change){along.re - mode->modulus * scale, angle, mode->unit, 0};
 }
 
 static sm_complex change_of_column(const double *slopes, size_t fields, int column,
@@ -124,6 +125,7 @@ static void change_of_pulls(const sm_slow_flow *flow, const sm_instant *instant,
 sm_flow_change sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                                      const sm_flow_state *state, const sm_direction *along) {
     const int modes = flow->table.modes;
+    const double scale = along->limit_scale * instant->per_scale; /* relative change */
     felt_change felt[SM_MODES] = {{0.0, 0.0, {0.0, 0.0}, 0}};
     sm_complex pull[SM_MODES];
     sm_flow_change change = {.difference = 0.0};
@@ -131,15 +133,19 @@ sm_flow_change sm_first_order_change(const sm_slow_flow *flow, const sm_instant 
         const sm_complex moved =
             sm_cadd(along->amplitude[j],
                     sm_cmul(pair(flow->shift[j]), along->now[j].excitation));
+        const sm_complex turned = sm_cadd(sm_cmul(along->now[j].turn, state->mode[j].moved),
+                                          sm_cmul(instant->now[j].turn, moved));
         felt[j] = change_of_felt(&state->mode[j], instant->inputs.frequency[j],
-                                 sm_cadd(sm_cmul(along->now[j].turn, state->mode[j].moved),
-                                         sm_cmul(instant->now[j].turn, moved)));
+                                 sm_cscale(turned, instant->per_scale), scale);
     }
     change_of_pulls(flow, instant, state, along->near_angle, felt, pull);
     for (int j = 0; j < modes; j++) {
         const sm_mode_state *mode = &state->mode[j];
         const sm_coefficients *now = &instant->now[j], *d = &along->now[j];
-        change.force[j] = sm_cadd(sm_cmul(d->turn, mode->pull), sm_cmul(now->turn, pull[j]));
+        const sm_complex pulled =
+            sm_cadd(sm_cmul(d->turn, mode->pull), sm_cmul(now->turn, pull[j]));
+        change.force[j] = sm_cadd(sm_cscale(pulled, instant->inputs.limit_scale),
+                                  sm_cscale(mode->force, scale));
         const sm_complex drive = sm_cadd(sm_cscale(d->excitation, 0.5), change.force[j]);
         const sm_complex elastic = sm_cadd(sm_cmul(d->stiffness, mode->amplitude),
                                            sm_cmul(now->stiffness, along->amplitude[j]));
@@ -152,4 +158,13 @@ sm_flow_change sm_first_order_change(const sm_slow_flow *flow, const sm_instant 
             change_of_column(state->slopes, fields, modes + flow->table.near, felt).re;
     }
     return change;
+}
+
+sm_flow_change sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
+                                    const sm_flow_state *state) {
+    const sm_direction along = {.amplitude = {state->mode[0].rate, state->mode[1].rate},
+                                .now = instant->rate,
+                                .near_angle = instant->near_rate,
+                                .limit_scale = instant->inputs.limit_scale_rate};
+    return sm_first_order_change(flow, instant, state, &along);
 }

@@ -9,9 +9,9 @@ typedef struct {
     sm_complex amplitude; /* a_j */
     sm_complex moved;     /* a_j + shift_j F exp(i ph): turned, it is what the contacts feel */
     sm_complex unit;      /* direction of what they feel */
-    double modulus;       /* of it */
+    double modulus;       /* of it, relative to the scale of the limits */
     sm_complex pull;      /* of theirs, as tabulated: S_j unit_j and the near resonances */
-    sm_complex force;     /* turned: on the mode */
+    sm_complex force;     /* turned and scaled: on the mode */
     sm_complex rate;      /* of the amplitude */
 } sm_mode_state;
 
@@ -26,6 +26,7 @@ typedef struct {
     sm_complex amplitude[SM_MODES];
     const sm_coefficients *now; /* (modes) */
     const double *near_angle;   /* (near) */
+    double limit_scale;
 } sm_direction;
 
 /* What changes along it. */
@@ -40,5 +41,9 @@ sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const do
 
 sm_flow_change sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                                      const sm_flow_state *state, const sm_direction *along);
+
+/* Along the flow itself. */
+sm_flow_change sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
+                                    const sm_flow_state *state);
 
 #endif

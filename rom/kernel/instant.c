@@ -13,11 +13,13 @@ sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
         const sm_status status = sm_check_positive(inputs->frequency[j]);
         if (status != SM_OK) return status;
     }
-    return SM_OK;
+    if (!isfinite(inputs->limit_scale_rate)) return SM_NOT_FINITE;
+    return sm_check_positive(inputs->limit_scale);
 }
 
 sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
-    sm_inputs after = {.force = {0.0}};
+    sm_inputs after = {.limit_scale = inputs->limit_scale + inputs->limit_scale_rate * elapsed,
+                       .limit_scale_rate = inputs->limit_scale_rate};
     for (int j = 0; j < modes; j++) {
         after.force[j] = inputs->force[j] + inputs->force_rate[j] * elapsed;
         after.force_rate[j] = inputs->force_rate[j];
@@ -80,7 +82,7 @@ double sm_near_angle(const sm_near *near, const double *theta) {
 
 /* d/dt of the inputs, as inputs. */
 static sm_inputs rates_of(const sm_inputs *in) {
-    sm_inputs d = {.force = {0.0}};
+    sm_inputs d = {.limit_scale = in->limit_scale_rate};
     for (int j = 0; j < SM_MODES; j++) {
         d.force[j] = in->force_rate[j];
         d.frequency[j] = in->frequency_rate[j];
@@ -98,6 +100,7 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
         instant->now[j] = coefficients(flow, j, in, instant->direction[j]);
         instant->per_mass[j] = sm_cdiv(sm_cx(1.0, 0.0), instant->now[j].mass);
     }
+    instant->per_scale = 1.0 / in->limit_scale;
     instant->inputs = *in;
     for (int j = 0; j < flow->table.modes; j++)
         instant->rate[j] = sm_coefficients_change(flow, instant, j, &rates);
@@ -113,7 +116,7 @@ static int relation(const sm_near *a, const sm_near *b) {
     return n_a == -n_b && m_a == -m_b ? -1 : 0;
 }
 
-/* p theta_A close to q theta_B makes near resonances of both modes, mostly with opposite angles. */
+/* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
 static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
     for (int k = 0; k < flow->table.near; k++) {
         const int like_first = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
@@ -130,8 +133,8 @@ static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const 
 void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs) {
     const size_t held = offsetof(sm_inputs, angle);
     const int same = instant->known && memcmp(&instant->inputs, inputs, held) == 0;
-    const int here = instant->known && memcmp(instant->inputs.angle, inputs->angle,
-                                              sizeof inputs->angle) == 0;
+    const int here = instant->known
+                     && memcmp(instant->inputs.angle, inputs->angle, sizeof inputs->angle) == 0;
     if (!same) set_coefficients(instant, flow, inputs);
     if (!here) set_near_waves(instant, flow, inputs->angle);
     instant->inputs = *inputs;

@@ -5,8 +5,8 @@
 #include "cnumber.h"
 #include "slipmode.h"
 
-/* mass a' + stiffness a = excitation / 2 + turn G(turn (a + shift excitation)), with G the pull
- * of the contacts as tabulated. */
+/* mass a' + stiffness a = excitation / 2 + turn s G(turn (a + shift excitation) / s), with G the
+ * pull of the contacts as tabulated and s the scale of their limits. */
 typedef struct {
     sm_complex excitation; /* F exp(i ph) */
     sm_complex turn;       /* L_j(Omega_j) / L_j(carrier) */
@@ -18,6 +18,7 @@ typedef struct {
     sm_inputs inputs;
     sm_complex direction[SM_MODES]; /* exp(i ph) */
     sm_complex per_mass[SM_MODES];
+    double per_scale; /* 1 / limit_scale */
     sm_coefficients now[SM_MODES], rate[SM_MODES]; /* and d/dt of them */
     sm_complex near_wave[SM_NEAR]; /* exp(i (n theta_A + m theta_B - theta_j)) */
     double near_rate[SM_NEAR];     /* d/dt of that angle */

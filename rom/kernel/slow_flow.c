@@ -36,16 +36,15 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     return SM_OK;
 }
 
-/* Friction takes what leaves the modes at the contacts, on average -2 Omega Im(conj(a) force),
- * less what the dampers between modes and contacts take of it. */
-static double friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                             const sm_flow_state *state) {
+double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
+                         const sm_flow_state *state) {
     double power = 0.0;
     for (int j = 0; j < flow->table.modes; j++)
         power -= 2.0 * instant->inputs.frequency[j]
                  * sm_cmul(sm_conj(state->mode[j].amplitude), state->mode[j].force).im;
     if (!flow->table.power) return power;
-    power += state->slopes[2 * (flow->table.modes + flow->table.near)];
+    const double scale = instant->inputs.limit_scale;
+    power += scale * scale * state->slopes[2 * (flow->table.modes + flow->table.near)];
     return power < 0.0 ? 0.0 : power;
 }
 
@@ -62,13 +61,10 @@ sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now
     sm_instant_set(instant, flow, now);
     const sm_status status = sm_first_order(flow, instant, y, &state);
     if (status != SM_OK) return status;
-    const sm_direction along = {.amplitude = {state.mode[0].rate, state.mode[1].rate},
-                                .now = instant->rate,
-                                .near_angle = instant->near_rate};
     sm_flow_change change;
-    if (!flow->paper) change = sm_first_order_change(flow, instant, &state, &along);
+    if (!flow->paper) change = sm_change_along_flow(flow, instant, &state);
     for (int u = 0; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
-    dy[SM_DISSIPATED] = friction_power(flow, instant, &state);
+    dy[SM_DISSIPATED] = sm_friction_power(flow, instant, &state);
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_mode_state *mode = &state.mode[j];
         const sm_complex rate =
@@ -81,19 +77,25 @@ sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now
     return SM_OK;
 }
 
+sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
+                                sm_inputs *now) {
+    sm_status status = sm_slow_flow_check(flow);
+    if (status == SM_OK) status = sm_table_check_shape(&flow->table);
+    if (status != SM_OK) return status;
+    if (!isfinite(elapsed)) return SM_NOT_FINITE;
+    *now = sm_inputs_after(inputs, flow->table.modes, elapsed);
+    return sm_inputs_check(now, flow->table.modes);
+}
+
 sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                             const double *amplitude, double *rate, double *input_power,
                             double *friction_power) {
     if (!flow || !inputs || !amplitude || !rate || !input_power || !friction_power)
         return SM_BAD_ARGUMENT;
-    sm_status status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = sm_table_check_shape(&flow->table);
+    sm_inputs now;
+    sm_status status = sm_slow_flow_check_at(flow, inputs, elapsed, &now);
     if (status != SM_OK) return status;
-    if (!isfinite(elapsed)) return SM_NOT_FINITE;
     const int modes = flow->table.modes;
-    const sm_inputs now = sm_inputs_after(inputs, modes, elapsed);
-    status = sm_inputs_check(&now, modes);
-    if (status != SM_OK) return status;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     sm_instant instant = {.known = 0};
     for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];

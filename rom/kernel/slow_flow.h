@@ -1,7 +1,7 @@
 #ifndef SLIPMODE_SLOW_FLOW_H
 #define SLIPMODE_SLOW_FLOW_H
 
-#include "instant.h"
+#include "first_order.h"
 #include "slipmode.h"
 
 /* a_A, a_B and the energies dissipated at the contacts and put in by the forces */
@@ -11,6 +11,16 @@
 
 /* Everything but the contents of the table. */
 sm_status sm_slow_flow_check(const sm_slow_flow *flow);
+
+/* The flow, the table's shape and the inputs `elapsed` seconds after their start, which are put
+ * into *now. */
+sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
+                                sm_inputs *now);
+
+/* Friction takes what leaves the modes at the contacts, on average -2 Omega Im(conj(a) force),
+ * less what the dampers between modes and contacts take of it; 0 if that were negative. */
+double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
+                         const sm_flow_state *state);
 
 /* Derivative of the unknowns. It has one compiled body, in a file of its own, and what `instant`
  * remembers is only spared work: equal arguments give equal bits. */

@@ -161,7 +161,7 @@ static sm_status check_amplitudes(const sm_table *table, const double *amplitude
     return status;
 }
 
-/* The nodes and values are not checked one by one: a NaN among them is noticed in what it gives. */
+/* The nodes and values are not checked one by one: a NaN among them shows in the result. */
 sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
     if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
     const sm_status status = check_amplitudes(table, amplitudes);

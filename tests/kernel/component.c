@@ -53,8 +53,10 @@ sm_status create_once(void *arguments) {
 static void check_linear_answer(void) {
     model m = new_model(2, 1, 0);
     const double start[4] = {0.5, 0.1, -0.3, 0.2};
-    const sm_inputs inputs = {
-        .force = {0.01, 0.02}, .frequency = {0.98, 1.65}, .phase = {0.4, -1.0}};
+    const sm_inputs inputs = {.force = {0.01, 0.02},
+                              .frequency = {0.98, 1.65},
+                              .phase = {0.4, -1.0},
+                              .limit_scale = 1.0};
     double out[SM_OUTPUTS_FIXED];
     for (int k = 0; k < 4 * 5 * 16; k++) m.t.values[k] = 0.0;
     sm_component_free(m.component);
@@ -300,7 +302,7 @@ static double angle_of(double radians) {
  * precision is off by 3e-9 rad after as many turns. */
 static void check_many_turns(void) {
     model m = new_model(1, 1, 0);
-    const sm_inputs inputs = {.frequency = {1.75, 0.0}};
+    const sm_inputs inputs = {.frequency = {1.75, 0.0}, .limit_scale = 1.0};
     double out[SM_OUTPUTS_FIXED];
     CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
     for (int k = 0; k < 10000; k++) CHECK_STATUS(sm_component_step(m.component, 4096.0), SM_OK);
@@ -312,7 +314,7 @@ static void check_many_turns(void) {
 /* A million steps of 0.1 s: a plain sum of the time is off by 1e-6 s. */
 void check_long_run(void) {
     model m = new_model(1, 1, 0);
-    const sm_inputs inputs = {.frequency = {1.7, 0.0}};
+    const sm_inputs inputs = {.frequency = {1.7, 0.0}, .limit_scale = 1.0};
     double out[SM_OUTPUTS_FIXED];
     CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
     for (int k = 0; k < 1000000; k++) CHECK_STATUS(sm_component_step(m.component, 0.1), SM_OK);
