@@ -178,6 +178,14 @@ SM_API sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *in
                                    double elapsed, const double *amplitude, double *rate,
                                    double *input_power, double *friction_power);
 
+/* How they change, to first order, where the amplitudes and the inputs at their start (rates and
+ * angles too) change by d_amplitude (modes, 2) and d_inputs. */
+SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                          double elapsed, const double *amplitude,
+                                          const double *d_amplitude, const sm_inputs *d_inputs,
+                                          double *d_rate, double *d_input_power,
+                                          double *d_friction_power);
+
 /* ---- the step-able component ----------------------------------------------------------- */
 
 typedef struct sm_component sm_component;
