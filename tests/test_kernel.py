@@ -26,6 +26,7 @@ GROUPS = (
     "harmonics",
     "table",
     "slow-flow",
+    "directional",
     "component",
     "component-refusals",
     "long-run",
