@@ -203,7 +203,7 @@ def cut_short_in_the_header(folder, recording):
 
 def not_a_recording(folder, recording):
     (folder / "text.mcap").write_text("text")
-    return ("replay", folder / "text.mcap"), "is not an MCAP file"
+    return ("replay", folder / "text.mcap"), "not an MCAP file"
 
 
 def folder_for_a_recording(folder, recording):

@@ -16,8 +16,8 @@ from mcap.reader import make_reader
 
 from rom.errors import SlipmodeError
 from runner import channels, planes
+from runner.load import read
 from runner.record import Header, McapSink, Recorder, Sink
-from runner.replay import read
 from runner.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e", "started": "now"}, "two")
@@ -104,7 +104,7 @@ def test_statistics_and_chunks(tmp_path):
     assert summary.statistics.message_end_time == 499_900_000_000
     assert summary.statistics.chunk_count == len(summary.chunk_indexes) > 1
     sizes = [index.uncompressed_size for index in summary.chunk_indexes[:-1]]
-    assert all(2**20 <= size < 2**20 + 1000 for size in sizes)
+    assert all(2**20 - 1000 < size <= 2**20 for size in sizes)
     assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
 
 
@@ -125,9 +125,9 @@ def test_a_mode_that_is_not_modelled_has_no_fields():
 def test_samples_that_tools_have_encoded_otherwise_are_refused():
     contact = channels.contact(0)
     with pytest.raises(SlipmodeError, match="/contact/0"):
-        contact.decode([b"\x09" + bytes(8)])
+        contact.decode(np.array([b"\x09" + bytes(8)], np.void))
     with pytest.raises(SlipmodeError, match="/contact/0"):
-        contact.decode([bytes(27)])
+        contact.decode(np.array([bytes(27)], np.void))
 
 
 @pytest.mark.parametrize("kind", [McapSink, RerunSink])
