@@ -8,7 +8,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] runner/report/peers/*.c)
+CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
 
 .PHONY: run report paper test test-all lint clean
 
