@@ -362,9 +362,7 @@ def _output_names(
     return tuple(names)
 
 
-def force_factors(
-    model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None
-) -> Floats:
+def force_factors(model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
     factors = np.ones(_kernel.MODES)
     if force is not None:

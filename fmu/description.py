@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from fmu.quantities import TABLE_STATUS, UNITS, Quantity
-from fmu.variables import Causality, Kind, Type, Variable
+from fmu.variable import Causality, Kind, Type, Variable
 
 FmiVersion = Literal[2, 3]
 MODEL_IDENTIFIER = "slipmode"
@@ -113,6 +113,7 @@ class _Writer:
             "modelName": given.name,
             "description": given.description,
             "version": given.version,
+            "license": "MIT",
             "generationTool": f"slipmode {given.version}",
             "variableNamingConvention": "structured",
         }
@@ -220,7 +221,7 @@ class _Writer:
         """What is calculated at the start, with the start values it depends on."""
         exact = {v.name for v in self.variables if v.start is not None}
         dampings = [v.name for v in self.variables if v.name.startswith("damping_")]
-        unknowns = []
+        unknowns: list[tuple[Variable, Sequence[str]]] = []
         for variable in self.variables:
             if variable.initial != "calculated":
                 continue
@@ -239,14 +240,8 @@ class _Fmi2(_Writer):
 
     def root(self) -> Element:
         given = self.description
-        root = Element(
-            "fmiModelDescription",
-            fmiVersion="2.0",
-            guid=given.token,
-            license="MIT",
-            numberOfEventIndicators="0",
-            **self.attributes(),
-        )
+        version = {"fmiVersion": "2.0", "guid": given.token}
+        root = Element("fmiModelDescription", version | self.attributes())
         common = {
             "modelIdentifier": MODEL_IDENTIFIER,
             "canNotUseMemoryManagementFunctions": "true",
@@ -278,8 +273,8 @@ class _Fmi2(_Writer):
             if quantity.unit:
                 SubElement(simple, "Real", self.unit_attributes(quantity))
             else:
-                name = {"quantity": quantity.type_name}
-                self.add_items(SubElement(simple, "Enumeration", name))
+                named = {"quantity": quantity.type_name}
+                self.add_items(SubElement(simple, "Enumeration", named))
         self.add_log_categories(root)
         self.add_experiment(root)
         variables = SubElement(root, "ModelVariables")
@@ -310,22 +305,15 @@ class _Fmi3(_Writer):
 
     def root(self) -> Element:
         given = self.description
-        root = Element(
-            "fmiModelDescription",
-            fmiVersion="3.0",
-            instantiationToken=given.token,
-            license="MIT",
-            **self.attributes(),
-        )
+        version = {"fmiVersion": "3.0", "instantiationToken": given.token}
+        root = Element("fmiModelDescription", version | self.attributes())
         common = {
             "modelIdentifier": MODEL_IDENTIFIER,
             "canGetAndSetFMUState": "true",
             "canSerializeFMUState": "true",
         }
         SubElement(root, "ModelExchange", common)
-        SubElement(
-            root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true"
-        )
+        SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")
         self.add_units(root)
         types = SubElement(root, "TypeDefinitions")
         for quantity in self.quantities():

@@ -1,4 +1,4 @@
-"""Physical quantities of the variables: declared types and units, as both FMI versions name them."""
+"""Physical quantities of the variables: declared types and units."""
 
 from __future__ import annotations
 

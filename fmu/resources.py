@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD, force_factors
-from fmu.variables import PARAMETERS, Kind, Variable, states
+from fmu.variable import Kind, Variable
+from fmu.variables import PARAMETERS, states
 from rom import Model, _kernel
 from rom.amplitude import felt_shift, slow_flow
 from rom.friction import limits
