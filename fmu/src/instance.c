@@ -8,6 +8,7 @@
 
 #define MESSAGE 512         /* bytes of a log message */
 #define SAME_TIME 1e-9      /* relative: two ways to sum up steps may round differently */
+#define LEAST_STEP 1e-18    /* radians of mode A: nothing happens in less */
 #define TOLERANCE_LEAST 1e-13
 #define TOLERANCE_MOST 1e-2
 
@@ -175,6 +176,8 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
     const double now = instance->outputs[0], later = now + duration;
     if (!(isfinite(duration) && duration > 0.0))
         return fmu_say(instance, FMU_ERROR, "doStep: step %g s, must be finite and > 0", duration);
+    if (duration * instance->inputs.frequency[0] < LEAST_STEP)
+        return fmu_say(instance, FMU_ERROR, "doStep: step %g s, too short to matter", duration);
     if (!(fabs(time - now) <= SAME_TIME * fmax(1.0, fabs(now))))
         return fmu_say(instance, FMU_ERROR, "doStep: from t = %.17g s, the FMU stands at %.17g s",
                        time, now);

@@ -10,6 +10,8 @@
 
 #define MOST 1000000 /* contacts, elastic outputs, nodes or variables: more is damage */
 
+#define MOST_NAME 128 /* bytes */
+
 /* Files, in the order of checksums.npy. */
 enum {
     LAYOUT, CONSTANTS, INPUTS, NEAR, NODE_A, NODE_B, TABLE, LIMIT, STIFFNESS, DAMPING, MASS,
@@ -210,7 +212,7 @@ static int load_variables(loader *l, fmu_model *model, int32_t count) {
             v.slot >= slots(model, v.kind))
             return refuse(l, "resources/variables.npy: variable %ld is none", (long)k);
     }
-    char *text = model->memory[NAMES] = read_text(l, FILE_NAME[NAMES], MOST);
+    char *text = model->memory[NAMES] = read_text(l, FILE_NAME[NAMES], MOST_NAME * (size_t)count);
     if (!text || !checksum_fits(l, NAMES)) return 0;
     const char **name = calloc((size_t)count + 1, sizeof *name);
     model->memory[FILES] = (void *)name;
