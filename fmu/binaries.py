@@ -12,8 +12,9 @@ from rom import SlipmodeError
 _PACKAGE = Path(__file__).parent
 _KERNEL = _PACKAGE.parent / "rom" / "kernel"
 
-# What the FMU needs of the core: no friction tables are made in it, nothing in full order.
-_CORE = ("status", "friction", "contact", "table", "slow_flow", "motion", "component")
+# What the FMU does not need of the core, here and in CMakeLists.txt: it makes no friction tables
+# and computes nothing in full order.
+_LEFT_OUT = {"torus", "torus_group", "periodicity", "acceleration", "full"}
 
 EXTENSIONS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
@@ -54,8 +55,7 @@ def extension(platform_tuple: str) -> str:
 def source_files() -> dict[str, Path]:
     """C sources and headers by name; the standard's own headers are not among them."""
     own = sorted((_PACKAGE / "src").glob("*.[ch]"))
-    core = [_KERNEL / f"{name}.c" for name in _CORE]
-    files = {path.name: path for path in (*own, *core, *sorted(_KERNEL.glob("*.h")))}
-    if missing := [path.name for path in files.values() if not path.is_file()]:
-        raise SlipmodeError(f"sources: {missing[0]} is missing; install slipmode again")
-    return files
+    core = [path for path in sorted(_KERNEL.glob("*.[ch]")) if path.stem not in _LEFT_OUT]
+    if not own or not core:
+        raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
+    return {path.name: path for path in (*own, *core)}

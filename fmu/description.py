@@ -74,7 +74,7 @@ class Description:
 
     def to_xml(self, fmi: FmiVersion) -> bytes:
         """modelDescription.xml."""
-        return _to_bytes(_Fmi2(self).root() if fmi == 2 else _Fmi3(self).root())
+        return to_bytes(_Fmi2(self).root() if fmi == 2 else _Fmi3(self).root())
 
     def build_xml(self) -> bytes:
         """sources/buildDescription.xml of FMI 3.0."""
@@ -84,10 +84,11 @@ class Description:
         for name in self.sources:
             SubElement(files, "SourceFile", name=name)
         SubElement(configuration, "Library", name="m", description="libm, where it is one apart")
-        return _to_bytes(root)
+        return to_bytes(root)
 
 
-def _to_bytes(root: Element) -> bytes:
+def to_bytes(root: Element) -> bytes:
+    """The document as UTF-8, indented."""
     ElementTree.indent(root)
     text: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
     return text + b"\n"

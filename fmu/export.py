@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
+from importlib.metadata import files, version
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 from fmu import binaries
-from fmu.component import MODE_NAMES, present_modes
+from fmu.component import MODE_NAMES, Component, present_modes
 from fmu.description import MODEL_IDENTIFIER, Description, Experiment, FmiVersion
+from fmu.documentation import icon_png, index_html
+from fmu.reference import reference_files
 from fmu.resources import Force, resource_files
 from fmu.variables import Choice, list_variables
 from rom import Model, SlipmodeError
@@ -72,10 +75,20 @@ def export(
     target = Path(path)
     if fmi not in (2, 3):
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
-    if elastic and not contact:
-        raise SlipmodeError("elastic: needs contact=True, for the contacts move the DOFs too")
+    for key, value in (("stop_time", stop_time), ("step_size", step_size)):
+        if not (isfinite(value) and value > 0):
+            raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")
+    modes = present_modes(model, mode_names)
+    component = Component(
+        model,
+        force,
+        contact=contact,
+        elastic=elastic,
+        mode_names=modes,
+        tolerance=tolerance,
+    )
     choice = Choice(
-        mode_names=present_modes(model, mode_names),
+        mode_names=modes,
         newtons=force is not None,
         contact=contact,
         elastic=tuple(elastic),
@@ -94,17 +107,22 @@ def export(
         experiment=Experiment(stop_time, step_size, tolerance),
         sources=[source for source in sources if source.endswith(".c")],
     )
+    page = index_html(name, model, variables, fmi, description.version)
     host = binaries.host_platform()
     library = f"{MODEL_IDENTIFIER}{binaries.extension(host)}"
-    files = {
+    content = {
         "modelDescription.xml": description.to_xml(fmi),
         f"binaries/{binaries.folder(host, fmi)}/{library}": binaries.host_binary(),
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
+        "documentation/index.html": page,
+        "documentation/licenses/license.txt": _license(),
+        "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon_png(),
+        **reference_files(component, modes, choice.start, variables, description.experiment),
     }
     if fmi == 3:
-        files["sources/buildDescription.xml"] = description.build_xml()
-    _write(target, files)
+        content["sources/buildDescription.xml"] = description.build_xml()
+    _write(target, content)
     return target
 
 
@@ -116,6 +134,14 @@ def _summary(model: Model) -> str:
         f"contact{'s' if contacts > 1 else ''} in slow time, {model.reduced.formulation} "
         "formulation"
     )
+
+
+def _license() -> bytes:
+    """The license that slipmode was installed with."""
+    listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
+    if not listed:
+        raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")
+    return listed[0].read_binary()
 
 
 def _write(target: Path, files: Mapping[str, bytes]) -> None:

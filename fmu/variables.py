@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
 from fmu.quantities import Quantity
 from fmu.variable import Causality, Kind, Type, Variable
@@ -39,7 +40,7 @@ class Choice:
     tolerance : float
         Default of the internal tolerance.
     start : mapping of str to float
-        Start values by name, of inputs, parameters and amplitudes.
+        Start values by name, of inputs and amplitudes.
     """
 
     mode_names: tuple[str, ...]
@@ -56,7 +57,7 @@ def list_variables(model: Model, choice: Choice) -> list[Variable]:
     Raises
     ------
     SlipmodeError
-        If a start value is given to a variable that takes none.
+        If a start value is given to a variable that takes none, or is not finite.
     """
     time = Variable("time", "Simulated time", Kind.OUTPUT, 0, Causality.INDEPENDENT, Quantity.TIME)
     inputs = list(_inputs(model, choice))
@@ -75,12 +76,12 @@ def states(variables: Sequence[Variable]) -> list[Variable]:
 
 
 def _with_starts(variables: list[Variable], start: Mapping[str, float]) -> list[Variable]:
-    settable = [v.name for v in variables if v.start is not None]
-    for name in start:
+    settable = {v.name: v for v in variables if v.kind in (Kind.INPUT, Kind.START)}
+    for name, value in start.items():
         if name not in settable:
-            raise SlipmodeError(
-                f"start: {name} has no start value; those that have: {', '.join(settable)}"
-            )
+            raise SlipmodeError(f"start: {name} cannot be given; what can: {', '.join(settable)}")
+        if not isfinite(value):
+            raise SlipmodeError(f"start: {name} must be finite, got {value}")
     return [replace(v, start=start[v.name]) if v.name in start else v for v in variables]
 
 
