@@ -9,7 +9,7 @@ from math import isfinite
 from os import PathLike
 from pathlib import Path
 
-from fmu import binaries
+from fmu import binaries, cross
 from fmu.component import MODE_NAMES, Component, present_modes
 from fmu.description import MODEL_IDENTIFIER, Description, Experiment, FmiVersion
 from fmu.documentation import icon_png, index_html
@@ -27,6 +27,7 @@ def export(
     force: Force = None,
     *,
     fmi: FmiVersion = 3,
+    platforms: Sequence[str] = (),
     contact: bool = False,
     elastic: Sequence[int] = (),
     mode_names: Sequence[str] = MODE_NAMES,
@@ -47,6 +48,9 @@ def export(
         Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
     fmi : {2, 3}
         Version of the standard: 2.0 for older tools, else 3.0.
+    platforms : sequence of str
+        Platforms besides this machine's, of "x86_64-linux", "aarch64-linux", "x86_64-windows",
+        "x86_64-darwin" and "aarch64-darwin"; needs the extra `slipmode[platforms]`.
     contact : bool
         Have contact displacement, velocity and force among the outputs.
     elastic : sequence of int
@@ -109,10 +113,11 @@ def export(
     )
     page = index_html(name, model, variables, fmi, description.version)
     host = binaries.host_platform()
-    library = f"{MODEL_IDENTIFIER}{binaries.extension(host)}"
+    libraries = {host: binaries.host_binary()}
+    libraries |= {other: cross.platform_binary(other) for other in platforms if other != host}
     content = {
         "modelDescription.xml": description.to_xml(fmi),
-        f"binaries/{binaries.folder(host, fmi)}/{library}": binaries.host_binary(),
+        **{_library_path(at, fmi): library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
         "documentation/index.html": page,
@@ -124,6 +129,11 @@ def export(
         content["sources/buildDescription.xml"] = description.build_xml()
     _write(target, content)
     return target
+
+
+def _library_path(platform_tuple: str, fmi: FmiVersion) -> str:
+    name = f"{MODEL_IDENTIFIER}{binaries.extension(platform_tuple)}"
+    return f"binaries/{binaries.folder(platform_tuple, fmi)}/{name}"
 
 
 def _summary(model: Model) -> str:
