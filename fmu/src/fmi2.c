@@ -17,11 +17,17 @@
 #define READABLE (FMU_ANY & ~FMU_INSTANTIATED)
 #define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
 
+/* The message is the format itself: not every importer looks at the arguments of "%s". */
 static void write_log(const fmu_logger *logger, const char *name, fmu_status status,
                       const char *category, const char *message) {
     const fmi2CallbackLogger callback = (fmi2CallbackLogger)logger->callback;
-    if (callback)
-        callback(logger->environment, name, (fmi2Status)status, category, "%s", message);
+    char format[FMU_MESSAGE], *to = format;
+    for (; *message && to + 2 < format + sizeof format; message++) {
+        if (*message == '%') *to++ = '%';
+        *to++ = *message;
+    }
+    *to = '\0';
+    if (callback) callback(logger->environment, name, (fmi2Status)status, category, format);
 }
 
 const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }

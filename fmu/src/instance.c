@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MESSAGE 512         /* bytes of a log message */
 #define SAME_TIME 1e-9      /* relative: two ways to sum up steps may round differently */
 #define LEAST_STEP 1e-18    /* radians of mode A: nothing happens in less */
 #define TOLERANCE_LEAST 1e-13
@@ -23,7 +22,7 @@ static void write_log(const fmu_logger *logger, const char *name, fmu_status sta
 }
 
 fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...) {
-    char message[MESSAGE];
+    char message[FMU_MESSAGE];
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);

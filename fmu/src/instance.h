@@ -9,6 +9,8 @@
 #include "model.h"
 #include "motion.h"
 
+#define FMU_MESSAGE 512 /* bytes of a log message at most */
+
 /* As fmi2Status and fmi3Status count them. */
 typedef enum { FMU_OK = 0, FMU_WARNING, FMU_DISCARD, FMU_ERROR } fmu_status;
 
