@@ -1,3 +1,4 @@
+#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -18,11 +19,20 @@ static void write_message(fmi2ComponentEnvironment environment, fmi2String name,
     if (!name || !category || !*category) abort();
 }
 
+/* The folder as a URI, every character but letters, digits and / by its code. */
+static void write_uri(char *to, size_t size, const char *folder) {
+    int length = snprintf(to, size, "file://");
+    for (; *folder && length + 4 < (int)size; folder++)
+        length += snprintf(to + length, size - (size_t)length,
+                           isalnum((unsigned char)*folder) || *folder == '/' ? "%c" : "%%%02X",
+                           (unsigned char)*folder);
+}
+
 static void *instantiate(int interface, const char *name, const char *token, const char *folder,
                          message_log *log) {
     char uri[4096];
     const fmi2CallbackFunctions functions = {write_message, NULL, NULL, NULL, log};
-    if (folder) snprintf(uri, sizeof uri, "file://%s", folder);
+    if (folder) write_uri(uri, sizeof uri, folder);
     return fmi2Instantiate(name, interface ? fmi2CoSimulation : fmi2ModelExchange, token,
                            folder ? uri : NULL, &functions, fmi2False, fmi2False);
 }
