@@ -3,7 +3,8 @@
 Variables are named <quantity>_<mode>, mode A or B:
 
 inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
-          per second
+          per second; where the law is Coulomb's and no contact motion is wanted also limit_scale,
+          the friction limits relative to the model's, and limit_scale_rate
 outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
@@ -22,7 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom import Model, SlipmodeError, _kernel
+from rom import Coulomb, Model, SlipmodeError, _kernel
 from rom.amplitude import felt_shift, slow_flow
 from rom.torus import contact_problem
 
@@ -120,9 +121,11 @@ class Component:
         self.input_names = tuple(
             f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
         )
+        if isinstance(model.law, Coulomb) and not contact:
+            self.input_names += _kernel.SCALE_FIELDS
         self.output_names = _output_names(model, self._mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
-        self._inputs = np.zeros(1, dtype=_kernel.INPUTS)
+        self._inputs = _kernel.inputs(1)
         self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
         self.reset()
 
@@ -154,7 +157,7 @@ class Component:
         if status == _kernel.OUTSIDE_TABLE:
             raise SlipmodeError(
                 f"amplitude: {np.abs(given)} is outside the friction table, whose limit is "
-                f"{self.model.table.limit}"
+                f"{self._inputs['limit_scale'][0] * self.model.table.limit}"
             )
         _kernel.check(status, "reset")
 
@@ -169,11 +172,8 @@ class Component:
         changed = self._inputs.copy()
         for name, value in values.items():
             if name not in self.input_names:
-                raise SlipmodeError(
-                    f"{name}: not an input; inputs are {', '.join(self.input_names)}"
-                )
-            quantity, mode = name.rsplit("_", 1)
-            changed[quantity][0, self._mode_names.index(mode)] = value
+                raise SlipmodeError(f"{name}: {self._why_not(name)}")
+            self._column(changed, name)[:] = value
         if refusal := self._refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._scaled(changed)
@@ -233,11 +233,9 @@ class Component:
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        packed = np.zeros(lengths.size, dtype=_kernel.INPUTS)
-        packed["frequency"] = 1.0
+        packed = _kernel.inputs(lengths.size)
         for column, name in enumerate(self.input_names):
-            quantity, mode = name.rsplit("_", 1)
-            packed[quantity][:, self._mode_names.index(mode)] = values[:, column]
+            self._column(packed, name)[:] = values[:, column]
         scaled = self._scaled(packed)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
@@ -281,6 +279,26 @@ class Component:
         _kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
+    def _column(self, inputs: np.ndarray, name: str) -> Floats:
+        """Where inputs (n,) hold an input, (n,)."""
+        if name in _kernel.SCALE_FIELDS:
+            scales: Floats = inputs[name]
+            return scales
+        quantity, mode = name.rsplit("_", 1)
+        of_mode: Floats = inputs[quantity][:, self._mode_names.index(mode)]
+        return of_mode
+
+    def _why_not(self, name: str) -> str:
+        """Why a name is not an input."""
+        if name not in _kernel.SCALE_FIELDS:
+            return f"not an input; inputs are {', '.join(self.input_names)}"
+        if isinstance(self.model.law, Coulomb):
+            return "not with contact=True, for the contact motion is not scaled"
+        return (
+            "only the Coulomb law scales with its limit, for the tanh law has a velocity alpha "
+            "besides; tabulate a model with the other limit"
+        )
+
     def _scaled(self, inputs: np.ndarray) -> np.ndarray:
         """Inputs with forces in newtons turned into modal forces."""
         scaled = inputs.copy()
@@ -291,12 +309,13 @@ class Component:
     def _refusal(self, inputs: np.ndarray) -> str:
         """Why inputs (1,) are refused, naming one; "" if they are not."""
         for name in self.input_names:
-            quantity, mode = name.rsplit("_", 1)
-            value = inputs[quantity][0, self._mode_names.index(mode)]
+            value = self._column(inputs, name)[0]
             if not np.isfinite(value):
                 return f"{name}: must be finite, got {value:g}"
-            if quantity == "frequency" and value <= 0:
+            if name.rpartition("_")[0] == "frequency" and value <= 0:
                 return f"{name}: must be > 0 rad/s, got {value:g}"
+            if name == "limit_scale" and value <= 0:
+                return f"{name}: must be > 0, got {value:g}"
         return ""
 
     def _stopped(
@@ -324,7 +343,8 @@ class Component:
         last = self.outputs()
         self.set_state(state)
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._mode_names]
-        limit = self.model.table.limit
+        scale = _moved_on(self._inputs, last["time"] - self.time)["limit_scale"][0]
+        limit = scale * self.model.table.limit
         mode = int(np.argmax(reached[: self.model.modes] / limit))
         return (
             f"amplitude |{self._mode_names[mode]}| leaves the friction table, whose limit is "
@@ -336,7 +356,7 @@ class Component:
 def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
     """Inputs after they moved at their rates for `duration`."""
     later = inputs.copy()
-    for name in _kernel.INPUT_QUANTITIES:
+    for name in (*_kernel.INPUT_QUANTITIES, "limit_scale"):
         later[name] += later[f"{name}_rate"] * duration
     return later
 

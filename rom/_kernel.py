@@ -128,7 +128,14 @@ class Full(Structure):
 # sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
 INPUT_QUANTITIES = ("force", "frequency", "phase")
 INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
-INPUTS = np.dtype([(name, float, MODES) for name in (*INPUT_FIELDS, "angle")])
+SCALE_FIELDS = ("limit_scale", "limit_scale_rate")  # of all contacts, not of a mode
+INPUTS = np.dtype(
+    [
+        *((name, float, MODES) for name in INPUT_FIELDS),
+        *((name, float) for name in SCALE_FIELDS),
+        ("angle", float, MODES),
+    ]
+)
 SEGMENT = np.dtype(
     [
         ("start", float),
@@ -206,6 +213,14 @@ def check(status: int, doing: str) -> None:
     """Raise SlipmodeError unless the status is OK."""
     if status != OK:
         raise SlipmodeError(f"{doing}: {message(status)}")
+
+
+def inputs(count: int) -> NDArray[np.void]:
+    """`count` sm_inputs: no force, frequencies of 1 rad/s, friction limits as tabulated."""
+    made = np.zeros(count, dtype=INPUTS)
+    made["frequency"] = 1.0
+    made["limit_scale"] = 1.0
+    return made
 
 
 def contiguous(values: Any) -> Floats:

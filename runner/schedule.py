@@ -42,7 +42,9 @@ class Schedule:
         columns = []
         for name in names:
             quantity, mode = name.rsplit("_", 1)
-            if quantity.endswith("_rate"):
+            if name.startswith("limit_scale"):  # no scene scales the friction limits
+                columns.append(np.full(self.durations.size, float(name == "limit_scale")))
+            elif quantity.endswith("_rate"):
                 columns.append(self.rates[f"{quantity.removesuffix('_rate')}_{mode}"])
             else:
                 columns.append(self.values[name])

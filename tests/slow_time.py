@@ -10,11 +10,14 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
     """March from amplitudes `start` through `time`.
 
     Inputs are named like the component's; each is a number or its values at the start of every
-    step. What is not given is 0, but for the frequencies, which are the natural ones.
+    step. What is not given is 0, but for the frequencies, which are the natural ones, and the
+    friction limits, which are the model's.
     """
     component = Component(model, force, tolerance=tolerance)
     component.reset(time[0], start)
     given = {f"frequency_{m}": f for m, f in zip("AB", model.reduced.frequency, strict=False)}
+    if "limit_scale" in component.input_names:
+        given["limit_scale"] = 1.0
     scripted = np.zeros((time.size - 1, len(component.input_names)))
     for name, values in (given | inputs).items():
         scripted[:, component.input_names.index(name)] = values

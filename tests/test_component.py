@@ -164,6 +164,69 @@ def test_without_a_pattern_the_input_is_the_modal_force():
     np.testing.assert_allclose(march(modal, [50.0]), march(physical, [50.0]), rtol=1e-12)
 
 
+# Friction limits
+
+WEAK = {"force_A": 0.1, "force_B": 0.15}
+
+
+@cache
+def coulomb_model(limit, amplitude):
+    reduced = rom.reduce(rom.two_mass(beta=0.01), formulation="paper")
+    return rom.tabulate(reduced, rom.Coulomb(limit), (amplitude, 0.5 * amplitude), tolerance=5e-3)
+
+
+@pytest.mark.parametrize("scale", [0.6, 1.5])
+def test_scaled_limits_are_those_of_a_model_tabulated_with_them(scale):
+    """S(s |A|, s |B|; s mu N) = s S(|A|, |B|; mu N) for Coulomb friction, and s^2 for powers."""
+    held = HELD | WEAK
+    scaled = component(held | {"limit_scale": scale}, coulomb_model(2.0, 4.0))
+    tabulated = component(held, coulomb_model(2.0 * scale, 4.0 * scale))
+    unscaled = component(held, coulomb_model(2.0, 4.0))
+    names = scaled.output_names
+    columns = [k for k, name in enumerate(names) if not name.startswith("theta")]
+    rows, expected, others = (
+        march(each, np.full(30, 10.0))[:, columns] for each in (scaled, tabulated, unscaled)
+    )
+    largest = np.abs(expected).max(axis=0)
+    np.testing.assert_allclose(rows / largest, expected / largest, atol=3e-3)  # of both tables
+    assert np.abs((others - expected) / largest).max() > 0.1
+
+
+def test_limits_that_fall_steadily_pass_through_all_the_scales_between():
+    of, stairs = coulomb_model(2.0, 4.0), 400  # no term in the rate of the scale
+    ramped, stepped = component(HELD | WEAK, of), component(HELD | WEAK, of)
+    ramped.set_inputs(limit_scale_rate=-0.002)
+    march(ramped, [200.0])
+    for k in range(stairs):
+        stepped.set_inputs(limit_scale=1.0 - 0.4 * (k + 0.5) / stairs)
+        march(stepped, [200.0 / stairs])
+    np.testing.assert_allclose(amplitude(ramped), amplitude(stepped), rtol=1e-5)
+
+
+def test_the_table_ends_where_the_scaled_amplitude_does():
+    small = component({"limit_scale": 0.5}, coulomb_model(2.0, 4.0))
+    small.reset(amplitude=(1.9, 0.0))
+    with pytest.raises(rom.SlipmodeError, match=r"outside the friction table, .* \[2. 1.\]"):
+        small.reset(amplitude=(2.1, 0.0))
+    small.set_inputs(limit_scale=2.0)
+    small.reset(amplitude=(7.9, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("coulomb", "contact", "values", "complaint"),
+    [
+        (False, False, {"limit_scale": 1.0}, "limit_scale: only the Coulomb law scales"),
+        (True, True, {"limit_scale_rate": 0.0}, "limit_scale_rate: not with contact=True"),
+        (True, False, {"limit_scale": 0.0}, "limit_scale: must be > 0"),
+        (True, False, {"limit_scale": float("nan")}, "limit_scale: must be finite"),
+    ],
+)
+def test_limits_that_cannot_be_scaled(coulomb, contact, values, complaint):
+    of = coulomb_model(2.0, 4.0) if coulomb else model()
+    with pytest.raises(rom.SlipmodeError, match=complaint):
+        component(of=of, contact=contact).set_inputs(**values)
+
+
 # State
 
 

@@ -25,6 +25,7 @@ GROUPS = (
     "motion",
     "table",
     "slow-flow",
+    "directional",
     "component",
     "component-refusals",
     "long-run",

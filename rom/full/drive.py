@@ -140,9 +140,8 @@ class Drive:
         """The segments as the core reads them, (segments,)."""
         lasting = np.diff(self.start)[:, np.newaxis]
         turned = lasting * (self.frequency[:-1] + 0.5 * lasting * self.frequency_rate[:-1])
-        inputs = np.zeros(self.start.size, dtype=_kernel.INPUTS)
+        inputs = _kernel.inputs(self.start.size)
         modes = slice(0, self.modes)
-        inputs["frequency"] = 1.0  # of a mode that is not there
         inputs["force"][:, modes] = self.amplitude
         inputs["force_rate"][:, modes] = self.amplitude_rate
         for name in ("frequency", "frequency_rate", "phase", "phase_rate"):

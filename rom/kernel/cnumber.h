@@ -27,9 +27,10 @@ static inline sm_complex sm_cdiv(sm_complex a, sm_complex b) {
 }
 /* z^n for a number on the unit circle; n < 0 by the conjugate. */
 static inline sm_complex sm_unit_power(sm_complex z, int n) {
+    if (n == 0) return sm_cx(1.0, 0.0);
     const sm_complex factor = n < 0 ? sm_conj(z) : z;
-    sm_complex result = sm_cx(1.0, 0.0);
-    for (int k = n < 0 ? -n : n; k > 0; k--) result = sm_cmul(result, factor);
+    sm_complex result = factor;
+    for (int k = n < 0 ? -n : n; k > 1; k--) result = sm_cmul(result, factor);
     return result;
 }
 

@@ -29,6 +29,10 @@ struct sm_component {
     double *contact_state;  /* x_c, v_c, f_c at the communication point, 3 N_c */
     sm_march march;
     uint64_t accepted, rejected;
+    /* what follows from state and inputs, kept where it is known: to the bit what it would be */
+    int rate_known;
+    double rate[SM_UNKNOWNS];
+    sm_instant instant;
 };
 
 static sm_status check_motion(const sm_motion *motion, size_t modes, size_t contacts) {
@@ -99,6 +103,7 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
         c->motion.modes_out = keep(&memory, motion->modes_out, elastic * modes);
         c->motion.contacts_out = keep(&memory, motion->contacts_out, elastic * n);
     }
+    c->inputs.limit_scale = 1.0;
     for (size_t j = 0; j < modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
@@ -112,33 +117,44 @@ static void align_angles(sm_component *c) {
 }
 
 /* SM_OK where the slow flow is defined: finite amplitudes inside the table. */
-static sm_status check_amplitude(const sm_component *c, const sm_inputs *inputs,
-                                 const double *amplitude) {
-    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
+static sm_status rate_at(const sm_component *c, const sm_inputs *inputs, const double *amplitude,
+                         double *rate) {
+    sm_instant instant = {.known = 0};
     if (!sm_all_finite(amplitude, 2 * (size_t)c->flow.table.modes)) return SM_NOT_FINITE;
-    memcpy(y, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
-    return sm_slow_flow_derivative(&c->flow, inputs, 0.0, y, dy);
+    return sm_slow_flow_derivative(&c->flow, inputs, &instant, amplitude, rate);
 }
 
 sm_status sm_component_reset(sm_component *c, double time, const double *amplitude) {
     if (!c || !amplitude) return SM_BAD_ARGUMENT;
     if (!isfinite(time)) return SM_NOT_FINITE;
-    const sm_status status = check_amplitude(c, &c->inputs, amplitude);
+    double rate[SM_UNKNOWNS];
+    const sm_status status = rate_at(c, &c->inputs, amplitude, rate);
     if (status != SM_OK) return status;
     slow_state fresh = {.time = {time, 0.0}};
     memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow = fresh;
     align_angles(c);
+    c->rate_known = 0; /* the angles are others */
     memset(c->contact_state, 0, 3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;
 }
 
+/* The limits can be scaled where friction is homogeneous; the contact march does not scale. */
+static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
+    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
+    if (status != SM_OK || !scaled) return status;
+    return c->contact.law == SM_COULOMB && !c->motion.wanted ? SM_OK : SM_BAD_ARGUMENT;
+}
+
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     if (!c || !inputs) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    const sm_status status = check_inputs(c, inputs);
     if (status != SM_OK) return status;
+    const sm_inputs before = c->inputs;
     c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
     align_angles(c);
+    if (memcmp(&before, &c->inputs, sizeof before) != 0) c->rate_known = 0;
     return status;
 }
 
@@ -173,11 +189,17 @@ static double motion_starts(const sm_component *c, double duration) {
     return duration > memory ? duration - memory : 0.0;
 }
 
-/* Integrates the slow flow over [0, duration]; y, step and the march are advanced. */
-static sm_status integrate(sm_component *c, double duration, double *y, double *step) {
+/* Integrates the slow flow over [0, duration], to the inputs `after`; y, its derivative dy, step
+ * and the march are advanced. */
+static sm_status integrate(sm_component *c, double duration, const sm_inputs *after, double *y,
+                           double *dy, double *step) {
     const double marched_from = c->motion.wanted ? motion_starts(c, duration) : 0.0;
-    double dy[SM_UNKNOWNS], y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
-    sm_status status = sm_slow_flow_derivative(&c->flow, &c->inputs, 0.0, y, dy);
+    double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
+    sm_status status = SM_OK;
+    if (c->rate_known)
+        memcpy(dy, c->rate, sizeof c->rate);
+    else
+        status = sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, y, dy);
     double elapsed = 0.0, h = *step > 0.0 ? *step : duration;
     int64_t tries = 0;
     while (status == SM_OK && elapsed < duration) {
@@ -185,9 +207,11 @@ static sm_status integrate(sm_component *c, double duration, double *y, double *
         const double left = duration - elapsed;
         const int last = h >= left * (1.0 - 1e-12);
         const double tried = last ? left : h;
+        const sm_inputs end =
+            last ? *after : sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + tried);
         sm_status outcome =
-            sm_slow_flow_try(&c->flow, &c->inputs, elapsed, tried, c->tolerance, y, dy, y_new,
-                             dy_new, &error);
+            sm_slow_flow_try(&c->flow, &c->inputs, elapsed, tried, &end, c->tolerance,
+                             &c->instant, y, dy, y_new, dy_new, &error);
         if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
         if (outcome != SM_OK || error > 1.0) {
             /* a stage beyond the table, or an overflow: come closer to it, then say so */
@@ -203,21 +227,17 @@ static sm_status integrate(sm_component *c, double duration, double *y, double *
         memcpy(y, y_new, sizeof y_new);
         memcpy(dy, dy_new, sizeof dy_new);
         elapsed = last ? duration : elapsed + tried;
-        const double grown = tried * (error > 0.0 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
+        const double grown = tried * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
         h = last && grown < h ? h : grown; /* a step cut short by the call says little */
     }
     *step = h;
     return status;
 }
 
-/* The slow state after a step that took the unknowns to y. */
-static slow_state advanced(const sm_component *c, double duration, const double *y, double step) {
+/* The slow state `duration` later, as far as time and inputs tell. */
+static slow_state later(const sm_component *c, double duration) {
     slow_state fresh = c->slow;
-    for (int k = 0; k < 2 * SM_MODES; k++)
-        fresh.amplitude[k] = fabs(y[k]) < 1e-200 ? 0.0 : y[k]; /* denormals would slow us down */
-    fresh.step = step;
     sm_add(&fresh.time, duration);
-    sm_add(&fresh.energy, y[2 * SM_MODES]);
     for (int j = 0; j < c->flow.table.modes; j++) {
         const double rate = c->inputs.frequency_rate[j];
         sm_add_angle(&fresh.angle[j], duration * (c->inputs.frequency[j] + 0.5 * rate * duration));
@@ -229,22 +249,27 @@ sm_status sm_component_step(sm_component *c, double duration) {
     if (!c) return SM_BAD_ARGUMENT;
     sm_status status = sm_check_positive(duration);
     if (status != SM_OK) return status;
-    const sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
+    sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
     status = sm_inputs_check(&after, c->flow.table.modes);
     if (status != SM_OK) return status;
+    slow_state fresh = later(c, duration);
+    for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     const size_t n = (size_t)c->contact.contacts;
-    double y[SM_UNKNOWNS] = {0.0}, step = c->slow.step;
+    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
     if (c->motion.wanted) sm_march_start(&c->march, c->contact_state, c->contact_state + n);
-    status = integrate(c, duration, y, &step);
+    status = integrate(c, duration, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
-    const slow_state fresh = advanced(c, duration, y, step);
-    if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT))
+    memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
+    sm_add(&fresh.energy, y[SM_DISSIPATED]);
+    if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
+        !sm_all_finite(dy, SM_UNKNOWNS))
         return SM_NOT_FINITE;
 
     c->slow = fresh;
     c->inputs = after;
-    align_angles(c);
+    memcpy(c->rate, dy, sizeof c->rate);
+    c->rate_known = 1;
     if (c->motion.wanted) {
         memcpy(c->contact_state, c->march.lane.x, n * sizeof(double));
         memcpy(c->contact_state + n, c->march.lane.v, n * sizeof(double));
@@ -262,16 +287,18 @@ size_t sm_component_output_count(const sm_component *c) {
 
 sm_status sm_component_outputs(const sm_component *c, double *outputs) {
     if (!c || !outputs) return SM_BAD_ARGUMENT;
-    double rate[2 * SM_MODES], input_power, friction_power;
-    const sm_status status = sm_slow_flow_rate(&c->flow, &c->inputs, 0.0, c->slow.amplitude, rate,
-                                               &input_power, &friction_power);
+    double computed[SM_UNKNOWNS];
+    const double *rate = c->rate_known ? c->rate : computed;
+    const sm_status status =
+        c->rate_known ? SM_OK : rate_at(c, &c->inputs, c->slow.amplitude, computed);
     if (status != SM_OK) return status;
+    if (!sm_all_finite(rate, SM_UNKNOWNS)) return SM_NOT_FINITE;
     outputs[0] = c->slow.time.value;
     memcpy(outputs + 1, c->slow.amplitude, sizeof c->slow.amplitude);
     outputs[5] = c->slow.angle[0].value;
     outputs[6] = c->slow.angle[1].value;
-    outputs[7] = input_power;
-    outputs[8] = friction_power;
+    outputs[7] = rate[SM_PUT_IN];
+    outputs[8] = rate[SM_DISSIPATED];
     outputs[9] = c->slow.energy.value;
     if (!c->motion.wanted) return SM_OK;
     const size_t n = (size_t)c->contact.contacts, modes = (size_t)c->flow.table.modes;
@@ -325,11 +352,13 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     sm_inputs inputs;
     memcpy(&slow, state, sizeof slow);
     memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
-    sm_status status = sm_inputs_check(&inputs, c->flow.table.modes);
-    if (status == SM_OK) status = check_amplitude(c, &inputs, slow.amplitude);
+    sm_status status = check_inputs(c, &inputs);
+    double rate[SM_UNKNOWNS];
+    if (status == SM_OK) status = rate_at(c, &inputs, slow.amplitude, rate);
     if (status != SM_OK) return status;
     c->slow = slow;
     c->inputs = inputs;
+    c->rate_known = 0;
     memcpy(c->contact_state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
            3 * (size_t)c->contact.contacts * sizeof(double));
     return SM_OK;

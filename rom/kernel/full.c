@@ -205,6 +205,8 @@ static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double 
     if (!inputs || !state || samples < 1 || every < 1 || !isfinite(elapsed))
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(state, sm_full_state_count(full))) return SM_NOT_FINITE;
+    /* the limits are those of `full` */
+    if (inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0) return SM_BAD_ARGUMENT;
     return sm_inputs_check(inputs, full->modes);
 }
 

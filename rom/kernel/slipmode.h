@@ -137,7 +137,10 @@ typedef struct {
 SM_API sm_status sm_table_check(const sm_table *table);
 /* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last node. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* The same for many points: amplitudes (points, modes), s as above for each. */
+/* Values and slopes: (3, 2 (modes + near + power)), the columns, their d/da and their d/db. */
+SM_API sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
+                                        double *slopes);
+/* Values at many points: amplitudes (points, modes), s as above for each. */
 SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
                                       const double *amplitudes, double *s);
 
@@ -166,6 +169,9 @@ typedef struct {
     double force[SM_MODES], force_rate[SM_MODES];         /* modal F_j [N kg^-1/2] */
     double frequency[SM_MODES], frequency_rate[SM_MODES]; /* Omega_j [rad/s] */
     double phase[SM_MODES], phase_rate[SM_MODES];         /* of the force [rad], [rad/s] */
+    double limit_scale, limit_scale_rate; /* friction limits relative to those of the table, > 0;
+                                             other than 1 right for Coulomb friction only, where
+                                             S(|a|; s mu N) = s S(|a| / s; mu N) [-], [1/s] */
     double angle[SM_MODES];   /* theta_j at the start [rad]; the component sets it itself */
 } sm_inputs;
 
@@ -173,6 +179,14 @@ typedef struct {
 SM_API sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs,
                                    double elapsed, const double *amplitude, double *rate,
                                    double *input_power, double *friction_power);
+
+/* How they change, to first order, where the amplitudes and the inputs at their start (rates and
+ * angles too) change by d_amplitude (modes, 2) and d_inputs. */
+SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                          double elapsed, const double *amplitude,
+                                          const double *d_amplitude, const sm_inputs *d_inputs,
+                                          double *d_rate, double *d_input_power,
+                                          double *d_friction_power);
 
 /* ---- the step-able component ----------------------------------------------------------- */
 
@@ -196,6 +210,7 @@ SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
                                     const double *amplitude);
+/* SM_BAD_ARGUMENT if the limits are scaled with the tanh law or with contact motion. */
 SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
 /* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */
 SM_API sm_status sm_component_step(sm_component *component, double duration);

@@ -1,4 +1,6 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
+#include "table.h"
+
 #include "check.h"
 #include "lanes.h"
 
@@ -12,7 +14,7 @@ static sm_status check_nodes(const double *node, int32_t count) {
     return SM_OK;
 }
 
-static size_t field_count(const sm_table *table) { 
+static size_t field_count(const sm_table *table) {
     return 2 * (size_t)(table->modes + table->near + table->power);
 }
 
@@ -26,6 +28,10 @@ static int shape_is_valid(const sm_table *table) {
            table->count_b <= MAX_COUNT;
 }
 
+sm_status sm_table_check_shape(const sm_table *table) {
+    return shape_is_valid(table) ? SM_OK : SM_BAD_ARGUMENT;
+}
+
 sm_status sm_table_check(const sm_table *table) {
     if (!shape_is_valid(table)) return SM_BAD_ARGUMENT;
     sm_status status = check_nodes(table->node_a, table->count_a);
@@ -36,8 +42,9 @@ sm_status sm_table_check(const sm_table *table) {
     return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
 }
 
-/* Index of the cell that holds x in [node[0], node[count - 1]]. */
-static int32_t find_cell(const double *node, int32_t count, double x) {
+/* The cell that holds x in [node[0], node[count - 1]], tried first where `guess` says. */
+static int32_t find_cell(const double *node, int32_t count, double x, int32_t guess) {
+    if (guess >= 0 && guess < count - 1 && x >= node[guess] && x < node[guess + 1]) return guess;
     int32_t low = 0, high = count - 1;
     while (high - low > 1) {
         const int32_t middle = (low + high) / 2;
@@ -49,49 +56,97 @@ static int32_t find_cell(const double *node, int32_t count, double x) {
     return low;
 }
 
-/* Cubic Hermite weights of (value, slope) at the left and right node of a cell of width h. */
-static void hermite(double u, double h, double weight[4]) {
-    const double u2 = u * u, u3 = u2 * u;
-    weight[2] = 3.0 * u2 - 2.0 * u3;
-    weight[0] = 1.0 - weight[2];
-    weight[1] = h * (u - 2.0 * u2 + u3);
-    weight[3] = h * (u3 - u2);
+/* Cubic Hermite weights of (value, slope) at the left and right node of a cell. */
+typedef struct {
+    double value[4], slope[4]; /* for the cubic and for its derivative */
+} hermite;
+
+static hermite hermite_at(const double *node, double x) {
+    const double h = node[1] - node[0], per_h = 1.0 / h;
+    const double u = (x - node[0]) * per_h, u2 = u * u, u3 = u2 * u;
+    const double right = 3.0 * u2 - 2.0 * u3, steep = 6.0 * (u - u2) * per_h;
+    const hermite w = {{1.0 - right, h * (u - 2.0 * u2 + u3), right, h * (u3 - u2)},
+                       {-steep, 1.0 - 4.0 * u + 3.0 * u2, steep, 3.0 * u2 - 2.0 * u}};
+    return w;
 }
 
-static void lookup_one_mode(const sm_table *table, double a, double *s) {
-    const size_t fields = field_count(table);
-    const int32_t i = find_cell(table->node_a, table->count_a, a);
-    const double h = table->node_a[i + 1] - table->node_a[i];
-    double w[4];
-    hermite((a - table->node_a[i]) / h, h, w);
-    const double *left = table->values + (size_t)i * 4 * fields, *right = left + 4 * fields;
-    for (size_t f = 0; f < fields; f++)
-        s[f] = w[0] * left[f] + w[1] * left[fields + f] + w[2] * right[f]
-               + w[3] * right[fields + f];
+#define PARTS 3 /* value, d/da and d/db of the surface */
+#define WIDTH 4 /* fields side by side */
+
+/* A cell of the table and where in it a point lies. */
+typedef struct {
+    size_t fields;
+    const double *low, *high; /* rows of the nodes at its two ends in a, those in b one by one */
+    hermite a, b;
+} patch;
+
+static patch patch_at(const sm_table *table, const double *amplitudes, int32_t *cell) {
+    patch found = {.fields = field_count(table)};
+    cell[0] = find_cell(table->node_a, table->count_a, amplitudes[0], cell[0]);
+    found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
+    size_t node = (size_t)cell[0] * (size_t)table->count_b;
+    if (table->modes == SM_MODES) {
+        cell[1] = find_cell(table->node_b, table->count_b, amplitudes[1], cell[1]);
+        found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
+        node += (size_t)cell[1];
+    } else {
+        found.b.value[0] = 1.0;
+    }
+    found.low = table->values + node * 4 * found.fields;
+    found.high = found.low + (size_t)table->count_b * 4 * found.fields;
+    return found;
 }
 
-SM_HOT static void lookup_two_modes(const sm_table *table, double a, double b,
-                                    double *restrict s) {
-    const size_t fields = field_count(table);
-    const int32_t i = find_cell(table->node_a, table->count_a, a);
-    const int32_t j = find_cell(table->node_b, table->count_b, b);
-    const double h_a = table->node_a[i + 1] - table->node_a[i];
-    const double h_b = table->node_b[j + 1] - table->node_b[j];
-    double wa[4], wb[4], sum[SM_MOST_FIELDS] = {0.0};
-    hermite((a - table->node_a[i]) / h_a, h_a, wa);
-    hermite((b - table->node_b[j]) / h_b, h_b, wb);
-    for (int p = 0; p < 2; p++)
-        for (int q = 0; q < 2; q++) {
-            const size_t node = (size_t)(i + p) * (size_t)table->count_b + (size_t)(j + q);
-            const double *restrict v = table->values + node * 4 * fields;
-            const double w = wa[2 * p] * wb[2 * q], w_a = wa[2 * p + 1] * wb[2 * q];
-            const double w_b = wa[2 * p] * wb[2 * q + 1], w_ab = wa[2 * p + 1] * wb[2 * q + 1];
-            SM_SIMD
-            for (size_t f = 0; f < fields; f++)
-                sum[f] += w * v[f] + w_a * v[fields + f] + w_b * v[2 * fields + f]
-                          + w_ab * v[3 * fields + f];
+/* The surface at `width` fields from the first one on. Rows are summed along a, for the value
+ * and d/db at each node in b, and then along b. `width`, `rows_b` and `parts` are literals. */
+SM_INLINE void sum_fields(const patch *cell, size_t first, size_t width, int rows_b, int parts,
+                          double *restrict s) {
+    const double *a = cell->a.value, *a_slope = cell->a.slope;
+    const size_t fields = cell->fields;
+    SM_SIMD
+    for (size_t f = first; f < first + width; f++) {
+        double value = 0.0, in_a = 0.0, in_b = 0.0;
+        for (int k = 0; k < rows_b; k++) {
+            const double *low = cell->low + 2 * (size_t)k * fields + f;
+            const double *high = cell->high + 2 * (size_t)k * fields + f;
+            const double along = a[0] * low[0] + a[1] * low[fields] + a[2] * high[0]
+                                 + a[3] * high[fields];
+            value += cell->b.value[k] * along;
+            if (parts == 1) continue;
+            in_a += cell->b.value[k]
+                    * (a_slope[0] * low[0] + a_slope[1] * low[fields] + a_slope[2] * high[0]
+                       + a_slope[3] * high[fields]);
+            in_b += cell->b.slope[k] * along;
         }
-    for (size_t f = 0; f < fields; f++) s[f] = sum[f];
+        s[f] = value;
+        if (parts == 1) continue;
+        s[fields + f] = in_a;
+        s[2 * fields + f] = in_b;
+    }
+}
+
+SM_INLINE void sum_patch(const patch *cell, int rows_b, int parts, double *s) {
+    if (cell->fields < WIDTH) {
+        sum_fields(cell, 0, 2, rows_b, parts, s);
+        return;
+    }
+    for (size_t f = 0; f + WIDTH < cell->fields; f += WIDTH)
+        sum_fields(cell, f, WIDTH, rows_b, parts, s);
+    sum_fields(cell, cell->fields - WIDTH, WIDTH, rows_b, parts, s); /* some of them again */
+}
+
+SM_HOT static void values_of(const patch *cell, int modes, double *s) {
+    if (modes == 1)
+        sum_patch(cell, 1, 1, s);
+    else
+        sum_patch(cell, 4, 1, s);
+}
+
+SM_HOT static void slopes_of(const patch *cell, int modes, double *s) {
+    if (modes == 1)
+        sum_patch(cell, 1, PARTS, s);
+    else
+        sum_patch(cell, 4, PARTS, s);
 }
 
 static sm_status check_amplitude(double amplitude, double largest) {
@@ -99,18 +154,40 @@ static sm_status check_amplitude(double amplitude, double largest) {
     return amplitude >= 0.0 && amplitude <= largest ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
-/* Called at every stage of the slow flow, so the nodes and values are not checked one by one. */
-sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
-    if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
+static sm_status check_amplitudes(const sm_table *table, const double *amplitudes) {
     sm_status status = check_amplitude(amplitudes[0], table->node_a[table->count_a - 1]);
     if (status == SM_OK && table->modes == SM_MODES)
         status = check_amplitude(amplitudes[1], table->node_b[table->count_b - 1]);
+    return status;
+}
+
+/* The nodes and values are not checked one by one: a NaN among them shows in the result. */
+sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
+    if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
+    const sm_status status = check_amplitudes(table, amplitudes);
     if (status != SM_OK) return status;
-    if (table->modes == 1)
-        lookup_one_mode(table, amplitudes[0], s);
-    else
-        lookup_two_modes(table, amplitudes[0], amplitudes[1], s);
-    return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;
+    int32_t cell[SM_MODES] = {0};
+    const patch found = patch_at(table, amplitudes, cell);
+    values_of(&found, table->modes, s);
+    return sm_all_finite(s, found.fields) ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
+                                 double *slopes) {
+    if (!shape_is_valid(table) || !amplitudes || !slopes) return SM_BAD_ARGUMENT;
+    int32_t cell[SM_MODES] = {0};
+    const sm_status status = sm_table_slopes_from(table, amplitudes, cell, slopes);
+    if (status != SM_OK) return status;
+    return sm_all_finite(slopes, PARTS * field_count(table)) ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
+                               double *slopes) {
+    const sm_status status = check_amplitudes(table, amplitudes);
+    if (status != SM_OK) return status;
+    const patch found = patch_at(table, amplitudes, cell);
+    slopes_of(&found, table->modes, slopes);
+    return SM_OK;
 }
 
 sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,

@@ -149,8 +149,9 @@ def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:
 
 def _constant_inputs(component: Component, case: Case, steps: int) -> Floats:
     values = {"force": (1.0,) * len(case.force), "frequency": case.frequency}
-    inputs = np.zeros((steps, len(component.input_names)))
+    names = component.input_names
+    inputs = np.tile([float(name == "limit_scale") for name in names], (steps, 1))
     for quantity, per_mode in values.items():
         for mode, value in zip("AB", per_mode, strict=False):
-            inputs[:, component.input_names.index(f"{quantity}_{mode}")] = value
+            inputs[:, names.index(f"{quantity}_{mode}")] = value
     return inputs

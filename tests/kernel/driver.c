@@ -8,6 +8,7 @@ void check_torus(void);
 void check_motion(void);
 void check_table(void);
 void check_slow_flow(void);
+void check_directional(void);
 void check_component(void);
 void check_component_refusals(void);
 void check_long_run(void);
@@ -21,6 +22,7 @@ static const struct {
               {"motion", check_motion},
               {"table", check_table},
               {"slow-flow", check_slow_flow},
+              {"directional", check_directional},
               {"component", check_component},
               {"component-refusals", check_component_refusals},
               {"long-run", check_long_run},

@@ -112,6 +112,22 @@ table new_table(int modes, int count_a, int count_b) {
     return t;
 }
 
+table new_rich_table(int count_a, int count_b, int near) {
+    table t = new_table(2, count_a, count_b);
+    const int fields = 2 * (2 + near + 1), rows = count_a * count_b * 4;
+    double *values = new_doubles((size_t)(rows * fields));
+    for (int r = 0; r < rows; r++) {
+        for (int f = 0; f < fields - 2; f++)
+            values[r * fields + f] = t.values[r * 4 + f % 4] * (f < 4 ? 1.0 : 0.3);
+        values[r * fields + fields - 2] = 0.2 * t.values[r * 4];
+    }
+    free(t.values);
+    t.table.values = t.values = values;
+    t.table.near = near;
+    t.table.power = 1;
+    return t;
+}
+
 void free_table(table *t) {
     free(t->node_a);
     free(t->node_b);
@@ -124,7 +140,7 @@ sm_slow_flow flow_over(const table *t) {
 }
 
 sm_inputs resonant_inputs(void) {
-    return (sm_inputs){.force = {0.15, 0.25}, .frequency = {0.98, 1.65}};
+    return (sm_inputs){.force = {0.15, 0.25}, .frequency = {0.98, 1.65}, .limit_scale = 1.0};
 }
 
 double random_number(void) {

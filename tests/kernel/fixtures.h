@@ -27,6 +27,8 @@ typedef struct {
 
 /* Amplitudes 0 to 4, unevenly spaced; S_j is a polynomial that a bicubic surface holds exactly. */
 table new_table(int modes, int count_a, int count_b);
+/* For two modes, with columns for `near` near resonances and for the friction power as well. */
+table new_rich_table(int count_a, int count_b, int near);
 void free_table(table *t);
 /* S_j of that polynomial, (Re, Im) of one or two modes. */
 void exact_friction(int modes, double a, double b, double *s);

@@ -123,7 +123,7 @@ static void random_component_call(model *m, double *before, double *state, doubl
     switch (random_below(6)) {
     case 0:
         /* a force whose phase races is noise, which is followed honestly and slowly */
-        spoil((double *)&inputs, INPUT_COUNT - SM_MODES);
+        spoil((double *)&inputs, offsetof(sm_inputs, phase_rate) / sizeof(double));
         status = sm_component_set_inputs(c, &inputs);
         break;
     case 1:

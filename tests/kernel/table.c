@@ -30,6 +30,29 @@ static void check_values(int modes, int count_a, int count_b) {
     free(s);
 }
 
+/* The slopes are those of the polynomial, by differences within a cell. */
+static void check_slopes(int modes, int count_a, int count_b) {
+    const double step = 1e-5;
+    table t = new_table(modes, count_a, count_b);
+    for (int k = 0; k < 200; k++) {
+        const double at[2] = {0.1 + 3.8 * random_number(), 0.1 + 3.8 * random_number()};
+        double slopes[12], value[4], after[4], before[4];
+        CHECK_STATUS(sm_table_lookup(&t.table, at, value), SM_OK);
+        CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), SM_OK);
+        for (int f = 0; f < 2 * modes; f++) CHECK_NEAR(slopes[f], value[f], 1e-16);
+        for (int j = 0; j < 2; j++) {
+            const double b = modes == 2 ? at[1] : 0.0, in_b = modes == 2 && j == 1 ? step : 0.0;
+            const double in_a = j == 0 ? step : 0.0;
+            exact_friction(modes, at[0] + in_a, b + in_b, after);
+            exact_friction(modes, at[0] - in_a, b - in_b, before);
+            for (int f = 0; f < 2 * modes; f++)
+                CHECK_NEAR(slopes[2 * modes * (j + 1) + f], (after[f] - before[f]) / (2.0 * step),
+                           1e-10);
+        }
+    }
+    free_table(&t);
+}
+
 static sm_status call_table_check(void *t) { return sm_table_check(t); }
 
 static void check_table_refusals(int modes) {
@@ -64,7 +87,7 @@ static void check_table_refusals(int modes) {
 static void check_lookup_refusals(void) {
     table t = new_table(2, 4, 4);
     sm_table *T = &t.table;
-    double s[4], at[2] = {1.0, 2.0};
+    double s[4], slopes[12], at[2] = {1.0, 2.0};
     CHECK_STATUS(sm_table_lookup(NULL, at, s), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_table_lookup(T, NULL, s), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_table_lookup(T, at, NULL), SM_BAD_ARGUMENT);
@@ -72,6 +95,10 @@ static void check_lookup_refusals(void) {
     CHECK_STATUS(sm_table_lookup_many(T, 1, NULL, s), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_table_lookup_many(T, 1, at, NULL), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_table_lookup_many(T, 0, NULL, NULL), SM_OK);
+    CHECK_STATUS(sm_table_lookup_slopes(NULL, at, slopes), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_slopes(T, NULL, slopes), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup_slopes(T, at, NULL), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup_slopes(T, at, slopes), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, T->count_b, 0, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
     for (int j = 0; j < 2; j++) {
@@ -80,11 +107,13 @@ static void check_lookup_refusals(void) {
         CHECK_REFUSES(double, at[j], -1e-300, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
         CHECK_REFUSES(double, at[j], 1e308, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
         CHECK_REFUSES(double, at[j], NAN, sm_table_lookup(T, at, s), SM_NOT_FINITE);
+        CHECK_REFUSES(double, at[j], 4.1, sm_table_lookup_slopes(T, at, slopes), SM_OUTSIDE_TABLE);
         CHECK_REFUSES(double, at[j], INFINITY, sm_table_lookup_many(T, 1, at, s), SM_NOT_FINITE);
     }
     /* an unchecked table with a NaN in it gives a status, never the NaN */
     for (int k = 0; k < 4 * 4 * 16; k++) t.values[k] = NAN;
     CHECK_STATUS(sm_table_lookup(T, at, s), SM_NOT_FINITE);
+    CHECK_STATUS(sm_table_lookup_slopes(T, at, slopes), SM_NOT_FINITE);
     free_table(&t);
 }
 
@@ -93,6 +122,8 @@ void check_table(void) {
     check_values(1, 17, 1);
     check_values(2, 2, 2);
     check_values(2, 9, 5);
+    check_slopes(1, 9, 1);
+    check_slopes(2, 9, 5);
     check_table_refusals(1);
     check_table_refusals(2);
     check_lookup_refusals();

@@ -1,0 +1,142 @@
+#include "instant.h"
+
+#include <string.h>
+
+#include "check.h"
+
+sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
+    for (int j = 0; j < modes; j++) {
+        const double values[] = {inputs->force[j], inputs->force_rate[j],
+                                 inputs->frequency_rate[j], inputs->phase[j],
+                                 inputs->phase_rate[j], inputs->angle[j]};
+        if (!sm_all_finite(values, sizeof values / sizeof *values)) return SM_NOT_FINITE;
+        const sm_status status = sm_check_positive(inputs->frequency[j]);
+        if (status != SM_OK) return status;
+    }
+    if (!isfinite(inputs->limit_scale_rate)) return SM_NOT_FINITE;
+    return sm_check_positive(inputs->limit_scale);
+}
+
+sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
+    sm_inputs after = {.limit_scale = inputs->limit_scale + inputs->limit_scale_rate * elapsed,
+                       .limit_scale_rate = inputs->limit_scale_rate};
+    for (int j = 0; j < modes; j++) {
+        after.force[j] = inputs->force[j] + inputs->force_rate[j] * elapsed;
+        after.force_rate[j] = inputs->force_rate[j];
+        after.frequency[j] = inputs->frequency[j] + inputs->frequency_rate[j] * elapsed;
+        after.frequency_rate[j] = inputs->frequency_rate[j];
+        after.phase[j] = inputs->phase[j] + inputs->phase_rate[j] * elapsed;
+        after.phase_rate[j] = inputs->phase_rate[j];
+        after.angle[j] = inputs->angle[j]
+                         + elapsed * (inputs->frequency[j]
+                                      + 0.5 * inputs->frequency_rate[j] * elapsed);
+    }
+    return after;
+}
+
+static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]); }
+
+/* Carrier at the forcing (consistent formulation):
+ *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
+ * carrier at the natural frequency, detuning to first order (the paper's):
+ *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
+static sm_coefficients coefficients(const sm_slow_flow *flow, int j, const sm_inputs *in,
+                                    sm_complex direction) {
+    const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
+    const sm_complex c0 = pair(flow->turn[j].c[0]), c1 = pair(flow->turn[j].c[1]);
+    sm_coefficients now = {
+        .excitation = sm_cscale(direction, in->force[j]),
+        .turn = sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re),
+        .mass = sm_cx(damping, 2.0 * Omega),
+        .stiffness = sm_cx((omega - Omega) * (omega + Omega),
+                           damping * Omega + in->frequency_rate[j])};
+    if (flow->paper) {
+        now.mass = sm_cx(0.0, 2.0 * omega);
+        now.stiffness = sm_cx(2.0 * omega * (omega - Omega), damping * omega);
+    }
+    return now;
+}
+
+sm_coefficients sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant, int j,
+                                       const sm_inputs *change) {
+    const sm_inputs *in = &instant->inputs;
+    const double omega = flow->natural[j], dOmega = change->frequency[j];
+    const sm_complex c1 = pair(flow->turn[j].c[1]);
+    sm_coefficients d = {
+        .excitation = sm_cmul(instant->direction[j],
+                              sm_cx(change->force[j], in->force[j] * change->phase[j])),
+        .turn = sm_cx(-dOmega * c1.im, dOmega * c1.re),
+        .mass = sm_cx(0.0, 2.0 * dOmega),
+        .stiffness = sm_cx(-2.0 * in->frequency[j] * dOmega,
+                           flow->damping[j] * dOmega + change->frequency_rate[j])};
+    if (flow->paper) {
+        d.mass = sm_cx(0.0, 0.0);
+        d.stiffness = sm_cx(-2.0 * omega * dOmega, 0.0);
+    }
+    return d;
+}
+
+double sm_near_angle(const sm_near *near, const double *theta) {
+    return near->n * theta[0] + near->m * theta[1] - theta[near->mode];
+}
+
+/* d/dt of the inputs, as inputs. */
+static sm_inputs rates_of(const sm_inputs *in) {
+    sm_inputs d = {.limit_scale = in->limit_scale_rate};
+    for (int j = 0; j < SM_MODES; j++) {
+        d.force[j] = in->force_rate[j];
+        d.frequency[j] = in->frequency_rate[j];
+        d.phase[j] = in->phase_rate[j];
+        d.angle[j] = in->frequency[j];
+    }
+    return d;
+}
+
+static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
+    const sm_inputs rates = rates_of(in);
+    for (int j = 0; j < flow->table.modes; j++) {
+        if (!instant->known || instant->inputs.phase[j] != in->phase[j])
+            instant->direction[j] = sm_cx(cos(in->phase[j]), sin(in->phase[j]));
+        instant->now[j] = coefficients(flow, j, in, instant->direction[j]);
+        instant->per_mass[j] = sm_cdiv(sm_cx(1.0, 0.0), instant->now[j].mass);
+    }
+    instant->per_scale = 1.0 / in->limit_scale;
+    instant->inputs = *in;
+    for (int j = 0; j < flow->table.modes; j++)
+        instant->rate[j] = sm_coefficients_change(flow, instant, j, &rates);
+    for (int k = 0; k < flow->table.near; k++)
+        instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
+}
+
+/* 1 where the angles of two near resonances are equal whatever the thetas, -1 where opposite. */
+static int relation(const sm_near *a, const sm_near *b) {
+    const int32_t n_a = a->n - (a->mode == 0), m_a = a->m - (a->mode == 1);
+    const int32_t n_b = b->n - (b->mode == 0), m_b = b->m - (b->mode == 1);
+    if (n_a == n_b && m_a == m_b) return 1;
+    return n_a == -n_b && m_a == -m_b ? -1 : 0;
+}
+
+/* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
+static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
+    for (int k = 0; k < flow->table.near; k++) {
+        const int like_first = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
+        const sm_complex first = instant->near_wave[0];
+        if (like_first) {
+            instant->near_wave[k] = like_first > 0 ? first : sm_conj(first);
+            continue;
+        }
+        const double angle = sm_near_angle(&flow->near[k], theta);
+        instant->near_wave[k] = sm_cx(cos(angle), sin(angle));
+    }
+}
+
+void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs) {
+    const size_t held = offsetof(sm_inputs, angle);
+    const int same = instant->known && memcmp(&instant->inputs, inputs, held) == 0;
+    const int here = instant->known
+                     && memcmp(instant->inputs.angle, inputs->angle, sizeof inputs->angle) == 0;
+    if (!same) set_coefficients(instant, flow, inputs);
+    if (!here) set_near_waves(instant, flow, inputs->angle);
+    instant->inputs = *inputs;
+    instant->known = 1;
+}

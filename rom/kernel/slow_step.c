@@ -1,0 +1,73 @@
+/* A step of the slow flow: Dormand and Prince 1980, the 5(4) pair with first-same-as-last. */
+#include <math.h>
+
+#include "slow_flow.h"
+
+#define STAGES 7
+
+static const double NODE[STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
+static const double WEIGHT[STAGES][STAGES - 1] = {
+    {0.0},
+    {0.2},
+    {3.0 / 40.0, 9.0 / 40.0},
+    {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
+    {19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0},
+    {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0},
+    {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0}};
+static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
+                                     -71.0 / 16695.0, 71.0 / 1920.0,
+                                     -17253.0 / 339200.0, 22.0 / 525.0,
+                                     -1.0 / 40.0};
+
+#define NEGLIGIBLE 1e-140 /* of an amplitude: the square of less is a denormal, which is slow */
+
+/* y + h sum of the stages so far, `count` of them */
+static void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count, double *y_new) {
+    double sum[SM_UNKNOWNS] = {0.0};
+    for (int p = 0; p < count; p++)
+        for (int u = 0; u < SM_UNKNOWNS; u++) sum[u] += WEIGHT[count][p] * k[p][u];
+    for (int u = 0; u < SM_UNKNOWNS; u++) {
+        y_new[u] = y[u] + h * sum[u];
+        if (fabs(y_new[u]) < NEGLIGIBLE) y_new[u] = 0.0;
+    }
+}
+
+/* Estimated error of the amplitudes after the step, relative to the tolerance. */
+static double error_of(const sm_table *table, double h, double tolerance,
+                       double (*k)[SM_UNKNOWNS], const double *y_new) {
+    const double range[SM_MODES] = {table->node_a[table->count_a - 1],
+                                    table->modes == SM_MODES ? table->node_b[table->count_b - 1]
+                                                             : 0.0};
+    double e[SM_UNKNOWNS] = {0.0}, largest = 0.0;
+    for (int p = 0; p < STAGES; p++)
+        for (int u = 0; u < SM_UNKNOWNS; u++) e[u] += ERROR[p] * k[p][u];
+    for (int j = 0; j < table->modes; j++) {
+        const double *a = y_new + 2 * j, *e_j = e + 2 * j;
+        const double modulus = sqrt(a[0] * a[0] + a[1] * a[1]);
+        const double scale = tolerance * (modulus + 1e-3 * range[j]);
+        const double relative = h * sqrt(e_j[0] * e_j[0] + e_j[1] * e_j[1]) / scale;
+        if (!isfinite(relative)) return relative;
+        largest = fmax(largest, relative);
+    }
+    return largest;
+}
+
+sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
+                           double h, const sm_inputs *end, double tolerance, sm_instant *instant,
+                           const double *y, const double *dy, double *y_new, double *dy_new,
+                           double *error) {
+    double k[STAGES][SM_UNKNOWNS];
+    for (int u = 0; u < SM_UNKNOWNS; u++) k[0][u] = dy[u];
+    for (int stage = 1; stage < STAGES; stage++) {
+        const sm_inputs now =
+            NODE[stage] < 1.0
+                ? sm_inputs_after(inputs, flow->table.modes, elapsed + NODE[stage] * h)
+                : *end;
+        move(y, h, k, stage, y_new);
+        const sm_status status = sm_slow_flow_derivative(flow, &now, instant, y_new, k[stage]);
+        if (status != SM_OK) return status;
+    }
+    *error = error_of(&flow->table, h, tolerance, k, y_new);
+    for (int u = 0; u < SM_UNKNOWNS; u++) dy_new[u] = k[STAGES - 1][u];
+    return SM_OK;
+}

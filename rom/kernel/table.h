@@ -1,0 +1,15 @@
+#ifndef SLIPMODE_TABLE_H
+#define SLIPMODE_TABLE_H
+
+#include "slipmode.h"
+
+/* What keeps a look-up inside the arrays. */
+sm_status sm_table_check_shape(const sm_table *table);
+
+/* As sm_table_lookup_slopes, but neither the table's shape nor the result is checked. `cell`
+ * (SM_MODES) says where to look first and is left at the cell found; the result does not depend
+ * on it. */
+sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
+                               double *slopes);
+
+#endif
