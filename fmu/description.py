@@ -215,6 +215,11 @@ class _Writer:
             (v, v.needs or (v.name,)) for v in self.variables if v.causality is Causality.OUTPUT
         ]
 
+    def differentiable(self) -> str:
+        """Whether all derivatives and outputs have directional derivatives: contacts have none."""
+        contact = any(v.name.startswith("contact_") for v in self.variables)
+        return "false" if contact else "true"
+
     def derivatives(self) -> list[Variable]:
         return [v for v in self.variables if v.kind is Kind.RATE]
 
@@ -248,6 +253,7 @@ class _Fmi2(_Writer):
             "canNotUseMemoryManagementFunctions": "true",
             "canGetAndSetFMUstate": "true",
             "canSerializeFMUstate": "true",
+            "providesDirectionalDerivative": self.differentiable(),
         }
         exchange = SubElement(
             root, "ModelExchange", common, completedIntegratorStepNotNeeded="true"
@@ -312,6 +318,7 @@ class _Fmi3(_Writer):
             "modelIdentifier": MODEL_IDENTIFIER,
             "canGetAndSetFMUState": "true",
             "canSerializeFMUState": "true",
+            "providesDirectionalDerivatives": self.differentiable(),
         }
         SubElement(root, "ModelExchange", common)
         SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")

@@ -108,8 +108,8 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
 
 def _inputs(variables: Sequence[Variable]) -> np.ndarray:
     """sm_inputs at the start."""
-    inputs = np.zeros(_kernel.INPUTS.itemsize // 8)
+    inputs = _kernel.inputs(1).view(float).ravel()
     for variable in variables:
         if variable.kind is Kind.INPUT and variable.start is not None:
             inputs[variable.slot] = variable.start
-    return inputs
+    return np.asarray(inputs)

@@ -12,7 +12,7 @@ from math import isfinite
 
 from fmu.quantities import Quantity
 from fmu.variable import Causality, Kind, Type, Variable
-from rom import Model, SlipmodeError, _kernel
+from rom import Coulomb, Model, SlipmodeError, _kernel
 
 EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
 
@@ -98,10 +98,11 @@ class _Needs:
         self.rate = (*self.inputs, *followed)
         # friction power: the rates of the inputs do not enter
         self.power = (*(name for name in self.inputs if "_rate" not in name), *followed)
+        self.margin = (*self.amplitudes, *(n for n in self.inputs if n == "limit_scale"))
         self.motion = (*self.inputs, *self.amplitudes, *self.angles)
 
 
-def _input_slot(field: str, mode: int) -> int:
+def _input_slot(field: str, mode: int = 0) -> int:
     fields = _kernel.INPUTS.fields
     assert fields is not None
     return int(fields[field][1]) // 8 + mode
@@ -133,6 +134,27 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 quantity.rate,
                 start=0.0,
             )
+
+    if isinstance(model.law, Coulomb) and not choice.contact:
+        description = "Friction limits relative to the model's"
+        yield _scale("limit_scale", description, Quantity.RATIO, 1.0, 0.0)
+        description = "Rate of limit_scale, which moves at it until it is set again"
+        yield _scale("limit_scale_rate", description, Quantity.RATIO_RATE, 0.0, None)
+
+
+def _scale(
+    name: str, description: str, quantity: Quantity, start: float, minimum: float | None
+) -> Variable:
+    return Variable(
+        name,
+        description,
+        Kind.INPUT,
+        _input_slot(name),
+        Causality.INPUT,
+        quantity,
+        start=start,
+        minimum=minimum,
+    )
 
 
 def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
@@ -249,7 +271,7 @@ def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
         Causality.OUTPUT,
         Quantity.TABLE_STATUS,
         Type.ENUMERATION,
-        needs=needs.amplitudes,
+        needs=needs.margin,
     )
 
 

@@ -16,13 +16,17 @@ static fmu_status answer(const fmu_instance *instance, sm_status status, const c
                    instance->outputs[0], sm_message(status));
 }
 
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] *= instance->model.force_factor[j];
+        inputs->force_rate[j] *= instance->model.force_factor[j];
+    }
+}
+
 /* The inputs as the core takes them: modal forces. */
 static sm_inputs modal_inputs(const fmu_instance *instance) {
     sm_inputs inputs = instance->inputs;
-    for (int j = 0; j < SM_MODES; j++) {
-        inputs.force[j] *= instance->model.force_factor[j];
-        inputs.force_rate[j] *= instance->model.force_factor[j];
-    }
+    fmu_scale_forces(instance, &inputs);
     return inputs;
 }
 
@@ -71,23 +75,48 @@ static fmu_status apply_inputs(fmu_instance *instance) {
     return answer(instance, status, "inputs");
 }
 
+/* The inputs where the importer, or the component, has taken the angles. */
+static sm_inputs inputs_now(const fmu_instance *instance) {
+    sm_inputs inputs = modal_inputs(instance);
+    memcpy(inputs.angle, instance->outputs + 5, sizeof inputs.angle);
+    return inputs;
+}
+
+/* Rates of amplitudes become those of all states. */
+static void complete_rates(int modes, const double *frequency, double dissipated, double *rates) {
+    for (int j = 0; j < modes; j++) rates[2 * modes + j] = frequency[j];
+    rates[3 * modes] = dissipated;
+}
+
 fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     fmu_status status = start(instance);
     if (status != FMU_OK || instance->rates_current) return status;
-    const int modes = instance->model.modes;
     double *outputs = instance->outputs, power[2];
-    sm_inputs inputs = modal_inputs(instance);
-    memcpy(inputs.angle, outputs + 5, sizeof inputs.angle);
+    const sm_inputs inputs = inputs_now(instance);
     status = answer(instance,
                     sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
                                       instance->rates, &power[0], &power[1]),
                     "derivatives");
     if (status != FMU_OK) return status;
-    for (int j = 0; j < modes; j++) instance->rates[2 * modes + j] = inputs.frequency[j];
-    instance->rates[3 * modes] = power[1];
+    complete_rates(instance->model.modes, inputs.frequency, power[1], instance->rates);
     if (instance->interface == FMU_MODEL_EXCHANGE) memcpy(outputs + 7, power, sizeof power);
     instance->rates_current = 1;
     return FMU_OK;
+}
+
+fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
+                                    const sm_inputs *d_inputs, double *d_rates,
+                                    double d_power[2]) {
+    const sm_inputs inputs = inputs_now(instance);
+    const fmu_status status =
+        answer(instance,
+               sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
+                                        instance->outputs + 1, d_amplitude, d_inputs, d_rates,
+                                        &d_power[0], &d_power[1]),
+               "directional derivative");
+    if (status == FMU_OK)
+        complete_rates(instance->model.modes, d_inputs->frequency, d_power[1], d_rates);
+    return status;
 }
 
 fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
@@ -175,6 +204,7 @@ static void move_inputs(sm_inputs *inputs, double duration) {
         inputs->frequency[j] += inputs->frequency_rate[j] * duration;
         inputs->phase[j] += inputs->phase_rate[j] * duration;
     }
+    inputs->limit_scale += inputs->limit_scale_rate * duration;
 }
 
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {

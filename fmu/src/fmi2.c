@@ -194,9 +194,10 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         size_t unknowns, const fmi2ValueReference known[],
                                         size_t knowns, const fmi2Real dv_known[],
                                         fmi2Real dv_unknown[]) {
-    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)dv_known, (void)dv_unknown;
     ALLOW(READABLE, "fmi2GetDirectionalDerivative");
-    REFUSE_IF(1, "fmi2GetDirectionalDerivative: not provided");
+    REFUSE_IF((unknowns > 0 && (!unknown || !dv_unknown)) || (knowns > 0 && (!known || !dv_known)),
+              "fmi2GetDirectionalDerivative: an array is NULL");
+    return (fmi2Status)fmu_directional(c, unknown, unknowns, known, knowns, dv_known, dv_unknown);
 }
 
 /* ---- Model Exchange -------------------------------------------------------------------- */

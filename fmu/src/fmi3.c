@@ -205,6 +205,18 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
     return (fmi3Status)fmu_snapshot_read(c, bytes, size, (fmu_snapshot **)state);
 }
 
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
+                                        size_t unknowns, const fmi3ValueReference known[],
+                                        size_t knowns, const fmi3Float64 seed[], size_t seeds,
+                                        fmi3Float64 sensitivity[], size_t sensitivities) {
+    ALLOW(READABLE, "fmi3GetDirectionalDerivative");
+    REFUSE_IF((unknowns > 0 && (!unknown || !sensitivity)) || (knowns > 0 && (!known || !seed)),
+              "fmi3GetDirectionalDerivative: an array is NULL");
+    REFUSE_IF(seeds != knowns || sensitivities != unknowns,
+              "fmi3GetDirectionalDerivative: as many values are needed as value references");
+    return (fmi3Status)fmu_directional(c, unknown, unknowns, known, knowns, seed, sensitivity);
+}
+
 /* ---- Model Exchange -------------------------------------------------------------------- */
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {

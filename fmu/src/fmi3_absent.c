@@ -76,15 +76,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     REFUSE("fmi3GetVariableDependencies", ": those of the model description are all");
 }
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
-                                        size_t unknowns, const fmi3ValueReference known[],
-                                        size_t knowns, const fmi3Float64 seed[], size_t seeds,
-                                        fmi3Float64 sensitivity[], size_t sensitivities) {
-    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)seeds;
-    (void)sensitivity, (void)sensitivities;
-    REFUSE("fmi3GetDirectionalDerivative", ": not provided");
-}
-
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
                                     size_t unknowns, const fmi3ValueReference known[],
                                     size_t knowns, const fmi3Float64 seed[], size_t seeds,

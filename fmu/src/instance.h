@@ -97,12 +97,25 @@ fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t
 fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference, size_t count,
                                const double *value);
 
+double fmu_modulus(const double amplitude[2]);
+/* sensitivity = d unknown / d known seed */
+fmu_status fmu_directional(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
+                           const uint32_t *known, size_t knowns, const double *seed,
+                           double *sensitivity);
+
 /* ---- evaluation ------------------------------------------------------------------------ */
 
 /* Brings into effect what was set, and up to date what is read. */
 fmu_status fmu_evaluate_outputs(fmu_instance *instance);
 fmu_status fmu_evaluate_rates(fmu_instance *instance);
 fmu_status fmu_evaluate_motion(fmu_instance *instance);
+/* Forces in the importer's units become modal ones. */
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs);
+/* Changes of the rates of all states, and of input and dissipated power, along changes of the
+ * amplitudes and of modal inputs with their angles; the outputs must be up to date. */
+fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
+                                    const sm_inputs *d_inputs, double *d_rates,
+                                    double d_power[2]);
 /* Advances a component by duration > 0. */
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration);
 /* Puts a component with these parameters into a state; what was evaluated is forgotten. */

@@ -41,13 +41,17 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
     }
 }
 
+double fmu_modulus(const double amplitude[2]) {
+    return sqrt(amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]);
+}
+
 static double present_value(const fmu_instance *instance, const fmu_variable *variable) {
     const double *amplitude = instance->outputs + 1 + 2 * variable->slot;
     switch (variable->kind) {
     case FMU_INPUT: return ((const double *)(const void *)&instance->inputs)[variable->slot];
     case FMU_PARAMETER: return instance->parameters[variable->slot];
     case FMU_RATE: return instance->rates[variable->slot];
-    case FMU_MODULUS: return sqrt(amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]);
+    case FMU_MODULUS: return fmu_modulus(amplitude);
     case FMU_PHASE: return atan2(amplitude[1], amplitude[0]);
     default: return instance->outputs[variable->slot];
     }
@@ -73,7 +77,8 @@ static int32_t margin(const fmu_instance *instance) {
         table->modes == SM_MODES ? table->node_b[table->count_b - 1] : 1.0};
     for (int j = 0; j < table->modes; j++) {
         const double *a = instance->outputs + 1 + 2 * j;
-        if (a[0] * a[0] + a[1] * a[1] > EDGE * EDGE * range[j] * range[j]) return NEAR_EDGE;
+        const double edge = EDGE * range[j] * instance->inputs.limit_scale;
+        if (a[0] * a[0] + a[1] * a[1] > edge * edge) return NEAR_EDGE;
     }
     return INSIDE;
 }
@@ -91,18 +96,28 @@ fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t
     return FMU_OK;
 }
 
-/* Doubles of sm_inputs, from that of a value to that of its rate. */
+/* Doubles of sm_inputs. */
 #define INPUT_SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
-#define RATE_AFTER SM_MODES
 
 static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
+
+/* The slot of an input's rate; negative for one that has none. */
+static int32_t rate_slot(int32_t slot) {
+    if (slot == INPUT_SLOT(limit_scale)) return INPUT_SLOT(limit_scale_rate);
+    const int has = is_of(slot, INPUT_SLOT(force)) || is_of(slot, INPUT_SLOT(frequency)) ||
+                    is_of(slot, INPUT_SLOT(phase));
+    return has ? slot + SM_MODES : -1;
+}
 
 /* NULL, or what a value must be. */
 static const char *value_needs(const fmu_variable *variable, double value) {
     if (!isfinite(value)) return "finite";
     const int32_t slot = variable->slot;
-    if (variable->kind == FMU_INPUT)
-        return is_of(slot, INPUT_SLOT(frequency)) && !(value > 0.0) ? "> 0" : NULL;
+    if (variable->kind == FMU_INPUT) {
+        const int positive =
+            is_of(slot, INPUT_SLOT(frequency)) || slot == INPUT_SLOT(limit_scale);
+        return positive && !(value > 0.0) ? "> 0" : NULL;
+    }
     if (variable->kind != FMU_PARAMETER) return NULL;
     if (slot == FMU_TOLERANCE)
         return value >= 1e-13 && value <= 1e-2 ? NULL : "1e-13 to 0.01";
@@ -168,10 +183,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
         const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
         if (!variable) return FMU_ERROR;
         const char *name = instance->model.name[reference[k]];
-        const int32_t slot = variable->slot;
-        if (variable->kind != FMU_INPUT ||
-            !(is_of(slot, INPUT_SLOT(force)) || is_of(slot, INPUT_SLOT(frequency)) ||
-              is_of(slot, INPUT_SLOT(phase))))
+        if (variable->kind != FMU_INPUT || rate_slot(variable->slot) < 0)
             return fmu_say(instance, FMU_ERROR, "%s: is not an input that has a rate", name);
         if (!isfinite(value[k]))
             return fmu_say(instance, FMU_ERROR, "%s: its rate must be finite, got %g", name,
@@ -179,7 +191,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
     }
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model.variable[reference[k]];
-        const fmu_variable rate = {FMU_REAL, FMU_INPUT, variable->slot + RATE_AFTER};
+        const fmu_variable rate = {FMU_REAL, FMU_INPUT, rate_slot(variable->slot)};
         set_value(instance, &rate, value[k]);
     }
     return FMU_OK;
