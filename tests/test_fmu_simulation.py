@@ -3,18 +3,42 @@
 import shutil
 import subprocess
 import sys
+import zlib
 from concurrent.futures import ThreadPoolExecutor
+from ctypes import POINTER, c_double
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
-from fmu_fixtures import START, VERSIONS, Instance, component, instance
+from fmu_fixtures import FORCE, START, VERSIONS, Instance, component, instance
+
+import fmu
+import rom
 
 TESTS = Path(__file__).parent
 FMI_ERRORS = fmpy.fmi1.FMICallException
 SLOW = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
 FAST = ("contact_0_x", "contact_1_v", "contact_0_f", "x_0", "x_1")
+
+
+_DOUBLES = POINTER(c_double)
+
+
+@pytest.fixture(scope="module")
+def coulomb_model():
+    reduced = rom.reduce(rom.two_mass())
+    return rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(3.0, 3.0), tolerance=1e-2)
+
+
+@pytest.fixture(scope="module")
+def scalable(coulomb_model, tmp_path_factory):
+    """{2: folder, 3: folder}: FMUs whose friction limit is an input."""
+    folder = tmp_path_factory.mktemp("scalable")
+    for fmi in VERSIONS:
+        path = fmu.export(coulomb_model, folder / f"{fmi}.fmu", FORCE, fmi=fmi, start=START)
+        shutil.unpack_archive(path, folder / str(fmi), format="zip")
+    return {fmi: folder / str(fmi) for fmi in VERSIONS}
 
 
 @pytest.fixture(params=VERSIONS)
@@ -87,6 +111,66 @@ def test_model_exchange_agrees_with_co_simulation(fmus, fmi):
         np.testing.assert_allclose(solved[name], stepped[name], atol=0.01 * scale, err_msg=name)
 
 
+def _directional(made, unknowns, known):
+    unknown = [made.reference[name] for name in unknowns]
+    return made.fmu.getDirectionalDerivative(unknown, [made.reference[known]], [1.0])
+
+
+def test_directional_derivatives_are_those_of_differences(scalable, fmi):
+    """Of every derivative and differentiable output, by every input and state."""
+    states = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
+    unknowns = [
+        *(f"der({state})" for state in states),
+        *("input_power", "dissipated_power", "A_abs", "A_phase", "B_abs", "B_phase", *states),
+    ]
+    at = {"A_re": 1.1, "A_im": -0.4, "B_re": 0.3, "B_im": 0.5, "force_rate_A": 1e-3}
+    step = 1e-5
+    with instance(scalable[fmi], fmi, exchange=True) as made:
+        description = fmpy.read_model_description(scalable[fmi])
+        assert description.modelExchange.providesDirectionalDerivative or fmi == 3
+        made.start(**at)
+        if fmi == 2:
+            made.fmu.newDiscreteStates()
+        else:
+            made.fmu.updateDiscreteStates()
+        made.fmu.enterContinuousTimeMode()
+        base = made.get(*states)
+        inputs = [v.name for v in description.modelVariables if v.causality == "input"]
+        assert "limit_scale" in inputs
+
+        def values(name, change):
+            if name in states:
+                moved = base + change * (np.array(states) == name)
+                made.fmu.setContinuousStates(moved.ctypes.data_as(_DOUBLES), moved.size)
+                result = made.get(*unknowns)
+                made.fmu.setContinuousStates(base.ctypes.data_as(_DOUBLES), base.size)
+                return result
+            before = made.get(name)[0]
+            made.set(**{name: before + change})
+            result = made.get(*unknowns)
+            made.set(**{name: before})
+            return result
+
+        for name in (*states, *inputs):
+            expected = (values(name, step) - values(name, -step)) / (2 * step)
+            analytic = _directional(made, unknowns, name)
+            np.testing.assert_allclose(analytic, expected, atol=2e-4, err_msg=name)
+
+
+def test_the_friction_limit_follows_its_input(scalable, fmi, coulomb_model):
+    """Limits and forces twice as large: amplitudes twice as large."""
+    ends = []
+    for scale in (1.0, 2.0):
+        with instance(scalable[fmi], fmi) as made:
+            made.start(force_A=0.1 * scale, force_B=0.1 * scale, limit_scale=scale)
+            made.step(0.0, 100.0)
+            ends.append(made.get("A_re", "A_im", "B_re", "B_im") / scale)
+            with pytest.raises(FMI_ERRORS):
+                made.set(limit_scale=0.0)
+            assert "limit_scale: must be > 0, got 0" in made.messages[-1][1]
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-4)
+
+
 def test_results_do_not_depend_on_the_steps(unzipped, fmi):
     """Steps of 0.01 to 100 s to the same time; the internal tolerance is 1e-6."""
     ends = []
@@ -144,8 +228,6 @@ def test_a_state_continues_in_another_process(unzipped, fmi):
 
 
 def test_a_state_of_another_model_is_refused(unzipped, fmi, tmp_path, one_mode_model):
-    import fmu
-
     path = fmu.export(one_mode_model, tmp_path / "other.fmu", ({0: 1.0},), fmi=fmi)
     shutil.unpack_archive(path, tmp_path / "other", format="zip")
     with instance(unzipped[fmi], fmi) as made, instance(tmp_path / "other", fmi) as other:
@@ -309,8 +391,6 @@ def test_damaged_resources_are_refused_and_named(unzipped, fmi, tmp_path, name, 
 
 def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path):
     """Consistent in themselves, but not of the format that the library reads."""
-    import zlib
-
     folder = tmp_path / "newer"
     shutil.copytree(unzipped[fmi], folder)
     resources = folder / "resources"

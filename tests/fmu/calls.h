@@ -47,6 +47,9 @@ typedef struct {
     status (*get_derivatives)(void *c, double *derivatives, size_t count);
     status (*get_nominals)(void *c, double *nominals, size_t count);
     status (*get_indicators)(void *c, size_t count);
+    status (*directional)(void *c, const uint32_t *unknown, size_t unknowns,
+                          const uint32_t *known, size_t knowns, const double *seed,
+                          double *sensitivity);
     status (*absent)(void *c, int which); /* calls that are always refused */
     int absent_count;
 } calls;

@@ -124,6 +124,9 @@ const calls fmi2_calls = {
     .get_derivatives = AS(status (*)(void *, double *, size_t), fmi2GetDerivatives),
     .get_nominals = AS(status (*)(void *, double *, size_t), fmi2GetNominalsOfContinuousStates),
     .get_indicators = get_indicators,
+    .directional = AS(status (*)(void *, const uint32_t *, size_t, const uint32_t *, size_t,
+                                 const double *, double *),
+                      fmi2GetDirectionalDerivative),
     .absent = absent,
     .absent_count = 9,
 };

@@ -83,6 +83,13 @@ static status get_indicators(void *c, size_t count) {
     return (status)fmi3GetEventIndicators(c, value, count);
 }
 
+static status directional(void *c, const uint32_t *unknown, size_t unknowns,
+                          const uint32_t *known, size_t knowns, const double *seed,
+                          double *sensitivity) {
+    return (status)fmi3GetDirectionalDerivative(c, unknown, unknowns, known, knowns, seed, knowns,
+                                                sensitivity, unknowns);
+}
+
 static status absent_clocks(void *c, int which) {
     const fmi3ValueReference vr = 1;
     fmi3Clock clock = true;
@@ -182,6 +189,7 @@ const calls fmi3_calls = {
     .get_derivatives = AS(status (*)(void *, double *, size_t), fmi3GetContinuousStateDerivatives),
     .get_nominals = AS(status (*)(void *, double *, size_t), fmi3GetNominalsOfContinuousStates),
     .get_indicators = get_indicators,
+    .directional = directional,
     .absent = absent,
     .absent_count = 12 + 28,
 };

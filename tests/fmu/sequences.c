@@ -158,9 +158,11 @@ static double good_value(const fmu_variable *v) {
     if (v->kind == FMU_START) return 2.0 * uniform() - 1.0;
     if (v->kind == FMU_PARAMETER)
         return v->slot == FMU_TOLERANCE ? 1e-6 : 0.001 + 0.01 * uniform();
+    if (v->slot == SLOT(limit_scale)) return 0.8 + 0.4 * uniform();
     if (v->slot == SLOT(frequency[0])) return 0.9 + 0.2 * uniform();
     if (v->slot == SLOT(frequency[1])) return 1.6 + 0.2 * uniform();
-    if (v->slot >= SLOT(frequency) && v->slot < SLOT(phase)) return 1e-4 * (uniform() - 0.5);
+    if ((v->slot >= SLOT(frequency) && v->slot < SLOT(phase)) || v->slot == SLOT(limit_scale_rate))
+        return 1e-4 * (uniform() - 0.5);
     return 0.2 * (uniform() - 0.5);
 }
 
@@ -205,6 +207,23 @@ static void get_reals(instance *i) {
     const status got = fmi->get_real(i->c, vr, count, value);
     judge(got, legal, 1, before, "get real");
     for (size_t k = 0; got == OK && k < count; k++) CHECK(isfinite(value[k]), "get real");
+}
+
+/* Any unknowns by any knowns. Where there is none, as of a modulus at zero, is not known here. */
+static void directional(instance *i) {
+    uint32_t unknown[3], known[3];
+    double seed[3], sensitivity[3] = {0.0};
+    const long before = messages.count;
+    const size_t unknowns = (size_t)below(4), knowns = (size_t)below(4);
+    for (int k = 0; k < 3; k++) {
+        unknown[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
+        known[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
+        seed[k] = below(20) ? uniform() : hostile_number();
+    }
+    const status got = fmi->directional(i->c, below(12) ? unknown : NULL, unknowns,
+                                        below(12) ? known : NULL, knowns, seed, sensitivity);
+    CHECK(got == OK || messages.count > before, "directional derivative");
+    CHECK(got != OK || !in(i, INSTANTIATED), "directional derivative");
 }
 
 /* Enumerations and booleans: the only ones there are, and wrong ones. */
@@ -361,7 +380,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
     const unsigned state = i->state;
     unsigned char *bytes = traced ? bytes_of(i, &size) : NULL;
     const long before = messages.count;
-    if (call < 20) get_reals(i);
+    if (call < 16) get_reals(i);
+    else if (call < 20) directional(i);
     else if (call < 24) other_types(i);
     else if (call < 28) save(i);
     else if (call < 32) restore(i);
