@@ -184,7 +184,7 @@ def _parser() -> argparse.ArgumentParser:
         "fmu",
         _fmu,
         "export a scene's model as an FMU",
-        "fmu two-mode -o two-mode.fmu --fmi 3 --platforms x86_64-windows aarch64-linux",
+        "fmu two-mode -o two-mode.fmu --fmi 2",
     )
     _scene_argument(fmu)
     fmu.add_argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)")
