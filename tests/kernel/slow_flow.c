@@ -95,6 +95,25 @@ static void check_equation(int modes, int paper) {
     free_table(&c.t);
 }
 
+/* From rest the rate is the one just after: what the contacts feel has a direction only then. */
+static void check_rest(void) {
+    rate_call c = new_call(2, 0);
+    double at_rest[4];
+    c.elapsed = 0.0;
+    memset(c.amplitude, 0, sizeof c.amplitude);
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    memcpy(at_rest, c.rate, sizeof at_rest);
+    c.elapsed = 1e-6;
+    for (int k = 0; k < 4; k++) c.amplitude[k] = c.elapsed * at_rest[k];
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    for (int k = 0; k < 4; k++) CHECK_NEAR(c.rate[k], at_rest[k], 1e-7);
+    c.elapsed = 1e-3; /* where the direction is that of the amplitude itself */
+    for (int k = 0; k < 4; k++) c.amplitude[k] = c.elapsed * at_rest[k];
+    CHECK_STATUS(evaluate(&c), SM_OK);
+    for (int k = 0; k < 4; k++) CHECK_NEAR(c.rate[k], at_rest[k], 1e-4);
+    free_table(&c.t);
+}
+
 /* Force that holds the amplitudes still: what it puts in goes into friction and damping. */
 static void check_power_balance(void) {
     rate_call c = new_call(2, 0);
@@ -257,6 +276,7 @@ void check_slow_flow(void) {
             check_equation(modes, paper);
             check_order(modes, paper);
         }
+    check_rest();
     check_power_balance();
     check_homogeneity(1e-3);
     check_homogeneity(7.0);
