@@ -115,10 +115,8 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
-        self._force_factor = _force_factors(model, force)
-        present = tuple(mode_names)[: model.modes]
-        if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
-            raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+        self._force_factor = force_factors(model, force)
+        present = present_modes(model, mode_names)
         self._mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
         self.input_names = tuple(
             f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
@@ -363,6 +361,14 @@ def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
     return later
 
 
+def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
+    """What the model's modes are called; names past their number are left out."""
+    present = tuple(mode_names)[: model.modes]
+    if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
+        raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+    return present
+
+
 def _output_names(
     model: Model, mode_names: Sequence[str], contact: bool, elastic: Sequence[int]
 ) -> tuple[str, ...]:
@@ -376,9 +382,7 @@ def _output_names(
     return tuple(names)
 
 
-def _force_factors(
-    model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None
-) -> Floats:
+def force_factors(model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
     factors = np.ones(_kernel.MODES)
     if force is not None:

@@ -13,7 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if defined(SM_HIDDEN) /* in a library that is not the core itself */
+#define SM_API
+#elif defined(_WIN32)
 #define SM_API __declspec(dllexport)
 #else
 #define SM_API __attribute__((visibility("default")))
