@@ -3,8 +3,8 @@
 Variables are named <quantity>_<mode>, mode A or B:
 
 inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
-          per second; where the law is Coulomb's and no contact motion is wanted also limit_scale,
-          the friction limits relative to the model's, and limit_scale_rate
+          per second; where the law is Coulomb's also limit_scale, the friction limits relative to
+          the model's, and limit_scale_rate
 outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
@@ -121,7 +121,7 @@ class Component:
         self.input_names = tuple(
             f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
         )
-        if isinstance(model.law, Coulomb) and not contact:
+        if isinstance(model.law, Coulomb):
             self.input_names += _kernel.SCALE_FIELDS
         self.output_names = _output_names(model, self._mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
@@ -292,8 +292,6 @@ class Component:
         """Why a name is not an input."""
         if name not in _kernel.SCALE_FIELDS:
             return f"not an input; inputs are {', '.join(self.input_names)}"
-        if isinstance(self.model.law, Coulomb):
-            return "not with contact=True, for the contact motion is not scaled"
         return (
             "only the Coulomb law scales with its limit, for the tanh law has a velocity alpha "
             "besides; tabulate a model with the other limit"

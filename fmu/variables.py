@@ -135,7 +135,7 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 start=0.0,
             )
 
-    if isinstance(model.law, Coulomb) and not choice.contact:
+    if isinstance(model.law, Coulomb):
         description = "Friction limits relative to the model's"
         yield _scale("limit_scale", description, Quantity.RATIO, 1.0, 0.0)
         description = "Rate of limit_scale, which moves at it until it is set again"

@@ -113,8 +113,12 @@ class Marcher:
         )
 
     def motion(self, outputs: Floats, times: Floats) -> Motion:
-        """Fast motion at some times."""
+        """Fast motion at some times, the contacts marched."""
         return rom.reconstruct(self._model, self.trajectory(outputs), times)
+
+    def sums(self, outputs: Floats, times: Floats) -> Motion:
+        """Fast motion at some times, summed from harmonics."""
+        return rom.sum_harmonics(self._model, self.trajectory(outputs), times)
 
     def elastic(self, motion: Motion) -> Floats:
         """Displacement of the observed DOFs, (samples, observed)."""
