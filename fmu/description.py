@@ -226,15 +226,11 @@ class _Writer:
     def initial_unknowns(self) -> list[tuple[Variable, Sequence[str]]]:
         """What is calculated at the start, with the start values it depends on."""
         exact = {v.name for v in self.variables if v.start is not None}
-        dampings = [v.name for v in self.variables if v.name.startswith("damping_")]
         unknowns: list[tuple[Variable, Sequence[str]]] = []
         for variable in self.variables:
-            if variable.initial != "calculated":
-                continue
-            needs = [name for name in variable.needs if name in exact]
-            if any("_rate" in name for name in needs):  # through the equations of motion
-                needs += dampings
-            unknowns.append((variable, needs))
+            if variable.initial == "calculated":
+                needs = [name for name in variable.needs if name in exact]
+                unknowns.append((variable, [*needs, *variable.parameters]))
         return unknowns
 
 

@@ -41,6 +41,8 @@ _USE = (
     "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
     "energy. Contact motion is that of the last few periods on amplitudes which are straight "
     "lines; in a transient it differs from Co-Simulation by about their curvature.",
+    "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
+    "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
     "restored and serialized; a continued run has the same bits.",
 )
