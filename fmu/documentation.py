@@ -9,7 +9,7 @@ from html import escape
 
 import numpy as np
 
-from fmu.description import FmiVersion
+from fmu.description import FmiVersion, literal
 from fmu.quantities import UNITS
 from fmu.variable import Causality, Variable
 from rom import Model, Tanh
@@ -106,7 +106,7 @@ def _row(reference: int, variable: Variable) -> tuple[str, ...]:
     unit = (
         UNITS[variable.quantity.unit].name if variable.quantity and variable.quantity.unit else ""
     )
-    start = "" if variable.start is None else f"{variable.start:g}"
+    start = "" if variable.start is None else literal(variable.start)
     return str(reference), variable.name, variable.description, unit, start
 
 
