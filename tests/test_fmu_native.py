@@ -1,6 +1,8 @@
 """The FMU's C code under the address and undefined-behaviour sanitizers, by a driver in C."""
 
+import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -66,6 +68,9 @@ def test_damaged_resources(driver, resources, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", range(10))
-def test_many_random_sequences_of_calls(driver, resources, part):
-    random_sequences(driver, resources, MANY // 20, 100 + part)
+def test_many_random_sequences_of_calls(driver, resources):
+    def part(seed):
+        random_sequences(driver, resources, MANY // 20, seed)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(part, range(100, 110)))

@@ -1,12 +1,14 @@
 """FMUs in FMPy against the component; state, step patterns, threads, refusals."""
 
+import ctypes
 import shutil
 import subprocess
 import sys
+import time
 import zlib
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import POINTER, c_double
 from pathlib import Path
+from urllib.parse import quote
 
 import fmpy
 import numpy as np
@@ -22,7 +24,7 @@ SLOW = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy
 FAST = ("contact_0_x", "contact_1_v", "contact_0_f", "x_0", "x_1")
 
 
-_DOUBLES = POINTER(c_double)
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
 @pytest.fixture(scope="module")
@@ -267,6 +269,20 @@ def test_start_values_take_effect(unzipped, fmi):
     assert damped[1] / damped[0] == pytest.approx(np.exp(-0.5 * 0.09 * 20.0), rel=0.02)
 
 
+def test_a_decaying_amplitude_does_not_slow_down(scalable, fmi):
+    """Through what would be denormal numbers, and beyond."""
+    with instance(scalable[fmi], fmi) as made:
+        made.start(A_re=1.0, force_A=0.0, force_B=0.0)
+        seconds = []
+        for k in range(60):  # 0.01 per second: 1e-308 after 140,000 s
+            started = time.perf_counter()
+            for j in range(50):
+                made.step(5000.0 * k + 100.0 * j, 100.0)
+            seconds.append(time.perf_counter() - started)
+        assert made.get("A_abs")[0] == 0.0
+        assert np.median(seconds[-20:]) < 3.0 * np.median(seconds[:20])
+
+
 def test_instances_in_threads_do_not_meet(unzipped, fmi):
     def simulate(force):
         with instance(unzipped[fmi], fmi) as made:
@@ -367,6 +383,58 @@ def _refusal(folder, fmi, **options):
     with pytest.raises(Exception, match="Failed to instantiate"):
         Refused(folder, fmi, **options)
     return kept[0]
+
+
+def _instantiate2(folder, location):
+    """Whether FMI 2.0 makes an instance from a resource location, and what it says."""
+    made = Instance(folder, 2)
+    try:
+        messages = made.messages
+        messages.clear()
+        raw = made.fmu.fmi2Instantiate(
+            b"raw",
+            1,
+            made.fmu.guid.encode(),
+            location,
+            ctypes.byref(made.fmu.callbacks),
+            False,
+            False,
+        )
+        if raw:
+            made.fmu.fmi2FreeInstance(raw)
+        return bool(raw), [message for _, message in messages]
+    finally:
+        made.free()
+
+
+def test_fmi2_resource_locations_are_uris(unzipped):
+    path = (unzipped[2] / "resources").as_posix()
+    encoded = quote(path)
+    assert "%20" in encoded and "%C3%BC" in encoded and "%25" in encoded
+    for location in (
+        *(
+            f"file://{encoded}",
+            f"file:{encoded}",
+            f"file://localhost{encoded}",
+            f"FILE://{encoded}/",
+        ),
+        *(path, f"{path}/"),  # some importers give the path itself
+    ):
+        assert _instantiate2(unzipped[2], location.encode()) == (True, [])
+    for location, reason in (
+        (f"http://{encoded}", "is not a file: URI"),
+        (f"file://elsewhere{encoded}", "on another host"),
+        (f"file://{encoded}%2", "two hexadecimal digits"),
+        (f"file://{encoded}%00", "two hexadecimal digits"),
+        ("", "no resource path was given"),
+        (None, "no resource path was given"),
+        ("file:///no/such/folder", "resources/token.txt is missing"),
+    ):
+        made, messages = _instantiate2(
+            unzipped[2], None if location is None else location.encode()
+        )
+        assert not made
+        assert reason in messages[-1], location
 
 
 @pytest.mark.parametrize(
