@@ -46,18 +46,24 @@ def modal_answer(model: Model, amplitude: Complexes, frequency: Floats) -> Modal
         return ModalAnswer([], nothing, nothing)
     orders = contact_orders(model.reduced, model.near)
     P = _harmonics(model, orders, amplitude)
-    modal = np.zeros((len(amplitude), len(orders), model.modes), dtype=complex)
-    pull = np.zeros_like(P)
     reduced = model.reduced
+    modal = np.zeros((*P.shape[:2], reduced.all_shapes.shape[1]), dtype=complex)
+    pull = np.zeros_like(P)
     for q, order in enumerate(orders):
         nu = frequency @ np.array(order[: model.modes], dtype=float)
-        stiffness = reduced.modal_stiffness(nu)
-        for j in range(model.modes):
-            if is_resonant(j, order, model.near):
-                continue
-            L = reduced.spring[j] + 1j * nu[:, np.newaxis] * reduced.damper[j]
-            modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness[:, j]
-            pull[:, q] -= 2.0 * L * modal[:, q, j, np.newaxis]
+        silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
+        answers = np.delete(np.arange(modal.shape[2]), silent)
+        B, D = reduced.modal_coupling(nu)[:, answers], reduced.modal_stiffness(nu)
+        right = -np.einsum("pjc,pc->pj", B, P[:, q])
+        D_own = D[:, answers][:, :, answers]
+        answered = np.linalg.solve(D_own, right[..., np.newaxis])[..., 0]
+        inertia = (nu**2)[:, np.newaxis] * (P[:, q] @ reduced.carried_mass)
+        pull[:, q] = 2.0 * (inertia - np.einsum("pjc,pj->pc", B, answered))
+        for j, carrier in enumerate(((1, 0), (0, 1))[: model.modes]):
+            if order == carrier:  # what dampers between the modes make of a_j
+                across = np.linalg.solve(D_own, D[:, answers, j, np.newaxis])[..., 0]
+                answered -= across * amplitude[:, j, np.newaxis]
+        modal[:, q, answers] = answered
     return ModalAnswer(orders, modal, pull)
 
 

@@ -27,7 +27,7 @@ from rom.resolution import choose_resolution
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 6  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 7  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -36,7 +36,9 @@ _UNREADABLE = (
 )
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("mass", "damping", "stiffness", "spring", "damper"),
+    *("mass", "damping", "stiffness", "spring", "damper", "carried_mass", "passive_frequency"),
+    *("passive_damping", "passive_shapes", "passive_inertia", "passive_damper"),
+    "damping_coupling",
 )
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 

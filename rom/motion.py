@@ -133,8 +133,8 @@ class Motion:
         [s]
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
-    modal : (n, modes) ndarray
-        Modal displacements q_j [kg^1/2 m].
+    modal : (n, modes + passive) ndarray
+        Modal displacements q_j [kg^1/2 m], those of passive modes last.
     """
 
     time: Floats
@@ -146,7 +146,7 @@ class Motion:
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
         """Displacement of DOFs of the structure, (n, dofs) [m]."""
         rows = list(dofs)
-        shapes = model.reduced.mode_shapes[rows], model.reduced.contact_shapes[rows]
+        shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
         return np.asarray(self.modal @ shapes[0].T + self.displacement @ shapes[1].T)
 
 
@@ -215,7 +215,8 @@ def _modal_motion(
     )
     turned = part.frequency[step] + 0.5 * part.frequency_rate[step] * elapsed
     angle = part.angle[step] + elapsed * turned
-    modal: Floats = 2 * np.real(a * np.exp(1j * angle))
+    modal = np.zeros((times.size, model.reduced.all_shapes.shape[1]))
+    modal[:, : model.modes] = 2 * np.real(a * np.exp(1j * angle))
     for q, order in enumerate(answer.orders):
         start, finish = answer.modal[step, q], answer.modal[step + 1, q]
         turn = np.exp(1j * (angle @ np.array(order[: model.modes])))[:, np.newaxis]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rom import Structure
-from rom.reduction import bonded_modes
+from rom.bonded import bonded_modes
 from runner.amplitude_range import DryRun, Excited
 from runner.channels import Level
 

@@ -56,7 +56,6 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     const size_t carrier = (size_t)steps * 8, weight = (size_t)steps * count * 2;
     const size_t stepper = whole_lines(sm_stepper_size(contact->contacts));
     const size_t turn = contact->answer ? (size_t)steps * count * 4 : 0;
-    const size_t feedback = contact->answer ? count * n * n * 2 : 0;
     const size_t relaxation = contact->answer ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
@@ -66,22 +65,17 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    grid->memory = calloc(stepper + carrier + weight + turn + feedback + relaxation,
-                          sizeof(double));
+    grid->memory = calloc(stepper + carrier + weight + turn + relaxation, sizeof(double));
     if (!grid->memory) return SM_NO_MEMORY;
     sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
     grid->carrier = grid->memory + stepper;
     grid->weight = grid->carrier + carrier;
     grid->turn = contact->answer ? grid->weight + weight : NULL;
-    grid->feedback = contact->answer ? grid->weight + weight + turn : NULL;
-    grid->relaxation = contact->answer ? grid->feedback + feedback : NULL;
+    grid->feedback = contact->answer ? contact->answer->feedback : NULL;
+    grid->relaxation = contact->answer ? grid->weight + weight + turn : NULL;
     fill_angles(grid);
-    for (int q = 0; q < orders_count && grid->feedback; q++) {
-        double *H = grid->feedback + (size_t)q * n * n * 2;
-        sm_modal_feedback(contact, orders[2 * q], orders[2 * q + 1], order_rate(grid, q) * rates[0],
-                          H);
-        grid->relaxation[q] = relaxation_of(contact, H);
-    }
+    for (int q = 0; q < orders_count && grid->feedback; q++)
+        grid->relaxation[q] = relaxation_of(contact, grid->feedback + (size_t)q * n * n * 2);
     return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
 }
 
