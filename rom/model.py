@@ -24,6 +24,7 @@ from rom.near import NearResonance, near_resonances, tabulated_orders
 from rom.reduction import Reduced
 from rom.refinement import Columns, Sampling, refine
 from rom.resolution import choose_resolution
+from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
@@ -222,6 +223,7 @@ def tabulate(
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
     if near is None:
         near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
+    check_softness(reduced, tolerance, near)
     resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
     solve = partial(
         contact_terms,

@@ -37,17 +37,23 @@ static void fill_angles(sm_torus_grid *grid) {
 }
 
 /* The answer to one period acts in the next: a fixed-point iteration with factor H / K. Where that
- * is large, soft contacts on stiff modes, it is relaxed. */
+ * is large it is relaxed; more so where a mode in resonance answers a quarter turn late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
-    double factor = 0.0;
+    double size = 0.0, re = 0.0, im = 0.0;
     for (size_t i = 0; i < n; i++) {
         double row = 0.0;
         for (size_t k = 0; k < n; k++)
             row += hypot(H[2 * (i * n + k)], H[2 * (i * n + k) + 1]);
-        factor = fmax(factor, row / contact->stiffness[i * n + i]);
+        size = fmax(size, row / contact->stiffness[i * n + i]);
+        re += H[2 * (i * n + i)] / contact->stiffness[i * n + i];
+        im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
     }
-    return factor > 0.3 ? 1.0 / (1.0 + factor) : 1.0;
+    if (size <= 0.3) return 1.0;
+    const double along = size * re / fmax(hypot(re, im), 1e-300);
+    const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
+    const double safe = 1.0 / (1.0 + size); /* whatever the phase, for a factor below 1 */
+    return best > 0.0 ? fmin(best, safe) : safe;
 }
 
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
