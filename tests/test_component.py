@@ -13,7 +13,7 @@ import rom
 from fmu import Component, StoppedError
 from rom.amplitude import amplitude_rate, friction_force
 from rom.motion import reconstruct
-from rom.torus import FEEDBACK_ORDER
+from rom.passive import ANSWERED_ORDER
 
 FORCE = ({0: 1.0}, {1: 1.0})
 HELD = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
@@ -317,7 +317,7 @@ def test_the_dissipated_power_is_that_of_friction_alone():
     """The dampers that the contacts share with the modes have their part as well."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=(0.98, 1.65))
     of = rom.tabulate(
-        reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, near=(), harmonics=FEEDBACK_ORDER
+        reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, near=(), harmonics=ANSWERED_ORDER
     )
     durations, held = np.full(2200, 1.0), component(of=of)
     rows = march(held, durations)

@@ -12,8 +12,9 @@ from fmu import Component, StoppedError
 from rom import Model, SlowTrajectory
 from rom.amplitude import felt_shift
 from rom.motion import Motion
+from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Formulation
-from rom.torus import FEEDBACK_ORDER, Discretisation, contact_harmonics
+from rom.torus import Discretisation, contact_harmonics
 from runner.report.cases import Case
 from runner.report.measure import Floats
 
@@ -52,7 +53,7 @@ class SlowCase:
             case.law,
             reached,
             tolerance,
-            harmonics=FEEDBACK_ORDER if formulation == "consistent" else 0,
+            harmonics=ANSWERED_ORDER if formulation == "consistent" else 0,
         )
         return cls(case, model, time.perf_counter() - started)
 
