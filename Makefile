@@ -1,4 +1,5 @@
 # make run     set up .venv and run a scene into logs/
+# make fmu     set up .venv and export a scene's model as an FMU into logs/
 # make test    set up .venv and run the tests
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
@@ -8,12 +9,15 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] runner/report/peers/*.c)
+CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
 
-.PHONY: run report paper test test-all lint clean
+.PHONY: run fmu report paper test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
+
+fmu: $(VENV)/.installed
+	$(BIN)/slipmode fmu two-mode --output logs/two-mode.fmu
 
 report: $(VENV)/.installed-report
 	$(BIN)/slipmode report --output logs

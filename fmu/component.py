@@ -3,8 +3,8 @@
 Variables are named <quantity>_<mode>, mode A or B:
 
 inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
-          per second; where the law is Coulomb's and no contact motion is wanted also limit_scale,
-          the friction limits relative to the model's, and limit_scale_rate
+          per second; where the law is Coulomb's also limit_scale, the friction limits relative to
+          the model's, and limit_scale_rate
 outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
@@ -115,15 +115,13 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
-        self._force_factor = _force_factors(model, force)
-        present = tuple(mode_names)[: model.modes]
-        if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
-            raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+        self._force_factor = force_factors(model, force)
+        present = present_modes(model, mode_names)
         self._mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
         self.input_names = tuple(
             f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
         )
-        if isinstance(model.law, Coulomb) and not contact:
+        if isinstance(model.law, Coulomb):
             self.input_names += _kernel.SCALE_FIELDS
         self.output_names = _output_names(model, self._mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
@@ -294,8 +292,6 @@ class Component:
         """Why a name is not an input."""
         if name not in _kernel.SCALE_FIELDS:
             return f"not an input; inputs are {', '.join(self.input_names)}"
-        if isinstance(self.model.law, Coulomb):
-            return "not with contact=True, for the contact motion is not scaled"
         return (
             "only the Coulomb law scales with its limit, for the tanh law has a velocity alpha "
             "besides; tabulate a model with the other limit"
@@ -363,6 +359,14 @@ def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
     return later
 
 
+def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
+    """What the model's modes are called; names past their number are left out."""
+    present = tuple(mode_names)[: model.modes]
+    if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
+        raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+    return present
+
+
 def _output_names(
     model: Model, mode_names: Sequence[str], contact: bool, elastic: Sequence[int]
 ) -> tuple[str, ...]:
@@ -376,9 +380,7 @@ def _output_names(
     return tuple(names)
 
 
-def _force_factors(
-    model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None
-) -> Floats:
+def force_factors(model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
     factors = np.ones(_kernel.MODES)
     if force is not None:

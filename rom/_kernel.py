@@ -43,14 +43,9 @@ class ModalAnswer(Structure):
     """sm_modal_answer."""
 
     _fields_ = (
-        ("natural", c_void_p),
-        ("damping", c_void_p),
-        ("spring", c_void_p),
-        ("damper", c_void_p),
-        ("near_count", c_int32),
-        ("near", c_void_p),
         ("orders_count", c_int32),
         ("orders", c_void_p),
+        ("feedback", c_void_p),
     )
 
 

@@ -51,8 +51,8 @@ def coupling_turn(reduced: Reduced, frequency: Floats) -> Complexes:
 def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike]) -> Complexes:
     """What the forces do to the contacts past their own mode, as a shift of its amplitude.
 
-    Force j also acts on the contacts directly, by contact_shapes^T f, and through the other mode,
-    which answers off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
+    Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
+    which answer off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
     Exact for one contact; for several, the part along L_j.
 
     Parameters
@@ -70,22 +70,23 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
         return shift
     for j, pattern in enumerate(force):
         f = force_vector(pattern, reduced.n_dofs)
-        modal = reduced.mode_shapes.T @ f
+        modal = reduced.all_shapes.T @ f
         if modal[j] == 0.0 or not reduced.spring[j].any():
             continue
-        Omega = reduced.carrier[j]
-        L = reduced.spring + 1j * Omega * reduced.damper
-        stiffness = reduced.modal_stiffness(Omega)
+        Omega, L = reduced.carrier[j], reduced.coupling[j]
         other = np.arange(len(modal)) != j
-        on_contacts = reduced.contact_shapes.T @ f - (modal / stiffness)[other] @ L[other]
-        shift[j] = -0.5 * (L[j].conj() @ on_contacts) / np.sum(np.abs(L[j]) ** 2) / modal[j]
+        stiffness = reduced.modal_stiffness(Omega)[np.ix_(other, other)]
+        driven = np.linalg.solve(stiffness, modal[other])
+        on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)[other]
+        shift[j] = -0.5 * (L.conj() @ on_contacts) / np.sum(np.abs(L) ** 2) / modal[j]
     return shift
 
 
 def _turn_coefficients(reduced: Reduced) -> Complexes:
     """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
     L = reduced.coupling
-    parts = np.stack((reduced.spring - L, reduced.damper), axis=1)
+    turned = 1j * reduced.carrier[:, np.newaxis] * reduced.damper
+    parts = np.stack((-turned, reduced.damper), axis=1)
     norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
     return np.asarray(np.einsum("jkc,jc->jk", parts, L.conj()) / np.where(norm > 0, norm, 1.0))
 

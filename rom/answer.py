@@ -51,15 +51,32 @@ def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
     orders = model.harmonics.orders
     P = model.harmonics.at(trajectory.felt(model))
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
-    modal = np.zeros((points, len(orders), model.modes), dtype=complex)
+    modal = np.zeros((*P.shape[:2], reduced.all_shapes.shape[1]), dtype=complex)
     pull = np.zeros_like(P)
-    answering = reduced.formulation == "consistent"
     for q, order in enumerate(orders):
-        stiffness = reduced.modal_stiffness(nu[:, q])
-        for j in range(model.modes):
-            if not answering or is_resonant(j, order, model.near):
-                continue
-            L = reduced.spring[j] + 1j * nu[:, q, np.newaxis] * reduced.damper[j]
-            modal[:, q, j] = -np.sum(L * P[:, q], axis=1) / stiffness[:, j]
-            pull[:, q] -= L * modal[:, q, j, np.newaxis]
+        if reduced.formulation == "paper":
+            continue
+        modal[:, q], pull[:, q] = _answer_to(model, order, nu[:, q], P[:, q], trajectory)
     return ModalAnswer(orders, nu, P, modal, pull)
+
+
+def _answer_to(
+    model: Model, order: Order, nu: Floats, P: Complexes, trajectory: SlowTrajectory
+) -> tuple[Complexes, Complexes]:
+    """Answer of all modes (points, modes) to a harmonic, and its pull on the contacts."""
+    reduced = model.reduced
+    modal = np.zeros((len(P), reduced.all_shapes.shape[1]), dtype=complex)
+    silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
+    answers = np.delete(np.arange(modal.shape[1]), silent)
+    B, D = reduced.modal_coupling(nu)[:, answers], reduced.modal_stiffness(nu)
+    D_own = D[:, answers][:, :, answers]
+    right = -np.einsum("pjc,pc->pj", B, P)
+    answered = np.linalg.solve(D_own, right[..., np.newaxis])[..., 0]
+    inertia = (nu**2)[:, np.newaxis] * (P @ reduced.carried_mass)
+    pull = inertia - np.einsum("pjc,pj->pc", B, answered)
+    for j, carrier in enumerate(((1, 0), (0, 1))[: model.modes]):
+        if order == carrier:  # what dampers between the modes make of a_j
+            across = np.linalg.solve(D_own, D[:, answers, j, np.newaxis])[..., 0]
+            answered -= across * trajectory.amplitude[:, j, np.newaxis]
+    modal[:, answers] = answered
+    return modal, pull

@@ -25,10 +25,11 @@ from rom.near import NearResonance, Order, near_resonances, tabulated_orders
 from rom.reduction import Reduced
 from rom.refinement import Columns, Sampling, refine
 from rom.resolution import choose_resolution
+from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 7  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 8  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -37,7 +38,9 @@ _UNREADABLE = (
 )
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("mass", "damping", "stiffness", "spring", "damper"),
+    *("mass", "damping", "stiffness", "spring", "damper", "carried_mass", "passive_frequency"),
+    *("passive_damping", "passive_shapes", "passive_inertia", "passive_damper"),
+    "damping_coupling",
 )
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
@@ -206,7 +209,7 @@ def tabulate(
         the carriers of `reduced`; none in the paper's formulation.
     harmonics : int
         Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
-        motion; 0: none. A march needs those that the modes answer to, `FEEDBACK_ORDER`.
+        motion; 0: none. A march needs those that the modes answer to, `ANSWERED_ORDER`.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -227,6 +230,7 @@ def tabulate(
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
     if near is None:
         near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
+    check_softness(reduced, tolerance, near)
     resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
     solve = partial(
         contact_terms,

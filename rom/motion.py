@@ -40,8 +40,8 @@ class Motion:
         [s]
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
-    modal : (n, modes) ndarray
-        Modal displacements q_j [kg^1/2 m].
+    modal : (n, modes + passive) ndarray
+        Modal displacements q_j [kg^1/2 m], those of passive modes last.
     """
 
     time: Floats
@@ -53,7 +53,7 @@ class Motion:
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
         """Displacement of DOFs of the structure, (n, dofs) [m]."""
         rows = list(dofs)
-        shapes = model.reduced.mode_shapes[rows], model.reduced.contact_shapes[rows]
+        shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
         return np.asarray(self.modal @ shapes[0].T + self.displacement @ shapes[1].T)
 
 
@@ -96,7 +96,7 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    modal = _summed(model, part, answer, answer.modal, np.eye(model.modes), sample)
+    modal = _summed(model, part, answer, answer.modal, _carriers(model), sample)
     return Motion(sample, x, v, f, modal)
 
 
@@ -125,7 +125,7 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     force = _friction_force(model, part, answer)
     coefficients = np.concatenate((answer.contact, velocity, force, answer.modal), axis=2)
     contacts = model.reduced.n_contacts
-    shape = np.hstack((np.zeros((model.modes, 3 * contacts)), np.eye(model.modes)))
+    shape = np.hstack((np.zeros((model.modes, 3 * contacts)), _carriers(model)))
     signals = _summed(model, part, answer, coefficients, shape, sample)
     x, v, f, modal = np.split(signals, [contacts, 2 * contacts, 3 * contacts], axis=1)
     return Motion(sample, x, v, f, modal)
@@ -139,6 +139,11 @@ def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
     if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
         raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
     return sample
+
+
+def _carriers(model: Model) -> Floats:
+    """Which modal displacements have a carrier, (modes, modes + passive)."""
+    return np.eye(model.modes, model.reduced.all_shapes.shape[1])
 
 
 def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> Complexes:

@@ -2,136 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from collections.abc import Sequence
+from typing import get_args
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
-from numpy.typing import ArrayLike, NDArray
 
+from rom.bonded import bonded_modes
 from rom.errors import SlipmodeError
 from rom.matrices import Floats, Matrix, as_dense
 from rom.partition import Partition
+from rom.passive import nothing_passive, passive_modes
+from rom.reduced import Complexes, Formulation, Reduced, force_vector
 from rom.structure import Structure
 
-Formulation = Literal["consistent", "paper"]
-Complexes = NDArray[np.complex128]
+__all__ = ["Complexes", "Formulation", "Reduced", "force_vector", "reduce"]
 
-_DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one
-
-
-@dataclass(frozen=True, eq=False)
-class Reduced:
-    """One or two bonded modes coupled to the contact problem.
-
-    x = mode_shapes q + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c., and
-    mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
-    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion.
-
-    Attributes
-    ----------
-    formulation : {"consistent", "paper"}
-    modes : tuple of int
-        Indices of the retained bonded modes, by ascending frequency.
-    frequency : (modes,) ndarray
-        Natural frequencies omega_j of the bonded structure [rad/s].
-    carrier : (modes,) ndarray
-        Frequencies at which the contact problem is solved [rad/s]: those of the forcing, as far
-        as they are known, or the natural frequencies.
-    modal_damping : (modes,) ndarray
-        phi_j^T C phi_j [1/s].
-    mode_shapes : (n, modes) ndarray
-        Bonded modes in the structure's DOFs, normalised to unit modal mass [kg^-1/2].
-    contact_shapes : (n, N_c) ndarray
-        Motion of the structure per unit contact displacement (constraint modes; with residual
-        flexibility in the consistent formulation) [-].
-    mass, damping, stiffness : (N_c, N_c) ndarray
-        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]. The paper has stiffness alone.
-    spring, damper : (modes, N_c) ndarray
-        Coupling of the modes to the contacts. The paper has springs alone.
-    """
-
-    formulation: Formulation
-    modes: tuple[int, ...]
-    frequency: Floats
-    carrier: Floats
-    modal_damping: Floats
-    mode_shapes: Floats
-    contact_shapes: Floats
-    mass: Floats
-    damping: Floats
-    stiffness: Floats
-    spring: Floats
-    damper: Floats
-
-    @property
-    def coupling(self) -> Complexes:
-        """L_j at the carrier of its mode, (modes, N_c)."""
-        return self.coupling_at(self.carrier)
-
-    def coupling_at(self, frequency: Floats) -> Complexes:
-        """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c)."""
-        nu = np.asarray(frequency)[:, np.newaxis]
-        return self.spring + 1j * nu * self.damper
-
-    @property
-    def n_dofs(self) -> int:
-        """Number of DOFs of the structure."""
-        return int(self.mode_shapes.shape[0])
-
-    @property
-    def n_contacts(self) -> int:
-        """Number of contact DOFs N_c."""
-        return int(self.stiffness.shape[0])
-
-    def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
-        """omega_j^2 - nu^2 + i gamma_j nu at frequencies nu (...) [rad/s], (..., modes)."""
-        nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
-        stiffness: Complexes = self.frequency**2 - nu**2 + 1j * self.modal_damping * nu
-        return stiffness
-
-    def at_carrier(self, carrier: Sequence[float]) -> Reduced:
-        """The same model with its contact problem at other carrier frequencies [rad/s]."""
-        frequencies = np.asarray(carrier, dtype=float)
-        if frequencies.shape != self.frequency.shape or not np.all(
-            np.isfinite(frequencies) & (frequencies > 0)
-        ):
-            raise SlipmodeError(
-                f"carrier: must be {self.frequency.size} finite numbers > 0 [rad/s], got {carrier}"
-            )
-        return replace(self, carrier=frequencies)
-
-    def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
-        """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].
-
-        Parameters
-        ----------
-        mode : int
-            0 for mode A, 1 for mode B.
-        force : {DOF: amplitude} or (n,) array_like
-            Force amplitudes [N].
-        """
-        return float(self.mode_shapes[:, mode] @ force_vector(force, self.n_dofs))
-
-
-def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
-    """Force amplitudes (n,) [N] from {DOF: amplitude} or from an array."""
-    if isinstance(force, Mapping):
-        vector = np.zeros(n_dofs)
-        for dof, amplitude in force.items():
-            if not 0 <= dof < n_dofs:
-                raise SlipmodeError(
-                    f"force: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
-                )
-            vector[dof] = amplitude
-    else:
-        vector = np.asarray(force, dtype=float)
-    if vector.shape != (n_dofs,) or not np.all(np.isfinite(vector)):
-        raise SlipmodeError(f"force: must be {n_dofs} finite numbers, one per DOF [N]")
-    return vector
+_ROUNDING = 1e-9  # of a matrix entry, relative to the diagonal: no coupling, no inertia
 
 
 def reduce(
@@ -150,7 +39,8 @@ def reduce(
     formulation : {"consistent", "paper"}
         "paper": constraint modes alone, damping and inertia of the contacts neglected,
         Eqs. (13), (20). "consistent": residual flexibility of the modes that are not retained,
-        inertia and damping of the contacts, the modes' non-resonant answer to them.
+        inertia and damping of the contacts, the non-resonant answer to them of these modes and
+        of all others that move differently from what they would statically.
     carrier : sequence of float, optional
         Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
         the forcing the better. Default, and always in "paper": the natural frequencies.
@@ -175,38 +65,8 @@ def reduce(
     constraint_modes = as_dense(parts.R - parts.E @ _solve(parts.K_ee, parts.K_ec))
     if formulation == "paper":
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
-    reduced = _reduce_consistent(structure, modes, omega, mode_shapes, constraint_modes)
+    reduced = _reduce_consistent(structure, parts, modes, omega, mode_shapes, constraint_modes)
     return reduced if carrier is None else reduced.at_carrier(carrier)
-
-
-def bonded_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
-    """Lowest natural frequencies (count,) and modes (n_e, count) with stuck contacts, Eq. (8).
-
-    Mass-normalised; the largest component of each mode is positive.
-    """
-    size = parts.K_ec.shape[0]
-    if not scipy.sparse.issparse(parts.K_ee) or size <= _DENSE_SIZE or count >= size - 1:
-        squares, phi = scipy.linalg.eigh(
-            as_dense(parts.K_ee), as_dense(parts.M_ee), subset_by_index=(0, count - 1)
-        )
-    else:
-        try:
-            squares, phi = scipy.sparse.linalg.eigsh(
-                parts.K_ee, k=count, M=parts.M_ee, sigma=0.0, v0=np.ones(size)
-            )
-        except RuntimeError as error:
-            raise SlipmodeError(_RIGID) from error
-    stiffest = parts.K_ee.diagonal().max() / parts.M_ee.diagonal().max()
-    if squares[0] <= 1e-12 * stiffest:
-        raise SlipmodeError(_RIGID)
-    phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])
-    return np.sqrt(squares), phi
-
-
-_RIGID = (
-    "stiffness: must be positive definite with stuck contacts, but the bonded structure has a "
-    "rigid-body mode; fix a DOF or add a contact"
-)
 
 
 def _reduce_paper(
@@ -228,11 +88,13 @@ def _reduce_paper(
         stiffness=_symmetric(parts.K_cc - parts.K_ec.T @ _solve(parts.K_ee, parts.K_ec)),
         spring=spring,
         damper=np.zeros_like(spring),
+        **nothing_passive(len(modes), *constraint_modes.shape),
     )
 
 
 def _reduce_consistent(
     structure: Structure,
+    parts: Partition,
     modes: tuple[int, ...],
     omega: Floats,
     Phi: Floats,
@@ -245,20 +107,47 @@ def _reduce_consistent(
     """
     M, C, K = structure.mass, structure.damping, structure.stiffness
     X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
+    stiffness = _symmetric(X.T @ as_dense(K @ X))
+    passive_omega, passive = passive_modes(structure, parts, modes, omega, X, np.diag(stiffness))
+    every = np.hstack((Phi, passive))
+    modal_damping = every.T @ as_dense(C @ every)
+    follows = _symmetric(X.T @ as_dense(M @ X))
+    mass = _impact_mass(structure)
     return Reduced(
         formulation="consistent",
         modes=modes,
         frequency=omega,
         carrier=omega,
-        modal_damping=np.diag(Phi.T @ as_dense(C @ Phi)).copy(),
+        modal_damping=np.diag(modal_damping)[: len(modes)].copy(),
         mode_shapes=Phi,
         contact_shapes=X,
-        mass=_symmetric(X.T @ as_dense(M @ X)),
+        mass=mass,
         damping=_symmetric(X.T @ as_dense(C @ X)),
-        stiffness=_symmetric(X.T @ as_dense(K @ X)),
+        stiffness=stiffness,
         spring=Phi.T @ as_dense(K @ X),
         damper=Phi.T @ as_dense(C @ X),
+        carried_mass=_without_rounding(follows - mass, np.diag(follows)),
+        passive_frequency=passive_omega,
+        passive_damping=np.diag(modal_damping)[len(modes) :].copy(),
+        passive_shapes=passive,
+        passive_inertia=passive.T @ as_dense(M @ X),
+        passive_damper=passive.T @ as_dense(C @ X),
+        damping_coupling=_without_rounding(
+            _symmetric(modal_damping) - np.diag(np.diag(modal_damping)), np.diag(modal_damping)
+        ),
     )
+
+
+def _impact_mass(structure: Structure) -> Floats:
+    """(W^T M^-1 W)^-1, (N_c, N_c): what the contacts move while nothing else has time to."""
+    W = as_dense(structure.directions)
+    return _symmetric(np.asarray(np.linalg.inv(W.T @ _solve(structure.mass, W))))
+
+
+def _without_rounding(matrix: Floats, scale: Floats) -> Floats:
+    """The matrix with entries set to 0 that are rounding against diagonal entries (n,)."""
+    size = np.sqrt(np.abs(np.outer(scale, scale)))
+    return np.where(np.abs(matrix) <= _ROUNDING * size, 0.0, matrix)
 
 
 def _solve(K_ee: Matrix, right: Floats) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,9 @@ from rom.friction import Friction, limits
 from rom.harmonics import left_out
 from rom.matrices import Floats
 from rom.near import NearResonance, Order, harmonic_orders, is_resonant
-from rom.reduction import Reduced
+from rom.passive import ANSWERED_ORDER
+from rom.reduction import Complexes, Reduced
 
-FEEDBACK_ORDER = 5  # of the harmonics that the modes answer to; higher ones change nothing
 _MAX_PERIODS = 400
 
 
@@ -67,28 +67,21 @@ def contact_problem(
 ) -> _kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
-    The modes' answer leaves out the `near` resonances, which the slow flow has; `orders` are the
-    harmonics of its pull along a slow trajectory.
+    The modes answer to the harmonics `orders`, but for the `near` resonances, which the slow flow
+    has.
     """
-    pulling = np.ascontiguousarray(orders, dtype=np.int32)
-    left_out = (_kernel.Near * max(len(near), 1))(*[_kernel.Near(*astuple(r)) for r in near])
+    answered = np.ascontiguousarray(orders, dtype=np.int32)
+    feedback = np.array([modal_feedback(reduced, order, near) for order in orders], dtype=complex)
     matrices = {
         name: _kernel.contiguous(getattr(reduced, name))
-        for name in ("stiffness", "damping", "mass", "spring", "damper")
+        for name in ("stiffness", "damping", "mass")
     }
     coupling = np.ascontiguousarray(reduced.coupling)
     limit = limits(law, reduced.n_contacts)
-    natural, modal_damping = (
-        _kernel.contiguous(values) for values in (reduced.frequency, reduced.modal_damping)
-    )
     answer = _kernel.ModalAnswer(
-        natural=natural.ctypes.data,
-        damping=modal_damping.ctypes.data,
-        near_count=len(near),
-        near=ctypes.addressof(left_out),
         orders_count=len(orders),
-        orders=pulling.ctypes.data,
-        **{name: matrices[name].ctypes.data for name in ("spring", "damper")},
+        orders=answered.ctypes.data,
+        feedback=feedback.ctypes.data,
     )
     problem = _kernel.Contact(
         contacts=reduced.n_contacts,
@@ -103,8 +96,23 @@ def contact_problem(
     if reduced.formulation == "consistent":
         problem.mass = matrices["mass"].ctypes.data
         problem.answer = ctypes.addressof(answer)
-    problem.owned = (matrices, coupling, limit, natural, modal_damping, answer, left_out, pulling)
+    problem.owned = (matrices, coupling, limit, answer, answered, feedback)
     return problem
+
+
+def modal_feedback(
+    reduced: Reduced, order: Order, near: Sequence[NearResonance] = ()
+) -> Complexes:
+    """H_nm (N_c, N_c): what the modes answer, as a force on the contacts, to x_c exp(i nu t).
+
+    nu = n Omega_A + m Omega_B; a mode in resonance with the harmonic has its slow flow instead.
+    Nothing in the paper's formulation.
+    """
+    if reduced.formulation == "paper":
+        return np.zeros(reduced.stiffness.shape, dtype=complex)
+    nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
+    silent = [j for j in range(len(reduced.modes)) if is_resonant(j, order, near)]
+    return reduced.feedback(nu, silent)
 
 
 def contact_harmonics(
@@ -144,7 +152,7 @@ def contact_harmonics(
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates = _kernel.contiguous(reduced.carrier)
     smallest = _kernel.contiguous(smallest_scale)
-    problem = contact_problem(reduced, law, near)
+    problem = contact_problem(reduced, law, near, orders)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
@@ -173,7 +181,8 @@ class ContactTerms:
     Attributes
     ----------
     S : (points, modes) complex ndarray
-        Q_j |a_j| of Eq. (20) [N kg^-1/2]; exactly 0 where |a_j| = 0.
+        Q_j |a_j| of Eq. (20), and what comes back through dampers to other modes [N kg^-1/2];
+        exactly 0 where |a_j| = 0.
     T : (points, near) complex ndarray
         -L_j^T P_nm of the near resonances.
     orders : list of (n, m)
@@ -205,7 +214,7 @@ def contact_orders(
 ) -> list[Order]:
     """Harmonics up to an order, and those that the modes' answer and the near resonances need."""
     if reduced.formulation == "consistent":
-        highest = max(highest, FEEDBACK_ORDER)
+        highest = max(highest, ANSWERED_ORDER)
     orders = harmonic_orders(highest, len(reduced.modes))
     return list(dict.fromkeys([*orders, *(term.stored_order for term in near)]))
 
@@ -229,7 +238,9 @@ def contact_terms(
         reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, near
     )
     L = reduced.coupling
-    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)])
+    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.detour * np.asarray(
+        amplitudes
+    )
     S[np.asarray(amplitudes) == 0.0] = 0.0
     T = np.empty((len(S), len(near)), dtype=complex)
     for column, term in enumerate(near):
@@ -255,19 +266,15 @@ def _friction_power(
     2 Re(F conj(i nu P)).
     """
     power = np.zeros(len(P))
+    carriers = ((1, 0), (0, 1))[: len(reduced.modes)]
     for q, order in enumerate(orders):
         nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
         v = 1j * nu * P[:, q]
         force = -v @ reduced.damping
-        stiffness = reduced.modal_stiffness(nu)
-        for j, coupling in enumerate(reduced.spring + 1j * nu * reduced.damper):
-            if order == ((1, 0), (0, 1))[j]:
-                q_j = amplitudes[:, j].astype(complex)
-            elif reduced.formulation == "paper" or is_resonant(j, order, near):
-                continue
-            else:
-                q_j = -(P[:, q] @ coupling) / stiffness[j]
-            force -= q_j[:, np.newaxis] * coupling
+        force += P[:, q] @ modal_feedback(reduced, order, near)
+        if order in carriers:
+            j = carriers.index(order)
+            force -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]
         power += 2.0 * np.real(np.sum(force * v.conj(), axis=1))
     return np.maximum(power, 0.0)
 

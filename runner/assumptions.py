@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rom import Structure
-from rom.reduction import bonded_modes
+from rom.bonded import bonded_modes
+from rom.near import near_resonances
+from rom.softness import STRAINED, contact_softness
 from runner.amplitude_range import DryRun, Excited
 from runner.channels import Level
 
@@ -33,6 +35,7 @@ def check_assumptions(
     return [
         *_separation(structure, excited),
         *_contact(excited, seen),
+        *_softness(excited),
     ]
 
 
@@ -74,3 +77,16 @@ def _contact(excited: Excited, seen: DryRun | None) -> list[Decision]:
             )
             found.append(Decision(f"mode {mode}", "large contact motion", reason, "warning"))
     return found
+
+
+def _softness(excited: Excited) -> list[Decision]:
+    """The contacts must be stiff against what the modes answer to their motion."""
+    reduced = excited.reduced
+    share, _ = contact_softness(reduced, near_resonances(reduced.carrier))
+    if share <= STRAINED:
+        return []
+    reason = (
+        f"modes take away {share:.0%} of their stiffness, above {STRAINED:.0%}: the friction "
+        "table takes long; compare with slipmode validate"
+    )
+    return [Decision("contacts", "soft", reason, "warning")]

@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, replay, scenes, report."""
+"""The command line: slipmode run, plan, replay, scenes, fmu, report."""
 
 from __future__ import annotations
 
@@ -113,6 +113,13 @@ def _validate(options: argparse.Namespace) -> int:
     return 0
 
 
+def _fmu(options: argparse.Namespace) -> int:
+    from runner.fmu_export import export_fmu
+
+    print(export_fmu(options.scene, options.output, options.fmi, options.platforms, progress=True))
+    return 0
+
+
 def _report(options: argparse.Namespace) -> int:
     from runner.report import report
 
@@ -171,6 +178,25 @@ def _parser() -> argparse.ArgumentParser:
     )
     _scene_argument(validate)
     validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
+    fmu = _command(
+        commands,
+        "fmu",
+        _fmu,
+        "export a scene's model as an FMU",
+        "fmu two-mode -o two-mode.fmu --fmi 2",
+    )
+    _scene_argument(fmu)
+    fmu.add_argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)")
+    fmu.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)")
+    fmu.add_argument(
+        "--platforms",
+        nargs="+",
+        default=[],
+        metavar="PLATFORM",
+        help="besides this machine's: x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, "
+        "aarch64-darwin",
+    )
 
     report = _command(
         *(commands, "report", _report),

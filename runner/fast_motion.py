@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from rom.harmonics import left_out
 from rom.near import NearResonance
-from rom.torus import FEEDBACK_ORDER, Discretisation, contact_terms
+from rom.passive import ANSWERED_ORDER
+from rom.torus import Discretisation, contact_terms
 from runner.amplitude_range import Excited
 
-ORDERS = (FEEDBACK_ORDER, FEEDBACK_ORDER + 2, FEEDBACK_ORDER + 4)
+ORDERS = (ANSWERED_ORDER, ANSWERED_ORDER + 2, ANSWERED_ORDER + 4)
 _GRID = Discretisation(128, 16)
 _PARTS = (1.0, 0.5)  # of the largest amplitudes
 

@@ -12,7 +12,7 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
-from rom.torus import FEEDBACK_ORDER
+from rom.passive import ANSWERED_ORDER
 from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
@@ -64,7 +64,7 @@ class Plan:
         """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
         marched = self.scene.contact or (self.scene.elastic and self.elastic_order is None)
         answering = self.scene.model.formulation == "consistent"
-        return max(FEEDBACK_ORDER if marched and answering else 0, self.elastic_order or 0)
+        return max(ANSWERED_ORDER if marched and answering else 0, self.elastic_order or 0)
 
     def component(self, model: Model) -> Component:
         """A component at t = 0 of the scene."""

@@ -173,7 +173,7 @@ def _compare(
 ) -> list[Comparison]:
     seen = np.isin(fine.time, motion.time)
     signals = {
-        "modal displacement": (motion.modal, "displacement"),
+        "modal displacement": (motion.modal[:, : model.modes], "displacement"),
         "contact displacement": (motion.displacement, "contact_displacement"),
         "contact velocity": (motion.velocity, "contact_velocity"),
         "friction force": (motion.force, "contact_force"),

@@ -6,6 +6,8 @@ import pytest
 
 import rom
 
+pytest_plugins = ["fmu_fixtures"]
+
 LAW = rom.Tanh(limit=2.0, alpha=0.02)
 
 

@@ -8,7 +8,7 @@ from slow_time import slow_trajectory
 
 from rom import Tanh, full, reduce, tabulate, two_mass
 from rom.motion import reconstruct
-from rom.torus import FEEDBACK_ORDER
+from rom.passive import ANSWERED_ORDER
 
 LAW = Tanh(limit=2.0, alpha=0.02)
 TIMES = np.arange(1, 15001) * 0.04
@@ -53,7 +53,7 @@ def model_for(scene, near=None):
     modes = tuple(range(len(Omega)))
     reduced = reduce(two_mass(), modes, carrier=Omega)
     return tabulate(
-        reduced, LAW, (4.0, 2.0)[: len(modes)], 1e-3, near=near, harmonics=FEEDBACK_ORDER
+        reduced, LAW, (4.0, 2.0)[: len(modes)], 1e-3, near=near, harmonics=ANSWERED_ORDER
     )
 
 

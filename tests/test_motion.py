@@ -8,8 +8,8 @@ from slow_time import slow_trajectory
 from rom import SlipmodeError, reduce, tabulate, two_mass
 from rom.amplitude import amplitude_rate, linear_part
 from rom.motion import reconstruct, sum_harmonics
+from rom.passive import ANSWERED_ORDER
 from rom.slow_trajectory import SlowTrajectory
-from rom.torus import FEEDBACK_ORDER
 
 FORCE = ({0: 1.0}, {1: 1.0})
 DURATION = 300.0
@@ -166,10 +166,10 @@ def steady_signals():
         marched = reconstruct(model, trajectory, times)
         return model, trajectory, marched, sum_harmonics(model, trajectory, times)
 
-    return {order: signals(order) for order in (FEEDBACK_ORDER, 9)}
+    return {order: signals(order) for order in (ANSWERED_ORDER, 9)}
 
 
-@pytest.mark.parametrize("order", [FEEDBACK_ORDER, 9])
+@pytest.mark.parametrize("order", [ANSWERED_ORDER, 9])
 def test_the_truncation_is_what_the_sum_misses(steady_signals, order):
     model, trajectory, marched, summed = steady_signals[order]
     missed = np.sqrt(((summed.displacement - marched.displacement) ** 2).mean(axis=0))
@@ -190,7 +190,7 @@ def test_more_harmonics_miss_less_of_everything(steady_signals):
         ("velocity", 0.23, 0.18),
         ("force", 0.05, 0.025),
     ):
-        assert missed(9, quantity) < missed(FEEDBACK_ORDER, quantity) < few
+        assert missed(9, quantity) < missed(ANSWERED_ORDER, quantity) < few
         assert missed(9, quantity) < many
 
 
@@ -213,7 +213,7 @@ def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
 def model_with_harmonics():
     """So that the marched contacts feel the modes' answer, as those of the table do."""
     return tabulate(
-        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=FEEDBACK_ORDER
+        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=ANSWERED_ORDER
     )
 
 

@@ -50,7 +50,9 @@ def test_a_wheel_works_outside_the_checkout(clone, home, tmp_path):
     run(*pip, "wheel", ".", "--no-deps", "--wheel-dir", str(wheels), cwd=clone, HOME=home)
     (wheel,) = wheels.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    assert not [name for name in names if name.endswith((".c", ".h")) or "tests/" in name]
+    sources = {name.rpartition("/")[0] for name in names if name.endswith((".c", ".h"))}
+    assert sources == {"fmu/src", "rom/kernel"}  # those of an FMU
+    assert not [name for name in names if "tests/" in name]
 
     venv.create(tmp_path / "env", with_pip=True)
     bin_folder = tmp_path / "env" / "bin"
@@ -63,6 +65,8 @@ def test_a_wheel_works_outside_the_checkout(clone, home, tmp_path):
     assert "computed" in printed
     printed, _ = run(slipmode, "run", "two-mode", cwd=elsewhere, HOME=home)
     assert "from the cache" in printed
+    printed, _ = run(slipmode, "fmu", "two-mode", "-o", "two-mode.fmu", cwd=elsewhere, HOME=home)
+    assert "modelDescription.xml" in zipfile.ZipFile(elsewhere / "two-mode.fmu").namelist()
 
 
 def test_make_run_sets_up_a_fresh_clone_once(clone, home):

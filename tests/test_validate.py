@@ -94,5 +94,11 @@ def test_a_mode_that_does_not_touch_the_contacts_is_named(tmp_path):
 
 
 def test_contact_motion_that_is_not_small_is_measured():
-    (found,) = warnings('model = "two-mass"\nk_c1 = 1.5', limit=0.05)
-    assert found.startswith("mode A large contact motion: contact motion takes 52%")
+    found = warnings('model = "two-mass"\nk_c1 = 1.5', limit=0.05)
+    assert found[0].startswith("mode A large contact motion: contact motion takes 52%")
+    assert [line.split(":")[0] for line in found[1:]] == ["contacts soft"]
+
+
+def test_contacts_that_are_soft_against_the_modes_are_measured():
+    found = warnings('model = "two-mass"\nk_c1 = 2.5\nk_c2 = 5\nk_p = 0.6')
+    assert any(line.startswith("contacts soft: modes take away 5") for line in found)

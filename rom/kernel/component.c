@@ -26,6 +26,8 @@ struct sm_component {
     double tolerance;
     sm_inputs inputs;
     slow_state slow;
+    const double *limit;    /* (N_c) friction limits of the model */
+    double *scaled_limit;   /* (N_c) as they are in the march: contact.limit */
     double *contact_state;  /* x_c, v_c, f_c at the communication point, 3 N_c */
     sm_march march;
     uint64_t accepted, rejected;
@@ -76,7 +78,7 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
     const size_t fields = 2 * (modes + (size_t)flow->table.near + (size_t)flow->table.power);
     const size_t values = count_a * (modes == 2 ? count_b : 1) * 4 * fields;
     const size_t elastic = motion->wanted ? (size_t)motion->elastic : 0;
-    const size_t total = count_a + count_b + values + n + 3 * n * n + 2 * modes * n
+    const size_t total = count_a + count_b + values + 2 * n + 3 * n * n + 2 * modes * n
                          + elastic * (modes + n) + 3 * n + sm_march_size(contact->contacts);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
@@ -93,7 +95,9 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
     c->flow.table.node_a = keep(&memory, flow->table.node_a, count_a);
     c->flow.table.node_b = modes == 2 ? keep(&memory, flow->table.node_b, count_b) : NULL;
     c->flow.table.values = keep(&memory, flow->table.values, values);
-    c->contact.limit = keep(&memory, contact->limit, n);
+    c->limit = keep(&memory, contact->limit, n);
+    c->contact.limit = c->scaled_limit = memory;
+    memory += n;
     c->contact.stiffness = keep(&memory, contact->stiffness, n * n);
     c->contact.damping = keep(&memory, contact->damping, n * n);
     c->contact.mass = contact->mass ? keep(&memory, contact->mass, n * n) : NULL;
@@ -139,12 +143,12 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     return SM_OK;
 }
 
-/* The limits can be scaled where friction is homogeneous; the contact march does not scale. */
+/* The limits can be scaled where friction is homogeneous. */
 static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
     const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
     if (status != SM_OK || !scaled) return status;
-    return c->contact.law == SM_COULOMB && !c->motion.wanted ? SM_OK : SM_BAD_ARGUMENT;
+    return c->contact.law == SM_COULOMB ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
@@ -177,6 +181,9 @@ static sm_status march_segment(sm_component *c, double from, double h, double ma
     }
     const double start = marched_from > from ? marched_from - from : 0.0;
     if (start >= h) return SM_OK;
+    const double middle = from + 0.5 * (start + h);
+    const double scale = c->inputs.limit_scale + c->inputs.limit_scale_rate * middle;
+    for (int i = 0; i < c->contact.contacts; i++) c->scaled_limit[i] = scale * c->limit[i];
     return sm_march_along(&c->march, &c->contact, &g, start, h, c->motion.steps_per_period);
 }
 

@@ -20,18 +20,11 @@ static int symmetric(const double *matrix, size_t n) {
 
 static sm_status check_answer(const sm_contact *contact) {
     const sm_modal_answer *answer = contact->answer;
-    const size_t modes = (size_t)contact->modes, count = modes * (size_t)contact->contacts;
-    if (!answer->natural || !answer->damping || !answer->spring || !answer->damper)
-        return SM_BAD_ARGUMENT;
-    if (!sm_all_finite(answer->natural, modes) || !sm_all_finite(answer->damping, modes) ||
-        !sm_all_finite(answer->spring, count) || !sm_all_finite(answer->damper, count))
-        return SM_NOT_FINITE;
-    for (size_t j = 0; j < modes; j++)
-        if (!(answer->natural[j] > 0.0)) return SM_BAD_ARGUMENT;
-    if (answer->near_count < 0 || answer->near_count > SM_NEAR ||
-        (answer->near_count > 0 && !answer->near))
-        return SM_BAD_ARGUMENT;
-    return sm_orders_check(answer->orders_count, answer->orders);
+    const size_t n = (size_t)contact->contacts;
+    const sm_status status = sm_orders_check(answer->orders_count, answer->orders);
+    if (status != SM_OK || !answer->feedback) return status;
+    return sm_all_finite(answer->feedback, (size_t)answer->orders_count * n * n * 2)
+               ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
@@ -58,43 +51,6 @@ sm_status sm_contact_check(const sm_contact *contact) {
         (contact->mass && !symmetric(contact->mass, n)))
         return SM_BAD_ARGUMENT;
     return contact->answer ? check_answer(contact) : SM_OK;
-}
-
-/* Whether harmonic (n, m) is the carrier of mode j or near it: the slow flow has its answer. */
-static int is_resonant(const sm_modal_answer *answer, int j, int n, int m) {
-    if (abs(n) == (j == 0) && abs(m) == (j == 1)) return 1;
-    for (int k = 0; k < answer->near_count; k++) {
-        const sm_near *near = &answer->near[k];
-        if (near->mode == j && ((near->n == n && near->m == m) ||
-                                (near->n == -n && near->m == -m)))
-            return 1;
-    }
-    return 0;
-}
-
-/* L_j L_j^T / (omega_j^2 - nu^2 + i gamma_j nu), L_j = spring + i nu damper. */
-void sm_modal_feedback(const sm_contact *contact, int order_n, int order_m, double nu,
-                       double *feedback) {
-    const sm_modal_answer *answer = contact->answer;
-    const size_t n = (size_t)contact->contacts;
-    memset(feedback, 0, 2 * n * n * sizeof(double));
-    for (size_t j = 0; j < (size_t)contact->modes; j++) {
-        const double omega = answer->natural[j], gamma = answer->damping[j];
-        if (is_resonant(answer, (int)j, order_n, order_m)) continue;
-        const double re = omega * omega - nu * nu, im = gamma * nu;
-        const double norm = re * re + im * im;
-        for (size_t i = 0; i < n; i++) {
-            const double p_re = answer->spring[j * n + i];
-            const double p_im = nu * answer->damper[j * n + i];
-            for (size_t k = 0; k < n; k++) {
-                const double r_re = answer->spring[j * n + k];
-                const double r_im = nu * answer->damper[j * n + k];
-                const double q_re = p_re * r_re - p_im * r_im, q_im = p_re * r_im + p_im * r_re;
-                feedback[(i * n + k) * 2] += (q_re * re + q_im * im) / norm;
-                feedback[(i * n + k) * 2 + 1] += (q_im * re - q_re * im) / norm;
-            }
-        }
-    }
 }
 
 size_t sm_stepper_size(int contacts) {

@@ -37,10 +37,6 @@ typedef struct {
     double *factor;      /* (N_c, N_c) per lane, three contacts or more */
 } sm_lanes;
 
-/* H(nu) of contact->answer at nu = n Omega_A + m Omega_B, (N_c, N_c, 2): force on the contacts per
- * x_c exp(i nu t) by the retained modes that are not in resonance with the harmonic (n, m). */
-void sm_modal_feedback(const sm_contact *contact, int n, int m, double nu, double *feedback);
-
 size_t sm_stepper_size(int contacts);                /* doubles */
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
 /* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique answer. */

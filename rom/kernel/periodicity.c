@@ -4,7 +4,7 @@
 
 /* Periods without progress after which a change is put down to the discretisation: phases drift
  * from period to period, so the harmonics of a coarse grid keep moving by its error. */
-#define IDLE_PERIODS 12
+#define IDLE_PERIODS 40
 #define PROGRESS 0.8
 
 void sm_progress_start(sm_progress *progress) {

@@ -13,7 +13,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32)
+#if defined(SM_HIDDEN) /* in a library that is not the core itself */
+#define SM_API
+#elif defined(_WIN32)
 #define SM_API __declspec(dllexport)
 #else
 #define SM_API __attribute__((visibility("default")))
@@ -45,15 +47,13 @@ typedef struct {
     int32_t mode, n, m;
 } sm_near;
 
-/* How the retained modes answer to the contacts at frequencies nu that are not their carrier:
- *   q_j = -L_j(nu)^T x_c / (omega_j^2 - nu^2 + i gamma_j nu), L_j(nu) = spring_j + i nu damper_j. */
+/* How the modes answer to harmonics of the contact motion that are not their carrier. */
 typedef struct {
-    const double *natural, *damping;          /* (modes) omega_j, gamma_j */
-    const double *spring, *damper;            /* (modes, N_c) */
-    int32_t near_count;
-    const sm_near *near; /* (near_count) left to the slow flow, as each carrier is */
     int32_t orders_count;
-    const int32_t *orders; /* (orders_count, 2) harmonics of the pull in a segment */
+    const int32_t *orders; /* (orders_count, 2) harmonics (n, m) */
+    /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
+     * Only the torus reads it; along a trajectory the segments bring the force. */
+    const double *feedback;
 } sm_modal_answer;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
@@ -77,8 +77,8 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  * amplitude pairs, by characteristics: `lines` phase lines of `steps` steps per period of mode A.
  *   rates      (modes) carrier frequencies [rad/s]
  *   amplitudes (points, modes), >= 0
- *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m); with
- *              contact->answer, the modes answer to the harmonics listed
+ *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m);
+ *              contact->answer, if there is one, is for the same harmonics
  *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
  *              contact displacement by its mode at the point, or at smallest_scale (modes) if
  *              that is larger

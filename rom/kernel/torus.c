@@ -34,6 +34,12 @@ static sm_status check_grid(int32_t steps, int32_t lines, int32_t max_periods,
     return SM_OK;
 }
 
+/* The modes must answer to the harmonics that are computed. */
+static int answers_to(const sm_modal_answer *answer, int32_t orders_count, const int32_t *orders) {
+    return answer->feedback && answer->orders_count == orders_count &&
+           memcmp(answer->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
+}
+
 static sm_status check_rates(const sm_contact *contact, const double *rates,
                              const double *smallest_scale) {
     if (!rates || !smallest_scale) return SM_BAD_ARGUMENT;
@@ -102,6 +108,8 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              double *mean_square, double *residual, int32_t *periods) {
     sm_status status = sm_contact_check(contact);
     if (status == SM_OK) status = check_grid(steps, lines, max_periods, orders_count, orders);
+    if (status == SM_OK && contact->answer && !answers_to(contact->answer, orders_count, orders))
+        return SM_BAD_ARGUMENT;
     if (status == SM_OK) status = sm_check_not_negative(tolerance);
     if (status == SM_OK) status = check_rates(contact, rates, smallest_scale);
     if (status != SM_OK) return status;

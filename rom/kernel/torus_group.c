@@ -37,17 +37,23 @@ static void fill_angles(sm_torus_grid *grid) {
 }
 
 /* The answer to one period acts in the next: a fixed-point iteration with factor H / K. Where that
- * is large, soft contacts on stiff modes, it is relaxed. */
+ * is large it is relaxed; more so where a mode in resonance answers a quarter turn late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
-    double factor = 0.0;
+    double size = 0.0, re = 0.0, im = 0.0;
     for (size_t i = 0; i < n; i++) {
         double row = 0.0;
         for (size_t k = 0; k < n; k++)
             row += hypot(H[2 * (i * n + k)], H[2 * (i * n + k) + 1]);
-        factor = fmax(factor, row / contact->stiffness[i * n + i]);
+        size = fmax(size, row / contact->stiffness[i * n + i]);
+        re += H[2 * (i * n + i)] / contact->stiffness[i * n + i];
+        im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
     }
-    return factor > 0.3 ? 1.0 / (1.0 + factor) : 1.0;
+    if (size <= 0.3) return 1.0;
+    const double along = size * re / fmax(hypot(re, im), 1e-300);
+    const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
+    const double safe = 1.0 / (1.0 + size); /* whatever the phase, for a factor below 1 */
+    return best > 0.0 ? fmin(best, safe) : safe;
 }
 
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
@@ -56,7 +62,6 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     const size_t carrier = (size_t)steps * 8, weight = (size_t)steps * count * 2;
     const size_t stepper = whole_lines(sm_stepper_size(contact->contacts));
     const size_t turn = contact->answer ? (size_t)steps * count * 4 : 0;
-    const size_t feedback = contact->answer ? count * n * n * 2 : 0;
     const size_t relaxation = contact->answer ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
@@ -66,22 +71,17 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    grid->memory = calloc(stepper + carrier + weight + turn + feedback + relaxation,
-                          sizeof(double));
+    grid->memory = calloc(stepper + carrier + weight + turn + relaxation, sizeof(double));
     if (!grid->memory) return SM_NO_MEMORY;
     sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
     grid->carrier = grid->memory + stepper;
     grid->weight = grid->carrier + carrier;
     grid->turn = contact->answer ? grid->weight + weight : NULL;
-    grid->feedback = contact->answer ? grid->weight + weight + turn : NULL;
-    grid->relaxation = contact->answer ? grid->feedback + feedback : NULL;
+    grid->feedback = contact->answer ? contact->answer->feedback : NULL;
+    grid->relaxation = contact->answer ? grid->weight + weight + turn : NULL;
     fill_angles(grid);
-    for (int q = 0; q < orders_count && grid->feedback; q++) {
-        double *H = grid->feedback + (size_t)q * n * n * 2;
-        sm_modal_feedback(contact, orders[2 * q], orders[2 * q + 1], order_rate(grid, q) * rates[0],
-                          H);
-        grid->relaxation[q] = relaxation_of(contact, H);
-    }
+    for (int q = 0; q < orders_count && grid->feedback; q++)
+        grid->relaxation[q] = relaxation_of(contact, grid->feedback + (size_t)q * n * n * 2);
     return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
 }
 

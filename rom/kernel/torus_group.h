@@ -18,7 +18,7 @@ typedef struct {
     double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
     double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
     double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
-    double *feedback;        /* (orders, N_c, N_c, 2): modal answer; NULL without one */
+    const double *feedback;  /* (orders, N_c, N_c, 2): modal answer; NULL without one */
     double *relaxation;      /* (orders) part of a change that the modes answer to at once */
     double *memory;
 } sm_torus_grid;

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import rom
 from rom import full
+from rom.passive import ANSWERED_ORDER
 from rom.reduction import Formulation
-from rom.torus import FEEDBACK_ORDER
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -147,7 +147,7 @@ class Case:
         reduced = rom.reduce(self.structure, formulation=formulation)
         return rom.tabulate(
             *(reduced, self.law, self.largest, self.tolerance),
-            harmonics=FEEDBACK_ORDER if formulation == "consistent" else 0,
+            harmonics=ANSWERED_ORDER if formulation == "consistent" else 0,
         )
 
 

@@ -12,8 +12,9 @@ from fmu import Component, StoppedError
 from rom import Model, SlowTrajectory
 from rom.amplitude import felt_shift
 from rom.motion import Motion
+from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Formulation
-from rom.torus import FEEDBACK_ORDER, Discretisation, contact_harmonics
+from rom.torus import Discretisation, contact_harmonics
 from runner.report.cases import Case
 from runner.report.measure import Floats
 
@@ -52,7 +53,7 @@ class SlowCase:
             case.law,
             reached,
             tolerance,
-            harmonics=FEEDBACK_ORDER if formulation == "consistent" else 0,
+            harmonics=ANSWERED_ORDER if formulation == "consistent" else 0,
         )
         return cls(case, model, time.perf_counter() - started)
 
@@ -113,8 +114,12 @@ class Marcher:
         )
 
     def motion(self, outputs: Floats, times: Floats) -> Motion:
-        """Fast motion at some times."""
+        """Fast motion at some times, the contacts marched."""
         return rom.reconstruct(self._model, self.trajectory(outputs), times)
+
+    def sums(self, outputs: Floats, times: Floats) -> Motion:
+        """Fast motion at some times, summed from harmonics."""
+        return rom.sum_harmonics(self._model, self.trajectory(outputs), times)
 
     def elastic(self, motion: Motion) -> Floats:
         """Displacement of the observed DOFs, (samples, observed)."""

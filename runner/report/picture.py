@@ -23,6 +23,7 @@ _STYLES = {
     "slipmode, one state": ("#c1272d", "o"),
     "slipmode, window": ("#c1272d", "s"),
     "slipmode, motion": ("#c1272d", "D"),
+    "slipmode, sums": ("#c1272d", "^"),
     "paper formulation, slow flow": ("#e69f00", "o"),
     "paper formulation, one state": ("#e69f00", "o"),
     "paper formulation, window": ("#e69f00", "s"),

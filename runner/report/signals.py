@@ -12,6 +12,7 @@ from rom import full
 from rom.full import FullMotion
 from rom.full.integration import Integrator
 from rom.matrices import as_dense
+from rom.motion import Motion
 from rom.reduction import Formulation
 from runner.report.cases import SAMPLING, Case
 from runner.report.measure import OURS, Floats, Row, Section, relative_rms, timed
@@ -21,6 +22,7 @@ from runner.report.peers.first_order import FirstOrder, Integrate
 
 ERRORS = ("x", "x_c in window", "energy")
 SLOW = f"{OURS}, slow flow"
+_MOTIONS = (f"{OURS}, motion", f"{OURS}, sums")
 _REFERENCE_REFINEMENT = 64
 _LARGE = 20  # DOFs from which a quarter of that has to do
 
@@ -99,10 +101,13 @@ def _motion_rows(reference: Reference, slow: SlowCase, method: str, setting: str
     """Timed: the slow flow, and the fast motion at every sample of the window or of the run."""
     march, case = slow.march(25.0), reference.case
     window = case.times[case.in_window]
-    for what, times in (("window", window), ("motion", case.times)):
+    ways = [("window", march.motion, window), ("motion", march.motion, case.times)]
+    if slow.model.harmonics:
+        ways.append(("sums", march.sums, case.times))
+    for what, way, times in ways:
 
-        def moved(times: Floats = times) -> tuple[Floats, Floats]:
-            motion = march.motion(march(), times)
+        def moved(way: Callable[..., Motion] = way, times: Floats = times) -> tuple[Floats, ...]:
+            motion = way(march(), times)
             return march.elastic(motion), motion.displacement
 
         seconds, (x, x_c) = timed(moved, 3)
@@ -194,7 +199,7 @@ def section(
     """
     compared = [(SLOW, slow_setting(tolerance, *flow)) for flow in (flows[0], flows[-1])]
     names = [(row.method, row.setting) for row in rows]
-    motion = [k for k, row in enumerate(rows) if row.method == f"{OURS}, motion"]
+    motions = [k for k, row in enumerate(rows) if row.method in _MOTIONS]
     case = reference.case
     return Section(
         key=case.name,
@@ -203,7 +208,7 @@ def section(
         errors=ERRORS,
         reference_error=reference.error,
         rows=tuple(rows),
-        ours=(*(names.index(name) for name in compared), *motion),
+        ours=(*(names.index(name) for name in compared), *motions),
     )
 
 

@@ -16,8 +16,9 @@ friction table (on all cores) or a peer's modes. `ratio`: time over that of the 
 `runs`: how many pay for our table, against a row that is at least as exact as *; `never` where
 that row is faster. Errors are relative to the reference, the worst of all components; `reference`
 is the error that the reference states. The slow flow yields amplitudes; its errors are those of
-the motion that they stand for. Computing that motion at every sample is `motion`, in the last
-part of the run `window`."""
+the motion that they stand for. Computing that motion at every sample is `motion` where the
+contacts are marched and `sums` where their harmonics are summed, in the last part of the run
+`window`."""
 
 
 def render(

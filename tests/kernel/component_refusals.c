@@ -121,7 +121,7 @@ static void check_inputs(model *m) {
         CHECK_KEEPS_STATE(m, sm_component_set_inputs(c, &inputs), SM_BAD_ARGUMENT);
         inputs.frequency[j] *= -1.0;
     }
-    inputs.limit_scale = 1.5; /* of the tanh law, and with contact motion */
+    inputs.limit_scale = 1.5; /* of the tanh law */
     CHECK_KEEPS_STATE(m, sm_component_set_inputs(c, &inputs), SM_BAD_ARGUMENT);
 }
 

@@ -246,36 +246,21 @@ static void check_contact_refusals(void) {
 
 static void check_answer_refusals(void) {
     problem p = new_problem(2, 2, SM_TANH);
-    double natural[] = {1.0, 1.7}, damping[] = {0.01, 0.03}, spring[] = {1.0, 0.5, 0.3, 0.8};
-    double damper[4] = {0.0};
+    double feedback[8] = {0.1, 0.0, 0.02, 0.01, 0.02, 0.01, 0.1, 0.0};
     int32_t orders[] = {2, -1};
-    sm_modal_answer answer = {.natural = natural,
-                              .damping = damping,
-                              .spring = spring,
-                              .damper = damper,
-                              .orders_count = 1,
-                              .orders = orders};
+    sm_modal_answer answer = {.orders_count = 1, .orders = orders, .feedback = feedback};
     sm_contact *c = &p.contact;
     c->answer = &answer;
     CHECK_STATUS(sm_contact_check(c), SM_OK);
-    CHECK_REFUSES(const double *, answer.natural, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, answer.damping, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, answer.spring, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, answer.damper, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, natural[1], 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, answer.near_count, 1, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, answer.feedback, NULL, sm_contact_check(c), SM_OK);
     CHECK_REFUSES(const int32_t *, answer.orders, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
     const int32_t wrong[] = {-100000, INT32_MIN, INT32_MAX};
     for (int k = 0; k < 3; k++) {
-        CHECK_REFUSES(int32_t, answer.near_count, wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
         CHECK_REFUSES(int32_t, answer.orders_count, wrong[k], sm_contact_check(c),
                       SM_BAD_ARGUMENT);
         CHECK_REFUSES(int32_t, orders[1], wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
     }
-    CHECK_REFUSES_NOT_FINITE(natural, 2, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(damping, 2, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(spring, 4, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(damper, 4, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(feedback, 8, call_contact_check, c);
     free_problem(&p);
 }
 

@@ -135,19 +135,31 @@ static double complex answer_coupling(int mode, int i, double nu) {
     return SPRING[3 * mode + i] + I * nu * DAMPER[3 * mode + i];
 }
 
+/* H of contacts i and k at the carrier of a mode: what the other mode answers. */
+static double complex feedback_of(double nu, int other, int i, int k) {
+    const double complex dynamic =
+        NATURAL[other] * NATURAL[other] - nu * nu + I * MODAL_DAMPING[other] * nu;
+    return answer_coupling(other, i, nu) * answer_coupling(other, k, nu) / dynamic;
+}
+
+static void fill_feedback(const torus_call *c, double *feedback) {
+    for (int mode = 0; mode < 2; mode++)
+        for (int k = 0; k < 9; k++) {
+            const double complex H = feedback_of(c->rates[mode], 1 - mode, k / 3, k % 3);
+            feedback[2 * (9 * mode + k)] = creal(H);
+            feedback[2 * (9 * mode + k) + 1] = cimag(H);
+        }
+}
+
 /* (K + i nu D [- nu^2 M] [- H(nu)]) P + L a of contact i at the carrier of a mode, which is 0. */
 static double complex linear_rest(const torus_call *c, int mode, int i, int what) {
     const double nu = c->rates[mode];
-    const int other = 1 - mode;
-    const double complex dynamic =
-        NATURAL[other] * NATURAL[other] - nu * nu + I * MODAL_DAMPING[other] * nu;
     double complex rest = coupling(c, mode, i) * c->amplitudes[mode];
     for (int k = 0; k < 3; k++) {
         const int at = 3 * i + k;
         double complex stiffness = c->p.stiffness[at] + I * nu * c->p.damping[at];
         if (what == MASSIVE) stiffness -= nu * nu * MASS[at];
-        if (what == ANSWERING)
-            stiffness -= answer_coupling(other, i, nu) * answer_coupling(other, k, nu) / dynamic;
+        if (what == ANSWERING) stiffness -= feedback_of(nu, 1 - mode, i, k);
         rest += stiffness * harmonic(c, 0, mode, k);
     }
     return rest;
@@ -155,10 +167,7 @@ static double complex linear_rest(const torus_call *c, int mode, int i, int what
 
 /* The error that the second-order rule leaves without friction. */
 static double linear_error(int32_t steps, int what) {
-    const sm_modal_answer answer = {.natural = NATURAL,
-                                    .damping = MODAL_DAMPING,
-                                    .spring = SPRING,
-                                    .damper = DAMPER};
+    double feedback[ORDERS * 9 * 2] = {0.0};
     torus_call c = new_call(3, 2, SM_TANH, 4, 1);
     double worst = 0.0;
     c.steps = steps;
@@ -166,6 +175,9 @@ static double linear_error(int32_t steps, int what) {
     c.amplitudes[0] = 1.3;
     c.amplitudes[1] = 0.7;
     if (what == MASSIVE) c.p.contact.mass = MASS;
+    fill_feedback(&c, feedback);
+    const sm_modal_answer answer = {
+        .orders_count = c.orders_count, .orders = c.orders, .feedback = feedback};
     if (what == ANSWERING) c.p.contact.answer = &answer;
     for (int i = 0; i < 3; i++) c.p.limit[i] = 0.0;
     for (int k = 0; k < 9; k++) c.p.damping[k] = c.p.stiffness[k]; /* time constant 1 s */
@@ -208,6 +220,21 @@ static void check_play_operator(void) {
         const double complex exact = exact_friction_function(1.0, 20.0, 2.0, a);
         CHECK_NEAR(cabs(Q - exact), 0.0, a < 1.0 ? 0.0 : 2e-8);
     }
+    free_call(&c);
+}
+
+/* The modes must answer to the harmonics that are computed, and to no others. */
+static void check_answer_refusals(void) {
+    torus_call c = new_call(3, 2, SM_TANH, 4, 1);
+    double feedback[ORDERS * 9 * 2] = {0.0};
+    int32_t orders[2 * ORDERS];
+    sm_modal_answer answer = {.orders_count = ORDERS, .orders = orders, .feedback = feedback};
+    memcpy(orders, c.orders, sizeof orders);
+    c.p.contact.answer = &answer;
+    CHECK_STATUS(solve(&c), SM_OK);
+    CHECK_REFUSES(const double *, answer.feedback, NULL, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, answer.orders_count, ORDERS - 1, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, orders[3], 2, solve(&c), SM_BAD_ARGUMENT);
     free_call(&c);
 }
 
@@ -309,6 +336,7 @@ void check_torus(void) {
     check_shapes();
     check_linear_contacts();
     check_play_operator();
+    check_answer_refusals();
     check_limits();
     torus_call c = new_call(2, 2, SM_TANH, 8, 3);
     check_not_finite_arguments(&c);

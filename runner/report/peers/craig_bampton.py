@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 import rom
+from rom.bonded import bonded_modes
 from rom.matrices import as_dense
-from rom.reduction import bonded_modes
 from runner.report.cases import Case
 from runner.report.measure import Floats
 

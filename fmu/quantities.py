@@ -1,0 +1,108 @@
+"""Physical quantities of the variables: declared types and units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from math import pi
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit and how it is displayed.
+
+    Attributes
+    ----------
+    name : str
+    base : dict of str to int
+        Exponents of the SI base units and rad; empty where they are not whole numbers, which
+        the standard cannot say.
+    display : str, optional
+        Name of the display unit.
+    factor : float
+        Display value of one unit.
+    """
+
+    name: str
+    base: dict[str, int] = field(default_factory=dict)
+    display: str | None = None
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class EnumerationItem:
+    """One value of an enumeration."""
+
+    name: str
+    value: int
+    description: str
+
+
+TABLE_STATUS = (
+    EnumerationItem("inside", 1, "The amplitudes are well inside the friction table"),
+    EnumerationItem("near_edge", 2, "An amplitude is near the edge of the friction table"),
+)
+
+_UNITS = (
+    Unit("1"),
+    Unit("s", {"s": 1}),
+    Unit("1/s", {"s": -1}),
+    Unit("N", {"kg": 1, "m": 1, "s": -2}, "mN", 1e3),
+    Unit("N/s", {"kg": 1, "m": 1, "s": -3}),
+    Unit("N/kg^0.5"),
+    Unit("N/(kg^0.5.s)"),
+    Unit("rad/s", {"rad": 1, "s": -1}, "Hz", 1.0 / (2.0 * pi)),
+    Unit("rad/s2", {"rad": 1, "s": -2}),
+    Unit("rad", {"rad": 1}, "deg", 180.0 / pi),
+    Unit("kg^0.5.m"),
+    Unit("kg^0.5.m/s"),
+    Unit("m", {"m": 1}, "mm", 1e3),
+    Unit("m/s", {"m": 1, "s": -1}, "mm/s", 1e3),
+    Unit("J", {"kg": 1, "m": 2, "s": -2}, "mJ", 1e3),
+    Unit("W", {"kg": 1, "m": 2, "s": -3}, "mW", 1e3),
+)
+UNITS = {unit.name: unit for unit in _UNITS}
+
+
+class Quantity(Enum):
+    """A declared type: its name, the unit ("" for an enumeration), what it is."""
+
+    TIME = ("Time", "s", "Time")
+    RATIO = ("Ratio", "1", "Number without a dimension")
+    RATIO_RATE = ("RatioRate", "1/s", "Rate of a number without a dimension")
+    FORCE = ("Force", "N", "Force")
+    FORCE_RATE = ("ForceRate", "N/s", "Rate of a force")
+    MODAL_FORCE = ("ModalForce", "N/kg^0.5", "Force on a mode of unit modal mass")
+    MODAL_FORCE_RATE = ("ModalForceRate", "N/(kg^0.5.s)", "Rate of a modal force")
+    FREQUENCY = ("AngularFrequency", "rad/s", "Angular frequency")
+    FREQUENCY_RATE = ("AngularFrequencyRate", "rad/s2", "Rate of an angular frequency")
+    ANGLE = ("Angle", "rad", "Angle")
+    DAMPING = ("ModalDamping", "1/s", "Modal damping")
+    AMPLITUDE = ("ModalAmplitude", "kg^0.5.m", "Amplitude of a mode of unit modal mass")
+    AMPLITUDE_RATE = ("ModalAmplitudeRate", "kg^0.5.m/s", "Rate of a modal amplitude")
+    DISPLACEMENT = ("Displacement", "m", "Displacement")
+    VELOCITY = ("Velocity", "m/s", "Velocity")
+    ENERGY = ("Energy", "J", "Energy")
+    POWER = ("Power", "W", "Power")
+    TABLE_STATUS = ("TableStatus", "", "Where the amplitudes are in the friction table")
+
+    def __init__(self, type_name: str, unit: str, description: str) -> None:
+        self.type_name = type_name
+        self.unit = unit
+        self.description = description
+
+    @property
+    def rate(self) -> Quantity:
+        """The quantity per second."""
+        return _RATES[self]
+
+
+_RATES = {
+    Quantity.RATIO: Quantity.RATIO_RATE,
+    Quantity.FORCE: Quantity.FORCE_RATE,
+    Quantity.MODAL_FORCE: Quantity.MODAL_FORCE_RATE,
+    Quantity.FREQUENCY: Quantity.FREQUENCY_RATE,
+    Quantity.ANGLE: Quantity.FREQUENCY,
+    Quantity.AMPLITUDE: Quantity.AMPLITUDE_RATE,
+    Quantity.ENERGY: Quantity.POWER,
+}

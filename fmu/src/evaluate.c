@@ -1,0 +1,237 @@
+/* From what was set to what is read: start values, inputs, outputs, derivatives, steps. */
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "exact_sum.h"
+
+/* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
+ * a shorter step; a wrong value cannot. */
+static fmu_status answer(const fmu_instance *instance, sm_status status, const char *doing) {
+    if (status == SM_OK) return FMU_OK;
+    const int retry = status == SM_OUTSIDE_TABLE || status == SM_STEP_TOO_SMALL ||
+                      status == SM_NOT_CONVERGED;
+    return fmu_say(instance, retry ? FMU_DISCARD : FMU_ERROR, "%s at t = %g s: %s", doing,
+                   instance->outputs[0], sm_message(status));
+}
+
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] *= instance->model.force_factor[j];
+        inputs->force_rate[j] *= instance->model.force_factor[j];
+    }
+}
+
+/* The inputs as the core takes them: modal forces. */
+static sm_inputs modal_inputs(const fmu_instance *instance) {
+    sm_inputs inputs = instance->inputs;
+    fmu_scale_forces(instance, &inputs);
+    return inputs;
+}
+
+/* A component with the present parameters. */
+static fmu_status build(fmu_instance *instance) {
+    fmu_model *model = &instance->model;
+    const size_t size = sizeof instance->built_with;
+    if (instance->component && memcmp(instance->built_with, instance->parameters, size) == 0)
+        return FMU_OK;
+    sm_component *built;
+    memcpy(model->flow.damping, instance->parameters + FMU_DAMPING, sizeof model->flow.damping);
+    model->motion.wanted = instance->parameters[FMU_CONTACT_WANTED] != 0.0;
+    const sm_status status =
+        sm_component_create(&model->flow, &model->contact, &model->motion,
+                            instance->parameters[FMU_TOLERANCE], &built);
+    if (status != SM_OK) return answer(instance, status, "model");
+    sm_component_free(instance->component);
+    instance->component = built;
+    memcpy(instance->built_with, instance->parameters, size);
+    return FMU_OK;
+}
+
+/* Brings the start values into effect. */
+static fmu_status start(fmu_instance *instance) {
+    if (instance->started) return FMU_OK;
+    memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
+    instance->outputs[0] = instance->start;
+    memcpy(instance->outputs + 1, instance->amplitude, sizeof instance->amplitude);
+    const fmu_status built = build(instance);
+    if (built != FMU_OK) return built;
+    const sm_inputs inputs = modal_inputs(instance);
+    sm_status status = sm_component_set_inputs(instance->component, &inputs);
+    if (status == SM_OK)
+        status = sm_component_reset(instance->component, instance->start, instance->amplitude);
+    if (status != SM_OK) return answer(instance, status, "start values");
+    instance->started = instance->inputs_current = 1;
+    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
+static fmu_status apply_inputs(fmu_instance *instance) {
+    if (instance->inputs_current) return FMU_OK;
+    const sm_inputs inputs = modal_inputs(instance);
+    const sm_status status = sm_component_set_inputs(instance->component, &inputs);
+    instance->inputs_current = status == SM_OK;
+    return answer(instance, status, "inputs");
+}
+
+/* The inputs where the importer, or the component, has taken the angles. */
+static sm_inputs inputs_now(const fmu_instance *instance) {
+    sm_inputs inputs = modal_inputs(instance);
+    memcpy(inputs.angle, instance->outputs + 5, sizeof inputs.angle);
+    return inputs;
+}
+
+/* Rates of amplitudes become those of all states. */
+static void complete_rates(int modes, const double *frequency, double dissipated, double *rates) {
+    for (int j = 0; j < modes; j++) rates[2 * modes + j] = frequency[j];
+    rates[3 * modes] = dissipated;
+}
+
+fmu_status fmu_evaluate_rates(fmu_instance *instance) {
+    fmu_status status = start(instance);
+    if (status != FMU_OK || instance->rates_current) return status;
+    double *outputs = instance->outputs, power[2];
+    const sm_inputs inputs = inputs_now(instance);
+    status = answer(instance,
+                    sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
+                                      instance->rates, &power[0], &power[1]),
+                    "derivatives");
+    if (status != FMU_OK) return status;
+    complete_rates(instance->model.modes, inputs.frequency, power[1], instance->rates);
+    if (instance->interface == FMU_MODEL_EXCHANGE) memcpy(outputs + 7, power, sizeof power);
+    instance->rates_current = 1;
+    return FMU_OK;
+}
+
+fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
+                                    const sm_inputs *d_inputs, double *d_rates,
+                                    double d_power[2]) {
+    const sm_inputs inputs = inputs_now(instance);
+    const fmu_status status =
+        answer(instance,
+               sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
+                                        instance->outputs + 1, d_amplitude, d_inputs, d_rates,
+                                        &d_power[0], &d_power[1]),
+               "directional derivative");
+    if (status == FMU_OK)
+        complete_rates(instance->model.modes, d_inputs->frequency, d_power[1], d_rates);
+    return status;
+}
+
+fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
+    if (instance->started && instance->outputs_current) return FMU_OK;
+    fmu_status status = start(instance);
+    if (status != FMU_OK) return status;
+    if (instance->interface == FMU_MODEL_EXCHANGE) {
+        status = fmu_evaluate_rates(instance);
+    } else {
+        status = apply_inputs(instance);
+        if (status != FMU_OK) return status;
+        status = answer(instance, sm_component_outputs(instance->component, instance->outputs),
+                        "outputs");
+    }
+    instance->outputs_current = status == FMU_OK;
+    return status;
+}
+
+/* The last periods up to now, on which the amplitudes are straight lines. */
+static sm_segment recent_past(const fmu_instance *instance) {
+    const double *outputs = instance->outputs;
+    const sm_inputs *inputs = &instance->inputs;
+    const int modes = instance->model.modes;
+    double slowest = INFINITY;
+    for (int j = 0; j < modes; j++) slowest = fmin(slowest, inputs->frequency[j]);
+    sm_segment past = {.duration = instance->model.motion.memory_periods * SM_TWO_PI / slowest};
+    past.start = outputs[0] - past.duration;
+    for (int k = 0; k < 2 * modes; k++) {
+        past.amplitude_end[k] = outputs[1 + k];
+        past.amplitude_start[k] = outputs[1 + k] - past.duration * instance->rates[k];
+        past.rate_start[k] = past.rate_end[k] = instance->rates[k];
+    }
+    for (int j = 0; j < modes; j++) {
+        const double turned = past.duration * inputs->frequency_rate[j];
+        /* a sweep so fast that it would have begun at rest is taken as just begun */
+        past.frequency_rate[j] = fabs(turned) < 0.5 * inputs->frequency[j]
+                                     ? inputs->frequency_rate[j] : 0.0;
+        past.frequency[j] = inputs->frequency[j] - past.duration * past.frequency_rate[j];
+        past.angle[j] = outputs[5 + j]
+                        - past.duration * 0.5 * (past.frequency[j] + inputs->frequency[j]);
+    }
+    return past;
+}
+
+/* In Model Exchange the contacts are marched to the present point from rest: what happened before
+ * the last few periods does not matter to them. */
+fmu_status fmu_evaluate_motion(fmu_instance *instance) {
+    fmu_status status = fmu_evaluate_outputs(instance);
+    const fmu_model *model = &instance->model;
+    if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
+        instance->motion_current || !model->motion.wanted)
+        return status;
+    const size_t n = (size_t)model->contact.contacts, modes = (size_t)model->modes;
+    const sm_segment past = recent_past(instance);
+    sm_march *march = &instance->march;
+    sm_march_start(march, NULL, NULL);
+    status = answer(instance,
+                    sm_march_along(march, &model->contact, &past, 0.0, past.duration,
+                                   model->motion.steps_per_period),
+                    "contact motion");
+    if (status != FMU_OK) return status;
+    double *x = instance->outputs + SM_OUTPUTS_FIXED, *elastic = x + 3 * n, q[SM_MODES] = {0.0};
+    memcpy(x, march->lane.x, n * sizeof *x);
+    memcpy(x + n, march->lane.v, n * sizeof *x);
+    sm_march_force(march, x + 2 * n);
+    for (size_t j = 0; j < modes; j++) {
+        const double *a = instance->outputs + 1 + 2 * j, angle = instance->outputs[5 + j];
+        q[j] = 2.0 * (a[0] * cos(angle) - a[1] * sin(angle));
+    }
+    for (size_t k = 0; k < (size_t)model->motion.elastic; k++) {
+        elastic[k] = 0.0;
+        for (size_t j = 0; j < modes; j++)
+            elastic[k] += model->motion.modes_out[k * modes + j] * q[j];
+        for (size_t i = 0; i < n; i++)
+            elastic[k] += model->motion.contacts_out[k * n + i] * x[i];
+    }
+    instance->motion_current = 1;
+    return FMU_OK;
+}
+
+/* The inputs that have moved at their rates. */
+static void move_inputs(sm_inputs *inputs, double duration) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] += inputs->force_rate[j] * duration;
+        inputs->frequency[j] += inputs->frequency_rate[j] * duration;
+        inputs->phase[j] += inputs->phase_rate[j] * duration;
+    }
+    inputs->limit_scale += inputs->limit_scale_rate * duration;
+}
+
+fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
+    fmu_status status = apply_inputs(instance);
+    if (status != FMU_OK) return status;
+    status = answer(instance, sm_component_step(instance->component, duration), "step");
+    if (status != FMU_OK) return status;
+    move_inputs(&instance->inputs, duration);
+    instance->rates_current = 0;
+    return answer(instance, sm_component_outputs(instance->component, instance->outputs),
+                  "outputs");
+}
+
+fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
+                                const double *component_state) {
+    double before[FMU_PARAMETERS];
+    memcpy(before, instance->parameters, sizeof before);
+    memcpy(instance->parameters, parameters, sizeof before);
+    fmu_status status = build(instance);
+    if (status == FMU_OK)
+        status = answer(instance, sm_component_set_state(instance->component, component_state),
+                        "SetFMUState");
+    if (status != FMU_OK) {
+        memcpy(instance->parameters, before, sizeof before);
+        return FMU_ERROR;
+    }
+    instance->inputs_current = instance->outputs_current = 0;
+    instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}

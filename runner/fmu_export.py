@@ -1,0 +1,66 @@
+"""A scene's model as an FMU that starts as the scene does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+import fmu
+from fmu.description import FmiVersion
+from runner.plan import Plan, make_plan
+from runner.scene import Scene, load_scene
+
+
+def export_fmu(
+    scene: Scene | str | PathLike[str],
+    output: str | PathLike[str] | None = None,
+    fmi: FmiVersion = 3,
+    platforms: Sequence[str] = (),
+    *,
+    progress: bool = False,
+) -> Path:
+    """Export the model that a scene needs.
+
+    Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
+    to the importer. Contact motion is among the outputs if the scene asks for it anywhere.
+
+    Parameters
+    ----------
+    scene : Scene, path of a scene file, or name of a shipped scene
+    output : path, optional
+        Default: the scene's name with .fmu, in the present folder.
+    fmi, platforms
+        As in `fmu.export`.
+    progress : bool
+        Progress bars on work longer than a second.
+    """
+    if not isinstance(scene, Scene):
+        scene = load_scene(scene)
+    plan = make_plan(scene, progress=progress)
+    model, _ = plan.model(progress=progress)
+    elastic = scene.output.elastic
+    return fmu.export(
+        model,
+        output or f"{scene.name}.fmu",
+        plan.excited.force,
+        fmi=fmi,
+        platforms=platforms,
+        contact=bool(scene.contact or elastic),
+        elastic=elastic,
+        mode_names=plan.excited.modes,
+        name=scene.title,
+        start=_start(plan),
+        stop_time=scene.run.duration,
+        step_size=scene.run.step,
+        tolerance=scene.run.tolerance,
+    )
+
+
+def _start(plan: Plan) -> dict[str, float]:
+    """Inputs and amplitudes at t = 0, by variable name."""
+    start = {name: float(values[0]) for name, values in plan.schedule.values.items()}
+    for mode, amplitude in zip(plan.excited.modes, plan.excited.initial, strict=True):
+        start[f"{mode}_re"] = complex(amplitude).real
+        start[f"{mode}_im"] = complex(amplitude).imag
+    return start

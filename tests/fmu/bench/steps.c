@@ -1,0 +1,104 @@
+/* Cost of the FMI calls in a C loop, through the library as an importer loads it.
+ *
+ *   steps LIBRARY FOLDER TOKEN COUNT START_FORCE NAMES...
+ *
+ * prints nanoseconds per call of fmi3DoStep at a step of 1 s, of fmi3GetFloat64 of the named
+ * variables after a step, and of fmi3SetFloat64 of one input; each the least of several rounds.
+ */
+#define _POSIX_C_SOURCE 200809L
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "fmi3FunctionTypes.h"
+
+#define ROUNDS 7
+#define MOST 64
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+static void say(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category,
+                fmi3String message) {
+    (void)environment, (void)status, (void)category;
+    fprintf(stderr, "%s\n", message);
+}
+
+static void *entry(void *library, const char *name) {
+    void *found = dlsym(library, name);
+    if (!found) {
+        fprintf(stderr, "%s is missing\n", name);
+        exit(1);
+    }
+    return found;
+}
+
+static void check(fmi3Status status) {
+    if (status != fmi3OK) exit(1);
+}
+
+int main(int count, char **argument) {
+    fmi3ValueReference vr[MOST];
+    double value[MOST], last, time = 0.0;
+    fmi3Boolean event, terminate, early;
+    if (count < 6) return 2;
+    void *library = dlopen(argument[1], RTLD_NOW | RTLD_LOCAL);
+    if (!library) return 2;
+    fmi3InstantiateCoSimulationTYPE *instantiate;
+    fmi3EnterInitializationModeTYPE *enter;
+    fmi3ExitInitializationModeTYPE *leave;
+    fmi3DoStepTYPE *step;
+    fmi3GetFloat64TYPE *get;
+    fmi3SetFloat64TYPE *set;
+    fmi3FreeInstanceTYPE *release;
+    *(void **)&instantiate = entry(library, "fmi3InstantiateCoSimulation");
+    *(void **)&enter = entry(library, "fmi3EnterInitializationMode");
+    *(void **)&leave = entry(library, "fmi3ExitInitializationMode");
+    *(void **)&step = entry(library, "fmi3DoStep");
+    *(void **)&get = entry(library, "fmi3GetFloat64");
+    *(void **)&set = entry(library, "fmi3SetFloat64");
+    *(void **)&release = entry(library, "fmi3FreeInstance");
+    const long steps = atol(argument[4]);
+    const fmi3ValueReference input = (fmi3ValueReference)atol(argument[5]);
+    size_t names = 0;
+    for (int k = 6; k < count && names < MOST; k++)
+        vr[names++] = (fmi3ValueReference)atol(argument[k]);
+    fmi3Instance c = instantiate("bench", argument[3], argument[2], false, false, false, false,
+                                 NULL, 0, NULL, say, NULL);
+    if (!c) return 1;
+    check(enter(c, false, 0.0, 0.0, false, 0.0));
+    check(leave(c));
+    double best[4] = {1e30, 1e30, 1e30, 1e30}, force = 0.0;
+    check(get(c, &input, 1, &force, 1));
+    for (int round = 0; round < ROUNDS; round++) {
+        double started = now();
+        for (long k = 0; k < steps; k++, time += 1.0)
+            check(step(c, time, 1.0, true, &event, &terminate, &early, &last));
+        const double stepped = (now() - started) / (double)steps;
+        started = now();
+        for (long k = 0; k < steps; k++) check(get(c, vr, names, value, names));
+        const double got = (now() - started) / (double)steps;
+        started = now();
+        for (long k = 0; k < steps; k++) check(set(c, &input, 1, &force, 1));
+        const double were_set = (now() - started) / (double)steps;
+        started = now();
+        for (long k = 0; k < steps; k++, time += 1.0) {
+            check(set(c, &input, 1, &force, 1));
+            check(step(c, time, 1.0, true, &event, &terminate, &early, &last));
+            check(get(c, vr, names, value, names));
+        }
+        const double all = (now() - started) / (double)steps;
+        const double figures[4] = {stepped, got, were_set, all};
+        for (int k = 0; k < 4; k++) best[k] = figures[k] < best[k] ? figures[k] : best[k];
+    }
+    printf("doStep %.0f ns, get of %lu %.0f ns, set %.0f ns, all three %.0f ns\n", best[0],
+           (unsigned long)names, best[1], best[2], best[3]);
+    release(c);
+    dlclose(library);
+    return 0;
+}

@@ -1,0 +1,59 @@
+/* The calls of FMI 2.0 and 3.0 behind one set of names, so that a test runs through both. */
+#ifndef TEST_CALLS_H
+#define TEST_CALLS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef enum { OK, WARNING, DISCARD, ERROR } status;
+
+/* Messages that the FMUs logged so far; the last of them. */
+typedef struct {
+    long count;
+    status last_status;
+    char last[600];
+} message_log;
+
+typedef struct {
+    const char *version;
+    /* `interface`: 0 Model Exchange, 1 Co-Simulation */
+    void *(*instantiate)(int interface, const char *name, const char *token, const char *folder,
+                         message_log *log);
+    void (*free_instance)(void *c);
+    status (*set_logging)(void *c, int on, size_t count, const char *const *categories);
+    status (*enter_initialization)(void *c, double tolerance, double start, double stop);
+    status (*exit_initialization)(void *c);
+    status (*terminate)(void *c);
+    status (*reset)(void *c);
+    status (*get_real)(void *c, const uint32_t *vr, size_t count, double *value);
+    status (*set_real)(void *c, const uint32_t *vr, size_t count, const double *value);
+    status (*get_enumeration)(void *c, const uint32_t *vr, size_t count, int32_t *value);
+    status (*get_boolean)(void *c, const uint32_t *vr, size_t count, int *value);
+    status (*set_boolean)(void *c, const uint32_t *vr, size_t count, const int *value);
+    status (*get_state)(void *c, void **state);
+    status (*set_state)(void *c, void *state);
+    status (*free_state)(void *c, void **state);
+    status (*serialized_size)(void *c, void *state, size_t *size);
+    status (*serialize)(void *c, void *state, void *bytes, size_t size);
+    status (*deserialize)(void *c, const void *bytes, size_t size, void **state);
+    status (*step)(void *c, double time, double step);
+    status (*enter_events)(void *c);
+    status (*update_discrete)(void *c, int arguments);
+    status (*enter_continuous)(void *c);
+    status (*completed_step)(void *c, int arguments);
+    status (*set_time)(void *c, double time);
+    status (*set_states)(void *c, const double *states, size_t count);
+    status (*get_states)(void *c, double *states, size_t count);
+    status (*get_derivatives)(void *c, double *derivatives, size_t count);
+    status (*get_nominals)(void *c, double *nominals, size_t count);
+    status (*get_indicators)(void *c, size_t count);
+    status (*directional)(void *c, const uint32_t *unknown, size_t unknowns,
+                          const uint32_t *known, size_t knowns, const double *seed,
+                          double *sensitivity);
+    status (*absent)(void *c, int which); /* calls that are always refused */
+    int absent_count;
+} calls;
+
+extern const calls fmi2_calls, fmi3_calls;
+
+#endif

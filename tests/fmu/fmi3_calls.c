@@ -1,0 +1,195 @@
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "calls.h"
+#include "fmi3Functions.h"
+
+static void write_message(fmi3InstanceEnvironment environment, fmi3Status given,
+                          fmi3String category, fmi3String message) {
+    message_log *log = environment;
+    snprintf(log->last, sizeof log->last, "%s", message);
+    log->count++;
+    log->last_status = (status)given;
+    if (!category || !*category) abort();
+}
+
+static void *instantiate(int interface, const char *name, const char *token, const char *folder,
+                         message_log *log) {
+    if (interface == 0)
+        return fmi3InstantiateModelExchange(name, token, folder, false, false, log,
+                                            write_message);
+    return fmi3InstantiateCoSimulation(name, token, folder, false, false, false, false, NULL, 0,
+                                       log, write_message, NULL);
+}
+
+static status set_logging(void *c, int on, size_t count, const char *const *categories) {
+    return (status)fmi3SetDebugLogging(c, on, count, (const fmi3String *)categories);
+}
+
+static status enter_initialization(void *c, double tolerance, double start, double stop) {
+    return (status)fmi3EnterInitializationMode(c, tolerance != 0.0, tolerance, start,
+                                               stop < INFINITY || isnan(stop), stop);
+}
+
+static status get_real(void *c, const uint32_t *vr, size_t count, double *value) {
+    return (status)fmi3GetFloat64(c, vr, count, value, count);
+}
+
+static status set_real(void *c, const uint32_t *vr, size_t count, const double *value) {
+    return (status)fmi3SetFloat64(c, vr, count, value, count);
+}
+
+static status get_enumeration(void *c, const uint32_t *vr, size_t count, int32_t *value) {
+    fmi3Int64 wide = 0;
+    const status got = (status)fmi3GetInt64(c, vr, count, value ? &wide : NULL, count);
+    if (got == OK && count > 0) *value = (int32_t)wide;
+    return got;
+}
+
+static status get_boolean(void *c, const uint32_t *vr, size_t count, int *value) {
+    fmi3Boolean narrow = false;
+    const status got = (status)fmi3GetBoolean(c, vr, count, value ? &narrow : NULL, count);
+    if (got == OK && count > 0) *value = narrow;
+    return got;
+}
+
+static status set_boolean(void *c, const uint32_t *vr, size_t count, const int *value) {
+    const fmi3Boolean narrow = value && *value;
+    return (status)fmi3SetBoolean(c, vr, count, value ? &narrow : NULL, count);
+}
+
+static status update_discrete(void *c, int arguments) {
+    fmi3Boolean flag[5];
+    double next;
+    return (status)fmi3UpdateDiscreteStates(c, arguments ? &flag[0] : NULL, &flag[1], &flag[2],
+                                            &flag[3], &flag[4], &next);
+}
+
+static status completed_step(void *c, int arguments) {
+    fmi3Boolean enter, terminate;
+    return (status)fmi3CompletedIntegratorStep(c, true, arguments ? &enter : NULL, &terminate);
+}
+
+static status step(void *c, double time, double length) {
+    fmi3Boolean event, terminate, early;
+    double last;
+    return (status)fmi3DoStep(c, time, length, true, &event, &terminate, &early, &last);
+}
+
+static status get_indicators(void *c, size_t count) {
+    double value[4];
+    return (status)fmi3GetEventIndicators(c, value, count);
+}
+
+static status directional(void *c, const uint32_t *unknown, size_t unknowns,
+                          const uint32_t *known, size_t knowns, const double *seed,
+                          double *sensitivity) {
+    return (status)fmi3GetDirectionalDerivative(c, unknown, unknowns, known, knowns, seed, knowns,
+                                                sensitivity, unknowns);
+}
+
+static status absent_clocks(void *c, int which) {
+    const fmi3ValueReference vr = 1;
+    fmi3Clock clock = true;
+    fmi3UInt64 counter = 1, resolution = 1;
+    fmi3IntervalQualifier qualifier;
+    double interval = 1.0;
+    switch (which) {
+    case 0: return (status)fmi3GetClock(c, &vr, 1, &clock);
+    case 1: return (status)fmi3SetClock(c, &vr, 1, &clock);
+    case 2: return (status)fmi3GetIntervalDecimal(c, &vr, 1, &interval, &qualifier);
+    case 3: return (status)fmi3SetIntervalDecimal(c, &vr, 1, &interval);
+    case 4: return (status)fmi3GetIntervalFraction(c, &vr, 1, &counter, &resolution, &qualifier);
+    case 5: return (status)fmi3SetIntervalFraction(c, &vr, 1, &counter, &resolution);
+    case 6: return (status)fmi3GetShiftDecimal(c, &vr, 1, &interval);
+    case 7: return (status)fmi3SetShiftDecimal(c, &vr, 1, &interval);
+    case 8: return (status)fmi3GetShiftFraction(c, &vr, 1, &counter, &resolution);
+    case 9: return (status)fmi3SetShiftFraction(c, &vr, 1, &counter, &resolution);
+    case 10: return (status)fmi3ActivateModelPartition(c, vr, 0.0);
+    default: return (status)fmi3EvaluateDiscreteStates(c);
+    }
+}
+
+#define GET_AND_SET(type, get)                                          \
+    do {                                                                \
+        fmi3##type value = 0;                                           \
+        return (get) ? (status)fmi3Get##type(c, &vr, 1, &value, 1)      \
+                     : (status)fmi3Set##type(c, &vr, 1, &value, 1);     \
+    } while (0)
+
+static status absent(void *c, int which) {
+    const fmi3ValueReference vr = 1;
+    const int get = which % 2;
+    const fmi3Int32 order = 1;
+    fmi3ValueReference independent;
+    size_t size = 1, element[2];
+    fmi3DependencyKind kind;
+    double value = 1.0, wide[2] = {0.0};
+    fmi3Binary binary = (fmi3Binary) "bytes";
+    if (which < 12) return absent_clocks(c, which);
+    switch ((which - 12) / 2) {
+    case 0: GET_AND_SET(Float32, get);
+    case 1: GET_AND_SET(Int8, get);
+    case 2: GET_AND_SET(UInt8, get);
+    case 3: GET_AND_SET(Int16, get);
+    case 4: GET_AND_SET(UInt16, get);
+    case 5: GET_AND_SET(Int32, get);
+    case 6: GET_AND_SET(UInt32, get);
+    case 7: GET_AND_SET(UInt64, get);
+    case 8: GET_AND_SET(String, get);
+    case 9:
+        return get ? (status)fmi3GetBinary(c, &vr, 1, &size, &binary, 1)
+                   : (status)fmi3SetBinary(c, &vr, 1, &size, &binary, 1);
+    case 10:
+        return get ? (status)fmi3EnterConfigurationMode(c) : (status)fmi3ExitConfigurationMode(c);
+    case 11:
+        return get ? (status)fmi3EnterStepMode(c)
+                   : (status)fmi3GetNumberOfVariableDependencies(c, vr, &size);
+    case 12:
+        return get ? (status)fmi3GetOutputDerivatives(c, &vr, 1, &order, &value, 1)
+                   : (status)fmi3GetVariableDependencies(c, vr, element, &independent, element,
+                                                         &kind, 1);
+    default: /* values that are not as many as value references */
+        return get ? (status)fmi3GetFloat64(c, &vr, 1, wide, 2)
+                   : (status)fmi3GetAdjointDerivative(c, &vr, 1, &vr, 1, &value, 1, wide, 1);
+    }
+}
+
+#define AS(type, function) ((type)(function))
+const calls fmi3_calls = {
+    .version = "FMI 3.0",
+    .instantiate = instantiate,
+    .free_instance = fmi3FreeInstance,
+    .set_logging = set_logging,
+    .enter_initialization = enter_initialization,
+    .exit_initialization = AS(status (*)(void *), fmi3ExitInitializationMode),
+    .terminate = AS(status (*)(void *), fmi3Terminate),
+    .reset = AS(status (*)(void *), fmi3Reset),
+    .get_real = get_real,
+    .set_real = set_real,
+    .get_enumeration = get_enumeration,
+    .get_boolean = get_boolean,
+    .set_boolean = set_boolean,
+    .get_state = AS(status (*)(void *, void **), fmi3GetFMUState),
+    .set_state = AS(status (*)(void *, void *), fmi3SetFMUState),
+    .free_state = AS(status (*)(void *, void **), fmi3FreeFMUState),
+    .serialized_size = AS(status (*)(void *, void *, size_t *), fmi3SerializedFMUStateSize),
+    .serialize = AS(status (*)(void *, void *, void *, size_t), fmi3SerializeFMUState),
+    .deserialize = AS(status (*)(void *, const void *, size_t, void **), fmi3DeserializeFMUState),
+    .step = step,
+    .enter_events = AS(status (*)(void *), fmi3EnterEventMode),
+    .update_discrete = update_discrete,
+    .enter_continuous = AS(status (*)(void *), fmi3EnterContinuousTimeMode),
+    .completed_step = completed_step,
+    .set_time = AS(status (*)(void *, double), fmi3SetTime),
+    .set_states = AS(status (*)(void *, const double *, size_t), fmi3SetContinuousStates),
+    .get_states = AS(status (*)(void *, double *, size_t), fmi3GetContinuousStates),
+    .get_derivatives = AS(status (*)(void *, double *, size_t), fmi3GetContinuousStateDerivatives),
+    .get_nominals = AS(status (*)(void *, double *, size_t), fmi3GetNominalsOfContinuousStates),
+    .get_indicators = get_indicators,
+    .directional = directional,
+    .absent = absent,
+    .absent_count = 12 + 28,
+};
