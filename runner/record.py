@@ -29,6 +29,8 @@ from runner.mcapfile.writer import McapWriter
 
 SCENE_FILE = "scene.toml"
 
+_ROWS_AT_ONCE = 4096  # to be encoded: few enough to stay in a core's own memory
+
 
 @dataclass(frozen=True)
 class Header:
@@ -141,7 +143,10 @@ class McapSink(Sink):
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
         with self._complaining():
-            self._writer.add_messages(self._ids[topic], time_ns, channel.encode(rows))
+            for start in range(0, len(rows), _ROWS_AT_ONCE):
+                part = slice(start, start + _ROWS_AT_ONCE)
+                messages = channel.encode(rows[part])
+                self._writer.add_messages(self._ids[topic], time_ns[part], messages)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""

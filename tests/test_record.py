@@ -13,10 +13,12 @@ import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
 
 from rom.errors import SlipmodeError
 from runner import channels, planes
 from runner.load import read
+from runner.mcapfile import writer
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
 
@@ -106,6 +108,46 @@ def test_statistics_and_chunks(tmp_path):
     sizes = [index.uncompressed_size for index in summary.chunk_indexes[:-1]]
     assert all(2**20 - 1000 < size <= 2**20 for size in sizes)
     assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
+
+
+def test_the_same_bytes_however_slowly_they_are_written(tmp_path, monkeypatch):
+    paths = [tmp_path / name for name in ("fast.mcap", "slow.mcap")]
+    for path, seconds in zip(paths, (1e9, 0.0), strict=True):
+        monkeypatch.setattr(writer, "FLUSH_SECONDS", seconds)
+        with McapSink(path, HEADER, CHANNELS) as sink:
+            for start in range(0, 8000, 1000):
+                for topic, (time, values) in batches(8000).items():
+                    part = slice(start, start + 1000)
+                    sink.write(topic, time[part], values[part])
+    fast, slow = (path.read_bytes() for path in paths)
+    assert fast == slow
+
+
+def test_samples_are_in_the_file_before_their_chunk_is_full(tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "FLUSH_SECONDS", 0.0)
+    path = tmp_path / "run.mcap"
+    sink = McapSink(path, HEADER, CHANNELS)
+    for count in (200, 500, 20_000):  # more than a chunk last
+        sink.write("/modes", *batches(count)["/modes"])
+        data = read(path)
+        assert not data.complete
+        np.testing.assert_array_equal(
+            data.channels["/modes"][2][-1], batches(count)["/modes"][1][-1]
+        )
+    sink.close()
+    assert read(path).complete
+    with path.open("rb") as file:
+        assert list(StreamReader(file, validate_crcs=True).records)
+
+
+def test_messages_longer_than_a_chunk(tmp_path):
+    path = tmp_path / "run.mcap"
+    text = "a long story " * 100_000
+    with McapSink(path, HEADER, CHANNELS) as sink:
+        fill(sink, 10)
+        sink.event(1.0, "info", text)
+        fill(sink, 10)
+    assert [event.message for event in read(path).events][1] == text
 
 
 def test_events_are_foxglove_logs(recorded):

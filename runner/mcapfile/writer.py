@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from typing import IO
 
 import numpy as np
@@ -24,18 +26,31 @@ from runner.mcapfile.layout import (
 )
 from runner.mcapfile.summary import Summary
 
-CHUNK_BYTES = 1024 * 1024  # of messages before compression: what a crash can cost
+CHUNK_BYTES = 1024 * 1024  # of messages before compression; two of them are in memory at most
 FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is put on disk too
 
 _LEVEL = 1  # on samples of smooth motion it is twice as fast as level 3, and no larger
 
 
+@dataclass(frozen=True)
+class _Compressing:
+    """A chunk whose data are to come, and the index entries of each channel."""
+
+    chunk: records.Chunk
+    entries: dict[int, NDArray[np.void]]
+    data: Future[bytes]
+
+    def result(self) -> records.Chunk:
+        """The chunk, as soon as it is compressed."""
+        return replace(self.chunk, data=self.data.result())
+
+
 class McapWriter:
     """Writes an MCAP file: chunks with CRCs, message indexes, statistics and a summary.
 
-    A chunk is in the file as soon as it is full. So is an unfinished one after FLUSH_SECONDS; it
-    is later written over by its longer self, so that the bytes of a finished file do not depend
-    on how fast it was written.
+    A full chunk is compressed in a thread beside, and is in the file before the next one is full.
+    So is an unfinished one after FLUSH_SECONDS; it is later written over by its longer self, so
+    that the bytes of a finished file do not depend on how fast it was written.
 
     Parameters
     ----------
@@ -49,8 +64,10 @@ class McapWriter:
         self._unfinished_behind = False  # whether a part of the next chunk is there already
         self._crc = 0
         self._summary = Summary()
+        self._pool = ThreadPoolExecutor(max_workers=1)
         self._compressor = ZstdCompressor(level=_LEVEL)
-        self._buffer = bytearray(CHUNK_BYTES)
+        self._compressing: _Compressing | None = None
+        self._buffer, self._spare = bytearray(CHUNK_BYTES), bytearray(CHUNK_BYTES)
         self._filled = 0
         self._entries: dict[int, list[NDArray[np.void]]] = {}
         self._last_flush = time.monotonic()
@@ -109,20 +126,25 @@ class McapWriter:
                 self._finish_chunk()
             else:  # longer than a chunk, it gets one of its own
                 self._buffer = bytearray(size)
+        if self._compressing and self._compressing.data.done():
+            self._put_whole_chunks()
         if time.monotonic() - self._last_flush > FLUSH_SECONDS:
             self.flush()
 
     def add_chunk(self, chunk: records.Chunk, entries: Mapping[int, NDArray[np.void]]) -> None:
         """Append a chunk as it is; `entries` index the messages of each channel."""
         self._finish_chunk()
+        self._put_whole_chunks()
         self._put_chunk(chunk, entries)
 
     def flush(self) -> None:
         """Put in the file what was added until now, an unfinished chunk included."""
+        self._put_whole_chunks()
         if self._filled:
-            chunk, entries = self._chunk()
+            unfinished = self._start_compressing()
+            chunk = unfinished.result()
             self._file.writelines((chunk_start(chunk), chunk.data))
-            self._file.writelines(index_bytes(*item) for item in entries.items())
+            self._file.writelines(index_bytes(*item) for item in unfinished.entries.items())
             self._file.seek(self._end)
             self._unfinished_behind = True
         self._file.flush()
@@ -131,6 +153,8 @@ class McapWriter:
     def finish(self) -> None:
         """Write what is buffered, the summary and the footer; leaves the file open."""
         self._finish_chunk()
+        self._put_whole_chunks()
+        self._pool.shutdown()
         self._put(record_bytes(records.DataEnd(self._crc)))
         self._file.write(self._summary.to_bytes(self._end) + MCAP0_MAGIC)
         self._file.flush()
@@ -151,29 +175,41 @@ class McapWriter:
         self._entries.setdefault(channel, []).append(entries)
         self._filled += block.nbytes
 
-    def _chunk(self) -> tuple[records.Chunk, dict[int, NDArray[np.void]]]:
-        """What was added since the last chunk, with its index."""
+    def _finish_chunk(self) -> None:
+        """Have what was filled compressed, while the next chunk is being filled."""
+        if not self._filled:
+            return
+        before, self._compressing = self._compressing, self._start_compressing()
+        self._put_compressed(before)
+        self._buffer, self._spare = self._spare, self._buffer
+        if len(self._spare) != CHUNK_BYTES:
+            self._spare = bytearray(CHUNK_BYTES)
+        self._filled = 0
+        self._entries = {}
+
+    def _start_compressing(self) -> _Compressing:
+        """Begin to compress what was filled, with its index."""
         raw = memoryview(self._buffer)[: self._filled]
         entries = {number: np.concatenate(parts) for number, parts in self._entries.items()}
         times = [index["log_time"] for index in entries.values()]
         chunk = records.Chunk(
             compression="zstd",
-            data=self._compressor.compress(raw),
+            data=b"",
             message_start_time=int(min(time_ns.min() for time_ns in times)),
             message_end_time=int(max(time_ns.max() for time_ns in times)),
             uncompressed_crc=zlib.crc32(raw),
             uncompressed_size=self._filled,
         )
-        return chunk, entries
+        return _Compressing(chunk, entries, self._pool.submit(self._compressor.compress, raw))
 
-    def _finish_chunk(self) -> None:
-        if not self._filled:
-            return
-        self._put_chunk(*self._chunk())
-        if len(self._buffer) != CHUNK_BYTES:
-            self._buffer = bytearray(CHUNK_BYTES)
-        self._filled = 0
-        self._entries = {}
+    def _put_whole_chunks(self) -> None:
+        """Write the chunk that is being compressed, if there is one."""
+        before, self._compressing = self._compressing, None
+        self._put_compressed(before)
+
+    def _put_compressed(self, compressing: _Compressing | None) -> None:
+        if compressing is not None:
+            self._put_chunk(compressing.result(), compressing.entries)
 
     def _put_chunk(self, chunk: records.Chunk, entries: Mapping[int, NDArray[np.void]]) -> None:
         start = self._end
