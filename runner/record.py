@@ -16,6 +16,7 @@ from mcap import records
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
+from runner import overview
 from runner.channels import (
     EVENT_MESSAGE_TYPE,
     EVENTS,
@@ -26,6 +27,7 @@ from runner.channels import (
     event_descriptor,
 )
 from runner.mcapfile.writer import McapWriter
+from runner.overview import Overview
 
 SCENE_FILE = "scene.toml"
 
@@ -136,6 +138,9 @@ class McapSink(Sink):
                 about = units | {"description": channel.description}
                 self._register(channel.topic, channel.message_type, channel.descriptor(), about)
             self._register(EVENTS, EVENT_MESSAGE_TYPE, event_descriptor(), {})
+            if overview.SOURCE in self._channels:
+                self._overview = Overview(self._channels[overview.SOURCE])
+                self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
             self._writer.flush()
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
@@ -147,6 +152,9 @@ class McapSink(Sink):
                 part = slice(start, start + _ROWS_AT_ONCE)
                 messages = channel.encode(rows[part])
                 self._writer.add_messages(self._ids[topic], time_ns[part], messages)
+            if topic == overview.SOURCE:
+                shown = self._overview.encode(time_ns, rows)
+                self._writer.add_messages(self._ids[overview.TOPIC], *shown)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
@@ -183,13 +191,20 @@ class McapSink(Sink):
         )
 
     def _register(
-        self, topic: str, message_type: str, proto: FileDescriptorSet, about: dict[str, str]
+        self,
+        topic: str,
+        message_type: str,
+        schema: FileDescriptorSet | str,
+        about: dict[str, str],
     ) -> None:
-        """Give a topic a channel and a schema, both of the next number."""
+        """Give a topic a channel and a schema, protobuf or ROS 2, both of the next number."""
         number = self._ids[topic] = len(self._ids) + 1
-        data = proto.SerializeToString()
-        self._writer.add_schema(records.Schema(number, data, "protobuf", message_type))
-        self._writer.add_channel(records.Channel(number, topic, "protobuf", about, number))
+        if isinstance(schema, str):
+            encoding, schema_encoding, data = "cdr", "ros2msg", schema.encode()
+        else:
+            encoding, schema_encoding, data = "protobuf", "protobuf", schema.SerializeToString()
+        self._writer.add_schema(records.Schema(number, data, schema_encoding, message_type))
+        self._writer.add_channel(records.Channel(number, topic, encoding, about, number))
 
     @contextmanager
     def _complaining(self) -> Iterator[None]:

@@ -19,6 +19,7 @@ from rom.errors import SlipmodeError
 from runner import channels, planes
 from runner.load import read
 from runner.mcapfile import writer
+from runner.overview import Overview
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
 
@@ -101,7 +102,9 @@ def test_statistics_and_chunks(tmp_path):
         fill(sink, 5000)
     with path.open("rb") as file:
         summary = make_reader(file, validate_crcs=True).get_summary()
-    assert summary.statistics.message_count == 4 * 5000 + 1
+    assert summary.statistics.message_count == 4 * 5000 + 1 + (
+        4096 + 452
+    )  # the overview is thinner
     assert summary.statistics.message_start_time == 0
     assert summary.statistics.message_end_time == 499_900_000_000
     assert summary.statistics.chunk_count == len(summary.chunk_indexes) > 1
@@ -138,6 +141,51 @@ def test_samples_are_in_the_file_before_their_chunk_is_full(tmp_path, monkeypatc
     assert read(path).complete
     with path.open("rb") as file:
         assert list(StreamReader(file, validate_crcs=True).records)
+
+
+def test_modes_are_also_there_in_a_form_that_viewers_plot_by_themselves(recorded, tmp_path):
+    time, values = batches()["/modes"]
+    ((schema, channel, message), *others) = recorded.iter_messages("/overview/modes")
+    assert (schema.name, channel.message_encoding) == ("sensor_msgs/msg/JointState", "cdr")
+    assert len(others) == len(time) - 1
+    assert b"|A| [kg^0.5 m]" in message.data
+    assert b"|B| [kg^0.5 m]" in message.data
+    path = Path(recorded._stream.name)
+    subprocess.run(
+        [RERUN, "mcap", "convert", path, "-o", tmp_path / "bare.rrd"],
+        capture_output=True,
+        check=True,
+    )
+    curves = subprocess.run(
+        [
+            RERUN,
+            "rrd",
+            "print",
+            "-vvv",
+            "--entity",
+            "/overview/modes/position",
+            tmp_path / "bare.rrd",
+        ],
+        capture_output=True,
+        check=True,
+    ).stdout.decode()
+    assert "Scalars:scalars" in curves
+    assert f"[{values[0, 4]}, {values[0, 5]}]" in curves
+
+
+def test_the_overview_gets_thinner_as_the_run_gets_longer():
+    found = []
+    overview = Overview(channels.modes())
+    for start in range(0, 100_000, 999):
+        number = np.arange(start, min(start + 999, 100_000))
+        times, messages = overview.encode(number, np.repeat(number[:, np.newaxis], 6, axis=1))
+        np.testing.assert_array_equal(messages["position"][:, 1], times)
+        found += times.tolist()
+    steps = np.diff(found)
+    assert found[0] == 0
+    assert set(steps) == {1, 2, 4, 8, 16, 32}
+    assert np.all(np.diff(steps) >= 0)
+    assert np.all(steps[1:] <= np.maximum(1, np.array(found[1:-1]) / 2048))
 
 
 def test_messages_longer_than_a_chunk(tmp_path):
