@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +15,12 @@ from numpy.typing import NDArray
 from rom.errors import SlipmodeError
 from runner.channels import EVENTS, Channel, Event, Field, decode_event
 from runner.mcapfile.chunk import Messages, unpack
-from runner.mcapfile.scan import DamagedError, StoredChunk, check_magic, scan
+from runner.mcapfile.scan import DamagedError, StoredChunk, scan
+from runner.mcapfile.source import opened
+from runner.mcapfile.tally import Tally
 from runner.record import SCENE_FILE, Header
 
 _NANOSECONDS = 1e9
-_WALL_CLOCK = 1e9  # [s] from 1970; no simulation lasts for thirty years
 
 Floats = NDArray[np.float64]
 
@@ -129,59 +128,39 @@ def read(path: str | PathLike[str]) -> RecordingData:
     SlipmodeError
         If there is no such file, or it is not such a recording.
     """
-    path = Path(path)
     gathered = _Gathered()
-    try:
-        with path.open("rb") as file:
-            check_magic(file)
-            complete = True
-            try:
-                for piece in scan(file):
-                    gathered.take(piece.record)
-            except DamagedError:
-                complete = False
+    with opened(path) as file:
+        complete = True
+        try:
+            for piece in scan(file):
+                gathered.take(piece.record)
+        except DamagedError:
+            complete = False
         return gathered.recording(complete)
-    except OSError as error:
-        raise SlipmodeError(f"{path}: {error.strerror}") from error
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{path}: {error}") from error
 
 
 @dataclass
 class _Gathered:
     """Records of a file, as they are met."""
 
-    schemas: dict[int, records.Schema] = field(default_factory=dict)
-    listed: dict[int, records.Channel] = field(default_factory=dict)
+    tally: Tally = field(default_factory=Tally)
     layouts: dict[int, Channel] = field(default_factory=dict)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    scene_text: str = ""
     times: dict[int, list[NDArray[np.uint64]]] = field(default_factory=dict)
     values: dict[int, list[Floats]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
     def take(self, record: object) -> None:
         """Keep what a record says, if it belongs to a recording."""
-        match record:
-            case StoredChunk():
-                contents = unpack(record)
-                for inner in (*contents.schemas, *contents.channels):
-                    self.take(inner)
-                for number, messages in contents.messages.items():
-                    self._take_messages(number, messages)
-            case records.Schema():
-                self.schemas[record.id] = record
-            case records.Channel():
-                self.listed[record.id] = record
-            case records.Metadata():
-                self.metadata[record.name] = record.metadata
-            case records.Attachment() if record.name == SCENE_FILE:
-                self.scene_text = record.data.decode(errors="replace")
+        if isinstance(record, StoredChunk):
+            contents = unpack(record)
+            self.tally.take_contents(contents)
+            for number, messages in contents.messages.items():
+                self._take_messages(number, messages)
+        else:
+            self.tally.take(record)
 
     def _take_messages(self, number: int, messages: Messages) -> None:
-        if number not in self.listed:
-            raise DamagedError(f"messages on channel {number}, which the file does not describe")
-        record = self.listed[number]
+        record = self.tally.channels[number]
         stamps = messages.prefix["log_time"]
         if record.topic == EVENTS:
             for data, stamp in zip(messages.each(), stamps.tolist(), strict=True):
@@ -196,7 +175,7 @@ class _Gathered:
     def _layout(self, record: records.Channel) -> Channel | None:
         """Fields of a channel, None for one that holds no samples of ours."""
         if record.id not in self.layouts:
-            found = sample_channel(record, self.schemas.get(record.schema_id))
+            found = sample_channel(record, self.tally.schemas.get(record.schema_id))
             if found is None:
                 return None
             self.layouts[record.id] = found
@@ -204,10 +183,12 @@ class _Gathered:
 
     def recording(self, complete: bool) -> RecordingData:
         """The recording that the records describe."""
-        if "units" not in self.metadata:
+        if "units" not in self.tally.metadata:
             raise SlipmodeError("no slipmode recording")
+        for complaint in self.tally.mixed_clocks():
+            raise SlipmodeError(complaint)
         channels = {}
-        for number, record in self.listed.items():
+        for number, record in self.tally.channels.items():
             channel = None if record.topic == EVENTS else self._layout(record)
             if channel is None:
                 continue
@@ -215,12 +196,11 @@ class _Gathered:
             time = np.concatenate([none[:, 0], *self.times.get(number, [])])
             values = np.concatenate([none, *self.values.get(number, [])])
             channels[record.topic] = Signals(channel, time / _NANOSECONDS, values)
-        _check_clocks(channels)
-        scene = self.metadata.get("scene", {})
+        scene = self.tally.metadata.get("scene", {})
         header = Header(
             title=scene.get("title", ""),
-            scene_text=self.scene_text,
-            run=self.metadata.get("run", {}),
+            scene_text=self.tally.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
+            run=self.tally.metadata.get("run", {}),
             scene_name=scene.get("name", ""),
         )
         data = RecordingData(header, channels, self.events, complete)
@@ -249,17 +229,6 @@ def sample_channel(record: records.Channel, schema: records.Schema | None) -> Ch
     if any(member.type != FieldDescriptorProto.TYPE_DOUBLE for member in message.field):
         raise SlipmodeError(f"{record.topic} has a schema of other than numbers")
     return Channel(record.topic, fields, record.metadata.get("description", ""))
-
-
-def _check_clocks(channels: Mapping[str, Signals]) -> None:
-    """Refuse times from 1970 beside times from the start of the simulation."""
-    reach = {topic: signals.time for topic, signals in channels.items() if signals.time.size}
-    wall = [topic for topic, time in reach.items() if time.max() >= _WALL_CLOCK]
-    simulated = [topic for topic, time in reach.items() if time.min() < _WALL_CLOCK]
-    if wall and simulated:
-        raise SlipmodeError(
-            f"mixed clocks: {wall[0]} has times from 1970, {simulated[0]} from the run's start"
-        )
 
 
 def _truncation(end: float) -> Event:

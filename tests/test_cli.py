@@ -15,7 +15,7 @@ from runner import load_scene, read, shipped_scenes
 from runner.cli import main
 
 SLIPMODE = shutil.which("slipmode", path=sysconfig.get_path("scripts"))
-COMMANDS = ("run", "plan", "replay", "scenes", "fmu")
+COMMANDS = ("run", "plan", "replay", "scenes", "fmu", "info", "doctor", "recover", "export")
 
 
 def slipmode(*arguments, **options):

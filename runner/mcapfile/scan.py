@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import struct
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import BinaryIO
 
@@ -17,7 +17,6 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 
-from rom.errors import SlipmodeError
 from runner.mcapfile.layout import INDEX_ENTRY, INDEX_HEADER, RECORD_HEADER
 
 _READERS: Mapping[int, Callable[[ReadDataStream], records.McapRecord]] = {
@@ -66,10 +65,13 @@ class StoredChunk:
         Its content compressed.
     indexes : list of Index
         What follows it.
+    cut : bool
+        Whether the file is damaged behind it, so that indexes may be missing.
     """
 
     chunk: records.Chunk
     indexes: list[Index]
+    cut: bool = False
 
     @property
     def count(self) -> int:
@@ -92,13 +94,6 @@ class Piece:
     offset: int
     end: int
     record: records.McapRecord | StoredChunk | Index | None
-
-
-def check_magic(file: BinaryIO) -> None:
-    """Refuse a file that does not begin like MCAP; leaves it behind its magic."""
-    magic = file.read(len(MCAP0_MAGIC))
-    if magic != MCAP0_MAGIC:
-        raise SlipmodeError("not an MCAP file" if magic else "an empty file")
 
 
 def scan(file: BinaryIO) -> Iterator[Piece]:
@@ -133,7 +128,7 @@ def scan(file: BinaryIO) -> Iterator[Piece]:
     except DamagedError as error:
         damage = error
     if chunk is not None:
-        yield Piece(start, end, chunk)
+        yield Piece(start, end, replace(chunk, cut=True))
     if damage is not None:
         raise damage
 

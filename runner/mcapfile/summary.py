@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import BinaryIO
 
 from mcap import records
 from mcap.opcode import Opcode
+from mcap.writer import MCAP0_MAGIC
 
 from runner.mcapfile.layout import record_bytes
+from runner.mcapfile.scan import DamagedError, scan
+
+_CRC = struct.Struct("<I")
 
 
 @dataclass
@@ -43,8 +49,8 @@ class Summary:
                 offsets += record_bytes(place)
             section += group
         footer = records.Footer(start, start + len(section), 0)
-        checked = section + offsets + record_bytes(footer)[: -struct.calcsize("<I")]
-        return checked + struct.pack("<I", zlib.crc32(checked))
+        checked = section + offsets + record_bytes(footer)[: -_CRC.size]
+        return checked + _CRC.pack(zlib.crc32(checked))
 
     def _statistics(self) -> records.Statistics:
         return records.Statistics(
@@ -58,3 +64,26 @@ class Summary:
             message_end_time=max((c.message_end_time for c in self.chunks), default=0),
             schema_count=len(self.schemas),
         )
+
+
+def read_summary(file: BinaryIO) -> list[records.McapRecord]:
+    """Records of the summary of a file, none if it has none or the summary is damaged."""
+    size = file.seek(0, os.SEEK_END)
+    tail = record_bytes(records.Footer(0, 0, 0)) + MCAP0_MAGIC
+    if size < len(MCAP0_MAGIC) + len(tail):
+        return []
+    file.seek(size - len(tail))
+    found = []
+    try:
+        (footer,) = (piece.record for piece in scan(file))
+        if not isinstance(footer, records.Footer) or not footer.summary_start:
+            return []
+        file.seek(footer.summary_start)
+        checked = file.read(size - len(MCAP0_MAGIC) - _CRC.size - footer.summary_start)
+        if footer.summary_crc not in (0, zlib.crc32(checked)):
+            return []
+        file.seek(footer.summary_start)
+        found = [piece.record for piece in scan(file)]
+    except (DamagedError, ValueError, OverflowError):
+        return []
+    return [record for record in found if isinstance(record, records.McapRecord)]

@@ -1,0 +1,42 @@
+"""Recordings for tests: channels, samples, and damage done to files."""
+
+import numpy as np
+from mcap.reader import make_reader
+
+from runner import channels
+from runner.record import Header, McapSink
+
+SCENE = 'title = "Both modes"\n[run]\nduration = 5000.0\n'
+HEADER = Header("Both modes", SCENE, {"model": "1f2e"}, "two")
+CHANNELS = [channels.modes(), channels.contact(0)]
+COUNT = 20_000  # samples of each channel, in several chunks
+STEP = 0.25  # [s]
+
+
+def samples(count=COUNT):
+    """Time and values by topic."""
+    rng = np.random.default_rng(11)
+    time = np.arange(count) * STEP
+    return {c.topic: (time, rng.normal(size=(count, len(c.fields)))) for c in CHANNELS}
+
+
+def write(path, count=COUNT, block=1000):
+    """A recording whose channels take turns, as those of a run."""
+    with McapSink(path, HEADER, CHANNELS) as sink:
+        sink.event(0.0, "info", "started")
+        for start in range(0, count, block):
+            for topic, (time, values) in samples(count).items():
+                part = slice(start, min(start + block, count))
+                sink.write(topic, time[part], values[part])
+    return path
+
+
+def chunks(path):
+    """Index entries of the chunks of a whole file."""
+    with path.open("rb") as file:
+        return make_reader(file).get_summary().chunk_indexes
+
+
+def chunk_end(chunk):
+    """Where a chunk ends, its message indexes not counted."""
+    return chunk.chunk_start_offset + chunk.chunk_length
