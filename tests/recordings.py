@@ -2,6 +2,7 @@
 
 import numpy as np
 from mcap.reader import make_reader
+from mcap.writer import Writer
 
 from runner import channels
 from runner.record import Header, McapSink
@@ -40,3 +41,40 @@ def chunks(path):
 def chunk_end(chunk):
     """Where a chunk ends, its message indexes not counted."""
     return chunk.chunk_start_offset + chunk.chunk_length
+
+
+def damaged(whole, folder, change):
+    """A copy of a file, with what `change` makes of its bytes."""
+    data = bytearray(whole.read_bytes())
+    path = folder / "damaged.mcap"
+    path.write_bytes(change(data) or data)
+    return path
+
+
+def flip(position):
+    """Bits of one byte turned over."""
+
+    def change(data):
+        data[position] ^= 0x5A
+
+    return change
+
+
+def rewritten(path, time_ns=lambda topic, number: number, *, describe=True, units=True, length=0):
+    """A recording made with the plain writer: channels of ours, as they are or with a fault."""
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        for channel in CHANNELS:
+            schema = channel.descriptor().SerializeToString() if describe else b"\xff\xff"
+            schema_id = writer.register_schema(channel.message_type, "protobuf", schema)
+            about = {field.name: field.unit for field in channel.fields}
+            channel_id = writer.register_channel(channel.topic, "protobuf", schema_id, about)
+            for number, message in enumerate(channel.encode(np.ones((50, len(about))))):
+                stamp = time_ns(channel.topic, number)
+                data = message.tobytes()
+                writer.add_message(channel_id, stamp, data[: len(data) + length], stamp)
+        if units:
+            writer.add_metadata("units", {})
+        writer.finish()
+    return path
