@@ -94,7 +94,8 @@ def to_bytes(root: Element) -> bytes:
     return text + b"\n"
 
 
-def _number(value: float | bool) -> str:
+def literal(value: float | bool) -> str:
+    """A number or truth value as XML writes it."""
     return str(value).lower() if isinstance(value, bool) else repr(float(value))
 
 
@@ -134,7 +135,7 @@ class _Writer:
                 base = {name: str(exponent) for name, exponent in unit.base.items()}
                 SubElement(element, "BaseUnit", base)
             if unit.display:
-                factor = _number(unit.factor)
+                factor = literal(unit.factor)
                 SubElement(element, "DisplayUnit", name=unit.display, factor=factor)
 
     def unit_attributes(self, quantity: Quantity) -> dict[str, str]:
@@ -163,9 +164,9 @@ class _Writer:
             root,
             "DefaultExperiment",
             startTime="0.0",
-            stopTime=_number(experiment.stop_time),
-            tolerance=_number(experiment.tolerance),
-            stepSize=_number(experiment.step_size),
+            stopTime=literal(experiment.stop_time),
+            tolerance=literal(experiment.tolerance),
+            stepSize=literal(experiment.step_size),
         )
 
     def general(self, variable: Variable) -> dict[str, str]:
@@ -193,7 +194,7 @@ class _Writer:
             ("start", variable.start),
         ):
             if value is not None:
-                attributes[name] = _number(value)
+                attributes[name] = literal(value)
         if variable.derivative_of is not None:
             attributes["derivative"] = self.reference(variable.derivative_of)
         return attributes
@@ -226,15 +227,11 @@ class _Writer:
     def initial_unknowns(self) -> list[tuple[Variable, Sequence[str]]]:
         """What is calculated at the start, with the start values it depends on."""
         exact = {v.name for v in self.variables if v.start is not None}
-        dampings = [v.name for v in self.variables if v.name.startswith("damping_")]
         unknowns: list[tuple[Variable, Sequence[str]]] = []
         for variable in self.variables:
-            if variable.initial != "calculated":
-                continue
-            needs = [name for name in variable.needs if name in exact]
-            if any("_rate" in name for name in needs):  # through the equations of motion
-                needs += dampings
-            unknowns.append((variable, needs))
+            if variable.initial == "calculated":
+                needs = [name for name in variable.needs if name in exact]
+                unknowns.append((variable, [*needs, *variable.parameters]))
         return unknowns
 
 

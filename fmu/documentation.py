@@ -9,7 +9,7 @@ from html import escape
 
 import numpy as np
 
-from fmu.description import FmiVersion
+from fmu.description import FmiVersion, literal
 from fmu.quantities import UNITS
 from fmu.variable import Causality, Variable
 from rom import Model, Tanh
@@ -41,6 +41,8 @@ _USE = (
     "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
     "energy. Contact motion is that of the last few periods on amplitudes which are straight "
     "lines; in a transient it differs from Co-Simulation by about their curvature.",
+    "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
+    "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
     "restored and serialized; a continued run has the same bits.",
 )
@@ -104,7 +106,7 @@ def _row(reference: int, variable: Variable) -> tuple[str, ...]:
     unit = (
         UNITS[variable.quantity.unit].name if variable.quantity and variable.quantity.unit else ""
     )
-    start = "" if variable.start is None else f"{variable.start:g}"
+    start = "" if variable.start is None else literal(variable.start)
     return str(reference), variable.name, variable.description, unit, start
 
 

@@ -64,6 +64,8 @@ class Variable:
         Name of the state.
     needs : tuple of str
         Names of the inputs and states that it depends on.
+    parameters : tuple of str
+        Names of the parameters that it depends on.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Variable:
     nominal: float | None = None
     derivative_of: str | None = None
     needs: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
 
     @property
     def variability(self) -> str:

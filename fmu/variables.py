@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import isfinite
 
 from fmu.quantities import Quantity
@@ -90,6 +91,7 @@ class _Needs:
 
     def __init__(self, model: Model, choice: Choice, inputs: Sequence[Variable]) -> None:
         names = choice.mode_names
+        self.dampings = tuple(f"damping_{name}" for name in names)
         self.inputs = tuple(v.name for v in inputs)
         self.amplitudes = tuple(f"{name}_{part}" for name in names for part in ("re", "im"))
         self.angles = tuple(f"theta_{name}" for name in names)
@@ -220,12 +222,13 @@ def _states(model: Model, choice: Choice) -> Iterator[Variable]:
 
 
 def _derivatives(choice: Choice, needs: _Needs) -> Iterator[Variable]:
-    rates: list[tuple[str, Quantity, tuple[str, ...]]] = [
-        *((name, Quantity.AMPLITUDE, needs.rate) for name in needs.amplitudes),
-        *((f"theta_{m}", Quantity.ANGLE, (f"frequency_{m}",)) for m in choice.mode_names),
-        ("dissipated_energy", Quantity.ENERGY, needs.power),
+    damped = needs.dampings
+    rates: list[tuple[str, Quantity, tuple[str, ...], tuple[str, ...]]] = [
+        *((name, Quantity.AMPLITUDE, needs.rate, damped) for name in needs.amplitudes),
+        *((f"theta_{m}", Quantity.ANGLE, (f"frequency_{m}",), ()) for m in choice.mode_names),
+        ("dissipated_energy", Quantity.ENERGY, needs.power, ()),
     ]
-    for slot, (state, quantity, needed) in enumerate(rates):
+    for slot, (state, quantity, needed, parameters) in enumerate(rates):
         yield Variable(
             f"der({state})",
             f"Rate of {state}",
@@ -235,6 +238,7 @@ def _derivatives(choice: Choice, needs: _Needs) -> Iterator[Variable]:
             quantity.rate,
             derivative_of=state,
             needs=needed,
+            parameters=parameters,
         )
 
 
@@ -254,7 +258,12 @@ def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
                 needs=(f"{name}_re", f"{name}_im"),
             )
     yield _output(
-        "input_power", "Mean power of the forces", _INPUT_POWER, Quantity.POWER, needs=needs.rate
+        "input_power",
+        "Mean power of the forces",
+        _INPUT_POWER,
+        Quantity.POWER,
+        needs=needs.rate,
+        parameters=needs.dampings,
     )
     yield _output(
         "dissipated_power",
@@ -277,6 +286,8 @@ def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
 
 def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
     slot = _kernel.OUTPUTS_FIXED
+    parameters = (*needs.dampings, "contact_wanted")
+    moving = partial(_output, needs=needs.motion, parameters=parameters)
     for letter, word, quantity in (
         ("x", "Displacement", Quantity.DISPLACEMENT),
         ("v", "Velocity", Quantity.VELOCITY),
@@ -284,11 +295,11 @@ def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
     ):
         for i in range(model.reduced.n_contacts):
             name, description = f"contact_{i}_{letter}", f"{word} at contact {i}"
-            yield _output(name, description, slot, quantity, needs=needs.motion)
+            yield moving(name, description, slot, quantity)
             slot += 1
     for dof in choice.elastic:
         description = f"Displacement of DOF {dof}"
-        yield _output(f"x_{dof}", description, slot, Quantity.DISPLACEMENT, needs=needs.motion)
+        yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
         slot += 1
 
 
@@ -300,6 +311,7 @@ def _output(
     *,
     nominal: float | None = None,
     needs: tuple[str, ...] = (),
+    parameters: tuple[str, ...] = (),
 ) -> Variable:
     return Variable(
         name,
@@ -310,4 +322,5 @@ def _output(
         quantity,
         nominal=nominal,
         needs=needs,
+        parameters=parameters,
     )
