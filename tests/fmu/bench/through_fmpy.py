@@ -37,9 +37,8 @@ def idle(where, fmi):
     others = [name for name in dir(SLAVES[fmi]) if name.startswith(f"fmi{fmi}")]
     absent = "".join(f"int {n}(void) {{ return 3; }}\n" for n in others if f" {n}(" not in written)
     (where / "absent.c").write_text(absent)
-    library = (
-        where / "binaries" / folder(host_platform(), fmi) / f"decay{extension(host_platform())}"
-    )
+    host = host_platform()
+    library = where / "binaries" / folder(host, fmi) / f"decay{extension(host)}"
     library.parent.mkdir(parents=True)
     flags = ("-O2", "-shared", "-fPIC", f"-I{fmi_headers()}")
     subprocess.run(["cc", *flags, SOURCE, where / "absent.c", "-o", library], check=True)
