@@ -88,7 +88,9 @@ class Archive:
         host = host_platform()
         name = f"{self.description.coSimulation.modelIdentifier}{extension(host)}"
         library = f"binaries/{folder(host, int(self.fmi[0]))}/{name}"
-        if library not in zipfile.ZipFile(self.path).namelist():
+        with zipfile.ZipFile(self.path) as archive:
+            present = library in archive.namelist()
+        if not present:
             platforms = ", ".join(fmpy.supported_platforms(self.path)) or "none"
             raise SlipmodeError(f"{self.path}: has no library for {host}, only for {platforms}")
 

@@ -8,6 +8,7 @@ from fmu.archive import Archive
 from fmu.imported import Imported
 from fmu.resources import identity
 from rom import Model, SlipmodeError
+from runner.channels import energy
 from runner.plan import Plan
 
 
@@ -28,7 +29,8 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     scripted = (*schedule.values, *(name.replace("_", "_rate_") for name in schedule.rates))
     archive.require(scripted, archive.inputs, "inputs")
     amplitudes = plan.excited.start()
-    archive.require(amplitudes, archive.outputs, "outputs")
+    angles = [f"theta_{mode}" for mode in plan.excited.modes]
+    archive.require([*amplitudes, *angles, *energy().names], archive.outputs, "outputs")
     first = schedule.inputs(tuple(archive.inputs))[0].tolist()
     start = dict(zip(archive.inputs, first, strict=True)) | amplitudes
     start["tolerance"] = plan.scene.run.tolerance

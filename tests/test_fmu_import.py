@@ -184,9 +184,21 @@ def _no_description(entries):
     return {name: entries[name] for name in entries if name != "modelDescription.xml"}
 
 
+def _no_energy(entries):
+    text = entries["modelDescription.xml"].replace(b'"dissipated_energy"', b'"heat"')
+    return entries | {"modelDescription.xml": text}
+
+
+def _damaged_table(entries):
+    table = entries["resources/table.npy"]
+    return entries | {"resources/table.npy": table[:-8] + b"damaged!"}
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        (_no_energy, "dissipated_energy is not among its outputs: A_re, "),
+        (_damaged_table, "table.npy: damaged, its checksum"),
         (_no_library, "has no library for "),
         (_no_co_simulation, "must be for Co-Simulation"),
         (_other_token, "the instantiation token is not that"),
