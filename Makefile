@@ -47,8 +47,7 @@ $(VENV)/.installed: $(CORE) | $(BIN)/python
 
 # Other importers of FMUs are not there for every platform; their tests are skipped then.
 $(VENV)/.installed-test: $(VENV)/.installed
-	$(PIP) --editable ".[test]"
-	-$(PIP) --editable ".[importers]"
+	$(PIP) --editable ".[test,importers]" || $(PIP) --editable ".[test]"
 	@touch $@
 
 $(VENV)/.installed-report: $(VENV)/.installed

@@ -40,22 +40,34 @@ def most_damped(model):
     return amplitude[np.argmin(pull.imag / amplitude)]
 
 
-def controlled(path, schedule, best):
+class LoadController:
+    """Lets the friction limit follow |A| / a*, as fast as its actuator can."""
+
+    def __init__(self, best):
+        self.best = best
+        self.scale = 1.0
+
+    def do_step(self, amplitude, step):
+        """Inputs of the structure for the next step: the limit moves in a straight line."""
+        wanted = np.clip(amplitude / self.best, *ALLOWED)
+        rate = (wanted - self.scale) * -np.expm1(-step / LAG) / step  # exact for a constant |A|
+        inputs = {"limit_scale": self.scale, "limit_scale_rate": rate}
+        self.scale += rate * step
+        return inputs
+
+
+def step_together(path, schedule, controller):
     """Outputs of the FMU and the scale of its friction limit, at the communication points."""
-    scale = 1.0
-    with Imported(path, {"limit_scale": scale}) as structure:
+    with Imported(path) as structure:
         names = structure.input_names
-        inputs = [dict(zip(names, row, strict=True)) for row in schedule.inputs(names)]
-        outputs, scales = [structure.outputs()], [scale]
-        for step, scripted in zip(schedule.durations, inputs, strict=True):
+        scripted = [dict(zip(names, row, strict=True)) for row in schedule.inputs(names)]
+        outputs, scales = [structure.outputs()], [controller.scale]
+        for step, inputs in zip(schedule.durations, scripted, strict=True):
             now = outputs[-1]
-            wanted = np.clip(now["A_abs"] / best, *ALLOWED)
-            rate = (wanted - scale) * -np.expm1(-step / LAG) / step  # exact for a constant |A|
-            structure.set_inputs(**scripted | {"limit_scale": scale, "limit_scale_rate": rate})
+            structure.set_inputs(**inputs | controller.do_step(now["A_abs"], step))
             structure.do_step(now["time"], step)
-            scale += rate * step
             outputs.append(structure.outputs())
-            scales.append(scale)
+            scales.append(controller.scale)
     return {name: np.array([row[name] for row in outputs]) for name in outputs[0]}, scales
 
 
@@ -82,7 +94,7 @@ def main(folder="logs"):
     model, _ = plan.model()
     fmu = export_fmu(scene, folder / "friction_control.fmu")
     fixed = runner.run(scene, folder, fmu=fmu).read().channels["/modes"][2][:, -1]
-    outputs, scales = controlled(fmu, plan.schedule, most_damped(model))
+    outputs, scales = step_together(fmu, plan.schedule, LoadController(most_damped(model)))
     record(scene, plan.schedule, outputs, scales, folder / "controlled.mcap")
     return [
         [signal[plan.schedule.time // 2000 == sweep].max() for signal in (fixed, outputs["A_abs"])]
