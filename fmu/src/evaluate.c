@@ -172,7 +172,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     const size_t n = (size_t)model->contact.contacts, modes = (size_t)model->modes;
     const sm_segment past = recent_past(instance);
     sm_march *march = &instance->march;
-    sm_march_start(march, NULL, NULL);
+    sm_march_start(march, NULL, NULL, NULL);
     status = answer(instance,
                     sm_march_along(march, &model->contact, &past, 0.0, past.duration,
                                    model->motion.steps_per_period),
@@ -181,7 +181,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     double *x = instance->outputs + SM_OUTPUTS_FIXED, *elastic = x + 3 * n, q[SM_MODES] = {0.0};
     memcpy(x, march->lane.x, n * sizeof *x);
     memcpy(x + n, march->lane.v, n * sizeof *x);
-    sm_march_force(march, x + 2 * n);
+    memcpy(x + 2 * n, march->force, n * sizeof *x);
     for (size_t j = 0; j < modes; j++) {
         const double *a = instance->outputs + 1 + 2 * j, angle = instance->outputs[5 + j];
         q[j] = 2.0 * (a[0] * cos(angle) - a[1] * sin(angle));

@@ -264,7 +264,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
     const size_t n = (size_t)c->contact.contacts;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (c->motion.wanted) sm_march_start(&c->march, c->contact_state, c->contact_state + n);
+    if (c->motion.wanted) sm_march_start(&c->march, c->contact_state, c->contact_state + n, c->contact_state + 2 * n);
     status = integrate(c, duration, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
@@ -280,7 +280,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
     if (c->motion.wanted) {
         memcpy(c->contact_state, c->march.lane.x, n * sizeof(double));
         memcpy(c->contact_state + n, c->march.lane.v, n * sizeof(double));
-        sm_march_force(&c->march, c->contact_state + 2 * n);
+        memcpy(c->contact_state + 2 * n, c->march.force, n * sizeof(double));
     }
     return SM_OK;
 }

@@ -222,19 +222,29 @@ SM_INLINE void sm_stage_load_inertia(const int lanes, const sm_stepper *s, sm_la
     }
 }
 
-/* One stage: forcing in m->u; velocity into m->v. stage is 0 or 1. */
-SM_INLINE sm_status sm_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
-    const size_t size = (size_t)s->contacts * (size_t)lanes;
+/* Right-hand side m->r of a stage, 0 or 1, from the forcing in m->u. */
+SM_INLINE void sm_stage_begin(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
     sm_stage_load(lanes, s, m, stage == 0 ? m->x : m->base);
     if (!s->massless) sm_stage_load_inertia(lanes, s, m, stage);
-    memcpy(m->v, m->stage_v[stage], size * sizeof(double));
-    const sm_status status = sm_solve_stage(lanes, s, m);
+}
+
+/* What follows from the velocity m->v of a stage. */
+SM_INLINE void sm_stage_end(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    const size_t size = (size_t)s->contacts * (size_t)lanes;
     memcpy(m->stage_v[stage], m->v, size * sizeof(double));
     const double first = (1.0 - SM_GAMMA) * s->h, last = SM_GAMMA * s->h;
     if (stage == 0)
         for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];
     else
         for (size_t k = 0; k < size; k++) m->x[k] = m->base[k] + last * m->v[k];
+}
+
+/* One stage: forcing in m->u; velocity into m->v. */
+SM_INLINE sm_status sm_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    sm_stage_begin(lanes, s, m, stage);
+    memcpy(m->v, m->stage_v[stage], (size_t)s->contacts * (size_t)lanes * sizeof(double));
+    const sm_status status = sm_solve_stage(lanes, s, m);
+    sm_stage_end(lanes, s, m, stage);
     return status;
 }
 

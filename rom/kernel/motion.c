@@ -14,17 +14,23 @@
 #define MAX_STEPS 1e10 /* of one march: hours */
 
 size_t sm_march_size(int contacts) {
-    return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1);
+    return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1) + sm_warm_size(contacts)
+           + (size_t)contacts;
 }
 
 void sm_march_place(sm_march *march, int contacts, double *memory) {
     sm_stepper_place(&march->stepper, contacts, memory);
-    sm_lanes_place(&march->lane, contacts, 1, memory + sm_stepper_size(contacts));
+    memory += sm_stepper_size(contacts);
+    sm_lanes_place(&march->lane, contacts, 1, memory);
+    memory += sm_lanes_size(contacts, 1);
+    sm_warm_place(&march->warm, contacts, memory);
+    march->force = memory + sm_warm_size(contacts);
 }
 
-void sm_march_start(sm_march *march, const double *x, const double *v) {
+void sm_march_start(sm_march *march, const double *x, const double *v, const double *f) {
     for (int i = 0; i < march->stepper.contacts; i++) {
         march->lane.x[i] = x ? x[i] : 0.0;
+        march->force[i] = f ? f[i] : 0.0;
         march->lane.v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = v ? v[i] : 0.0;
     }
 }
@@ -45,12 +51,10 @@ static void add_pull(const sm_contact *contact, const sm_segment *g, double r,
 }
 
 /* u = -2 Re sum_j L_j a_j exp(i theta_j) [+ pull] at `elapsed` seconds into the segment. */
-static void load_forcing(const sm_contact *contact, const sm_segment *g, double elapsed,
-                         double *u) {
+SM_INLINE void load_forcing(const sm_contact *contact, const sm_segment *g, double elapsed,
+                         const sm_complex carrier[SM_MODES], double *u) {
     const int n = contact->contacts;
     const double r = elapsed / g->duration;
-    sm_complex carrier[SM_MODES];
-    sm_segment_carriers(g, contact->modes, elapsed, carrier);
     for (int i = 0; i < n; i++) u[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const sm_complex q = sm_cmul(sm_segment_amplitude(g, j, r), carrier[j]);
@@ -60,7 +64,27 @@ static void load_forcing(const sm_contact *contact, const sm_segment *g, double 
     if (contact->answer && g->pull_start && g->pull_end) add_pull(contact, g, r, carrier, u);
 }
 
-sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
+SM_INLINE sm_status march_stage(sm_march *march, int stage) {
+    const sm_stepper *s = &march->stepper;
+    sm_stage_begin(1, s, &march->lane, stage);
+    const sm_status status = sm_warm_solve(s, &march->warm, &march->lane);
+    memcpy(march->lane.v, march->warm.v, (size_t)s->contacts * sizeof(double));
+    sm_stage_end(1, s, &march->lane, stage);
+    return status;
+}
+
+/* g = r - S v, where rounding must not carry it beyond the limit. */
+static void find_force(sm_march *march) {
+    const sm_stepper *s = &march->stepper;
+    const int n = s->contacts;
+    for (int i = 0; i < n; i++) {
+        double g = march->warm.r[i];
+        for (int j = 0; j < n; j++) g -= s->matrix[i * n + j] * march->warm.v[j];
+        march->force[i] = fmax(-s->laws[i].limit, fmin(g, s->laws[i].limit));
+    }
+}
+
+SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
                          double from, double to, int steps_per_period) {
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
@@ -73,25 +97,23 @@ sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_se
     const double h = (to - from) / (double)steps;
     sm_status status = sm_stepper_set(&march->stepper, contact, h);
     if (status != SM_OK) return status;
+    sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
+    sm_rotor rotor[2];
     for (int64_t k = 0; k < steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
-            const double c = stage == 0 ? SM_GAMMA : 1.0;
-            load_forcing(contact, segment, from + h * ((double)k + c), march->lane.u);
-            status = sm_stage(1, &march->stepper, &march->lane, stage);
+            const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
+            if (k % SM_ROTOR_TURNS == 0)
+                sm_rotor_start(&rotor[stage], segment, contact->modes, elapsed, h);
+            else
+                sm_rotor_turn(&rotor[stage], contact->modes);
+            load_forcing(contact, segment, elapsed, rotor[stage].carrier, march->lane.u);
+            status = march_stage(march, stage);
             if (status != SM_OK) return status;
         }
     }
+    find_force(march);
     /* a NaN or infinity anywhere on the way is still in the displacement */
     return sm_all_finite(march->lane.x, (size_t)contact->contacts) ? SM_OK : SM_NOT_FINITE;
-}
-
-void sm_march_force(const sm_march *march, double *force) {
-    const int n = march->stepper.contacts;
-    for (int i = 0; i < n; i++) {
-        /* y = S_ii v + g(v), where rounding must not carry g beyond the limit */
-        const double g = march->lane.y[i] - march->stepper.matrix[i * n + i] * march->lane.v[i];
-        force[i] = fmax(-march->stepper.laws[i].limit, fmin(g, march->stepper.laws[i].limit));
-    }
 }
 
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
@@ -110,7 +132,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     if (!memory) return SM_NO_MEMORY;
     sm_march march;
     sm_march_place(&march, contact->contacts, memory);
-    sm_march_start(&march, start_x, NULL);
+    sm_march_start(&march, start_x, NULL, NULL);
     size_t g = 0;
     double now = segment[0].start;
     for (size_t k = 0; k < samples && status == SM_OK; k++) {
@@ -127,7 +149,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
         }
         if (displacement) memcpy(displacement + k * n, march.lane.x, n * sizeof(double));
         if (velocity) memcpy(velocity + k * n, march.lane.v, n * sizeof(double));
-        if (force) sm_march_force(&march, force + k * n);
+        if (force) memcpy(force + k * n, march.force, n * sizeof(double));
     }
     free(memory);
     return status;

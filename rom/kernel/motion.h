@@ -1,23 +1,22 @@
 #ifndef SLIPMODE_MOTION_H
 #define SLIPMODE_MOTION_H
 
-#include "contact.h"
+#include "warm_stage.h"
 
 /* Contacts marched along a slow trajectory: one lane. */
 typedef struct {
     sm_stepper stepper;
     sm_lanes lane;
+    sm_warm warm;
+    double *force; /* (N_c) friction force at the end of the last step */
 } sm_march;
 
 size_t sm_march_size(int contacts); /* doubles */
 void sm_march_place(sm_march *march, int contacts, double *memory);
-/* Start from displacement x and velocity v (either NULL: zero). */
-void sm_march_start(sm_march *march, const double *x, const double *v);
+/* Start from displacement x, velocity v and friction force f (any of them NULL: zero). */
+void sm_march_start(sm_march *march, const double *x, const double *v, const double *f);
 /* From `from` to `to` seconds after the segment's start, in equal steps of at most one
  * steps_per_period-th of the faster carrier's period. */
 sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
                          double from, double to, int steps_per_period);
-/* Friction force at the end of the last step, N_c. */
-void sm_march_force(const sm_march *march, double *force);
-
 #endif

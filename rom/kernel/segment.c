@@ -7,12 +7,24 @@
 
 #define MOST_ORDER 32 /* |n| and |m| of a harmonic */
 
+static sm_complex unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
+
 void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
                          sm_complex carrier[SM_MODES]) {
     for (int j = 0; j < SM_MODES; j++) {
         const double angle =
             g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
-        carrier[j] = j < modes ? sm_cx(cos(angle), sin(angle)) : sm_cx(1.0, 0.0);
+        carrier[j] = j < modes ? unit(angle) : sm_cx(1.0, 0.0);
+    }
+}
+
+void sm_rotor_start(sm_rotor *rotor, const sm_segment *g, int modes, double elapsed,
+                    double interval) {
+    sm_segment_carriers(g, modes, elapsed, rotor->carrier);
+    for (int j = 0; j < modes; j++) {
+        const double rate = g->frequency_rate[j];
+        rotor->by[j] = unit(interval * (g->frequency[j] + rate * (elapsed + 0.5 * interval)));
+        rotor->bend[j] = rate == 0.0 ? sm_cx(1.0, 0.0) : unit(rate * interval * interval);
     }
 }
 
