@@ -21,6 +21,7 @@ from runner.record import Header, Sink, checked_batch, create_file, find_channel
 
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
 _RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
+_FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
 _FLUSH_TIMEOUT = 60.0  # [s]
 
 
@@ -43,6 +44,7 @@ class RerunSink(Sink):
         self._paths = Paths(channels)
         self._stream = rr.RecordingStream("slipmode")
         self._closed = False
+        self._unflushed = 0
         self._open(views.blueprint(channels, Extent()))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
@@ -56,7 +58,9 @@ class RerunSink(Sink):
             part = slice(start, start + _ROWS_PER_SEND)
             views.send_series(self._stream, channel, time_ns[part], rows[part])
         self._paths.extend(topic, time_ns, rows)
-        self._flush()
+        self._unflushed += rows.nbytes
+        if self._unflushed > _FLUSH_BYTES:
+            self._flush()
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
@@ -97,6 +101,7 @@ class RerunSink(Sink):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
 
     def _flush(self) -> None:
+        self._unflushed = 0
         with self._complaining():
             self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
 
