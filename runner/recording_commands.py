@@ -33,7 +33,7 @@ def add_recording_commands(add: AddCommand) -> None:
         "export",
         _export,
         "write the samples of a recording for other tools",
-        "export logs/two-mode.mcap -o two-mode.npz --topics /modes /energy",
+        "export logs/two-mode.mcap -o energy.csv --topics /energy",
     )
     _recording_argument(export)
     export.add_argument(
