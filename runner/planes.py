@@ -19,7 +19,9 @@ _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
 _LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
 
 _LOOPS = 3  # of the first contacts: more would be too small to read
-_KEPT_SAMPLES = 32768  # of a channel, to draw paths from
+_KEPT_SAMPLES = (
+    8192  # of a channel, to draw paths from: a viewer without a GPU slows down with more
+)
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC = "/elastic"
@@ -127,7 +129,7 @@ def _quoted(scale: float, axis: Axis) -> str:
 class Paths:
     """Samples of the quantities that planes show, kept until their scales are known.
 
-    Memory is bounded: beyond some ten thousand samples of a channel every other one is dropped.
+    Memory is bounded: beyond some thousand samples of a channel every other one is dropped.
     """
 
     def __init__(self, channels: Sequence[Channel]) -> None:
