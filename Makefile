@@ -3,6 +3,7 @@
 # make test    set up .venv and run the tests
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
+# make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # See the README for the rest.
 
 PYTHON ?= python3
@@ -11,7 +12,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
 
-.PHONY: run fmu report paper test test-all lint clean
+.PHONY: run fmu report paper bench-recordings test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -24,6 +25,9 @@ report: $(VENV)/.installed-report
 
 paper: $(VENV)/.installed-report
 	$(BIN)/slipmode paper --output logs/paper
+
+bench-recordings: $(VENV)/.installed
+	$(BIN)/python -m runner.report.recordings
 
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow"

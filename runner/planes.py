@@ -10,6 +10,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from runner.channels import Channel
+from runner.envelope import DENSE_SAMPLES
 
 TIMELINE = "time"
 PHASE_PLANE, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
@@ -19,9 +20,8 @@ _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
 _LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
 
 _LOOPS = 3  # of the first contacts: more would be too small to read
-_KEPT_SAMPLES = (
-    8192  # of a channel, to draw paths from: a viewer without a GPU slows down with more
-)
+# of a channel, to draw paths from; a viewer without a GPU slows down with more
+_KEPT_SAMPLES = 8192
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC = "/elastic"
@@ -129,17 +129,20 @@ def _quoted(scale: float, axis: Axis) -> str:
 class Paths:
     """Samples of the quantities that planes show, kept until their scales are known.
 
-    Memory is bounded: beyond some thousand samples of a channel every other one is dropped.
+    Memory is bounded: beyond some thousand samples of a channel every other one is dropped, or,
+    of fast motion, which would lose its shape, all but the latest.
     """
 
     def __init__(self, channels: Sequence[Channel]) -> None:
         self._planes = planes(channels)
         self._channels = {channel.topic: channel for channel in channels}
-        self._samples = {
-            axis.topic: _Samples() for plane in self._planes for axis in (plane.x, plane.y)
+        self._samples: dict[str, _Thinned | _Latest] = {
+            axis.topic: _Latest() if plane.trail else _Thinned()
+            for plane in self._planes
+            for axis in (plane.x, plane.y)
         }
         if _ELASTIC in self._channels:
-            self._samples[_ELASTIC] = _Samples()
+            self._samples[_ELASTIC] = _Latest()
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Keep samples of a channel that some plane shows, or that tells where motion is."""
@@ -162,7 +165,7 @@ class Paths:
             # Rerun's second coordinate points down.
             _draw_path(stream, plane, time_ns, path / scale * (1.0, -1.0))
             scales[plane.entity] = (float(scale[0]), float(scale[1]))
-            if plane.trail:
+            if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
                 window = _latest_window(time_ns)
         if window is None and _ELASTIC in self._samples:
             rows = self._samples[_ELASTIC].rows()
@@ -182,19 +185,35 @@ class Paths:
         return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
 
 
-class _Samples:
+class _Latest:
+    """The latest rows of time and values."""
+
+    def __init__(self) -> None:
+        self.seen = 0
+        self._rows = np.empty((0, 0))
+
+    def extend(self, rows: NDArray[np.float64]) -> None:
+        self.seen += len(rows)
+        kept = [self._rows, rows] if len(self._rows) else [rows]
+        self._rows = np.concatenate(kept)[-_KEPT_SAMPLES:].copy()
+
+    def rows(self) -> NDArray[np.float64]:
+        return self._rows
+
+
+class _Thinned:
     """Rows of time and values, thinned evenly when they become too many."""
 
     def __init__(self) -> None:
+        self.seen = 0
         self._blocks: list[NDArray[np.float64]] = []
         self._stride = 1
-        self._seen = 0
         self._kept = 0
 
     def extend(self, rows: NDArray[np.float64]) -> None:
-        block = rows[-self._seen % self._stride :: self._stride]
+        block = rows[-self.seen % self._stride :: self._stride]
         self._blocks.append(block)
-        self._seen += len(rows)
+        self.seen += len(rows)
         self._kept += len(block)
         while self._kept > _KEPT_SAMPLES:
             self._blocks = [self.rows()[::2].copy()]

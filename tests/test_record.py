@@ -308,8 +308,15 @@ def test_views_exist_only_for_what_is_recorded():
     assert drawn == ["/trajectory", *(f"/loop/contact/{number}" for number in range(3))]
 
 
+def test_of_long_motion_the_latest_is_drawn():
+    samples = planes._Latest()
+    for start in range(0, 200_000, 777):
+        samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
+    np.testing.assert_array_equal(samples.rows()[:, 0], np.arange(200_000)[-8192:])
+
+
 def test_long_paths_are_thinned_evenly():
-    samples = planes._Samples()
+    samples = planes._Thinned()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     (kept,) = samples.rows().T
