@@ -167,9 +167,9 @@ class Paths:
             scales[plane.entity] = (float(scale[0]), float(scale[1]))
             if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
                 window = _latest_window(time_ns)
-        if window is None and _ELASTIC in self._samples:
-            rows = self._samples[_ELASTIC].rows()
-            window = _latest_window(rows[:, 0].astype(np.int64)) if len(rows) else None
+        elastic = self._samples.get(_ELASTIC)
+        if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
+            window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
         return Extent(scales, window)
 
     def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
