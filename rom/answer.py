@@ -16,6 +16,9 @@ from rom.near import Order, is_resonant
 from rom.slow_trajectory import SlowTrajectory
 
 
+CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
+
+
 @dataclass(frozen=True, eq=False)
 class ModalAnswer:
     """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
@@ -71,12 +74,16 @@ def _answer_to(
     B, D = reduced.modal_coupling(nu)[:, answers], reduced.modal_stiffness(nu)
     D_own = D[:, answers][:, :, answers]
     right = -np.einsum("pjc,pc->pj", B, P)
+    pull = (nu**2)[:, np.newaxis] * (P @ reduced.carried_mass)
+    own = CARRIERS.index(order) if order in CARRIERS else None
+    if own is not None and trajectory.direct is not None:
+        half = 0.5 * trajectory.point_force[:, own, np.newaxis]
+        right += half * trajectory.direct.modal[own, answers]
+        pull += half * trajectory.direct.beyond_shift(reduced)[own]
     answered = np.linalg.solve(D_own, right[..., np.newaxis])[..., 0]
-    inertia = (nu**2)[:, np.newaxis] * (P @ reduced.carried_mass)
-    pull = inertia - np.einsum("pjc,pj->pc", B, answered)
-    for j, carrier in enumerate(((1, 0), (0, 1))[: model.modes]):
-        if order == carrier:  # what dampers between the modes make of a_j
-            across = np.linalg.solve(D_own, D[:, answers, j, np.newaxis])[..., 0]
-            answered -= across * trajectory.amplitude[:, j, np.newaxis]
+    pull -= np.einsum("pjc,pj->pc", B, answered)
+    if own is not None:  # what dampers between the modes make of a_j
+        across = np.linalg.solve(D_own, D[:, answers, own, np.newaxis])[..., 0]
+        answered -= across * trajectory.amplitude[:, own, np.newaxis]
     modal[:, answers] = answered
     return modal, pull

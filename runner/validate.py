@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -119,10 +119,9 @@ def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     windows = plan.scene.contact or (_last_periods(plan),)
     parts = [reconstruct(model, trajectory, sample_times(w, trajectory)) for w in windows]
-    names = ("time", "displacement", "velocity", "force", "modal")
-    return outputs, Motion(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    )
+    names = ("time", "displacement", "velocity", "force", "modal", "load")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return outputs, replace(parts[0], **joined)
 
 
 def _last_periods(plan: Plan) -> Window:

@@ -10,7 +10,7 @@ import numpy as np
 import rom
 from fmu import Component, StoppedError
 from rom import Model, SlowTrajectory
-from rom.amplitude import felt_shift
+from rom.direct import DirectForce
 from rom.motion import Motion
 from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Formulation
@@ -110,7 +110,7 @@ class Marcher:
             frequency_rate=np.zeros(shape),
             force=np.broadcast_to(np.asarray(modal, dtype=complex), shape),
             force_rate=np.zeros(shape, dtype=complex),
-            shift=felt_shift(reduced, force),
+            direct=DirectForce.of(reduced, force, self._case.structure),
         )
 
     def motion(self, outputs: Floats, times: Floats) -> Motion:
