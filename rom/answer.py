@@ -18,7 +18,7 @@ from rom.near import Order, is_resonant
 from rom.reduced import Reduced
 from rom.slow_trajectory import SlowTrajectory
 
-
+_BLOCK = 512  # points at a time: memory
 _STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
 CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
@@ -61,15 +61,17 @@ def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
     P = model.harmonics.at(trajectory.felt(model))
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
     modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
-    for q, order in enumerate(orders):
-        if reduced.formulation == "paper":
-            continue
-        others = _Others.of(model, order, nu[:, q])
-        if order in CARRIERS:
-            P[:, q], answered, pull[:, q] = _at_carrier(model, trajectory, others, order, P[:, q])
-        else:
-            answered, pull[:, q] = others.answer(P[:, q])
-        modal[:, q, others.numbers] = answered
+    if reduced.formulation == "paper":
+        return ModalAnswer(orders, nu, P, modal, pull)
+    for block in (slice(start, start + _BLOCK) for start in range(0, points, _BLOCK)):
+        for q, order in enumerate(orders):
+            others = _Others.of(model, order, nu[block, q])
+            if order in CARRIERS:
+                carried = _at_carrier(model, trajectory, block, others, order, P[block, q])
+                P[block, q], answered, pull[block, q] = carried
+            else:
+                answered, pull[block, q] = others.answer(P[block, q])
+            modal[block, q, others.numbers] = answered
     return ModalAnswer(orders, nu, P, modal, pull)
 
 
@@ -105,45 +107,46 @@ class _Others:
         return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
 
     def driven(self, force: Complexes) -> Complexes:
-        """Displacement (points, others) by forces on them (points, others)."""
-        own = self.all_rows[:, :, self.numbers]
-        return np.asarray(np.linalg.solve(own, force[..., np.newaxis])[..., 0])
+        """Displacement by forces on them (points, others, forces)."""
+        return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
 
     def answer(self, P: Complexes, force: Complexes | float = 0.0) -> tuple[Complexes, Complexes]:
         """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
-        q = self.driven(force - np.einsum("pjc,pc->pj", self.coupling, P))
+        on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
+        q = self.driven(on_them[..., np.newaxis])[..., 0]
         inertia = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
         return q, inertia - np.einsum("pjc,pj->pc", self.coupling, q)
 
     def contact_stiffness(self) -> Complexes:
         """Of the contacts without friction, less what these modes answer, (points, N_c, N_c)."""
-        unit = np.eye(self.reduced.n_contacts)
-        nu = self.frequency[:, np.newaxis, np.newaxis]
-        reduced = self.reduced
-        moved = np.broadcast_to(unit, (nu.size, *unit.shape))
-        pull = [self.answer(moved[:, i])[1] for i in range(len(unit))]
-        own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * reduced.mass
-        return np.asarray(own - np.stack(pull, axis=2))
+        reduced, nu = self.reduced, self.frequency[:, np.newaxis, np.newaxis]
+        inertia = reduced.mass + reduced.carried_mass
+        own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * inertia
+        return np.asarray(own - self.coupling.transpose(0, 2, 1) @ self.driven(self.coupling))
 
 
 def _at_carrier(
-    model: Model, trajectory: SlowTrajectory, others: _Others, order: Order, P: Complexes
+    model: Model,
+    trajectory: SlowTrajectory,
+    points: slice,
+    others: _Others,
+    order: Order,
+    P: Complexes,
 ) -> tuple[Complexes, Complexes, Complexes]:
     """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
     mode, direct = CARRIERS.index(order), trajectory.direct
-    a = trajectory.amplitude[:, mode, np.newaxis]
     on_modes: Complexes | float = 0.0
     on_contacts: Complexes | float = 0.0
     if direct is not None:
-        half = 0.5 * trajectory.point_force[:, mode, np.newaxis]
+        half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
         on_modes = half * direct.modal[mode, others.numbers]
         on_contacts = half * direct.beyond_shift(model.reduced)[mode]
         push = on_contacts + others.answer(np.zeros_like(P), on_modes)[1]
-        felt = trajectory.felt(model)[:, mode, np.newaxis] * model.reduced.coupling[mode]
+        felt = trajectory.felt(model)[points, mode, np.newaxis] * model.reduced.coupling[mode]
         P = P + _pushed(others.contact_stiffness(), P, -felt, push)
     q, pull = others.answer(P, on_modes)
-    across = others.driven(others.all_rows[:, :, mode])  # what dampers make of a_j
-    return P, q - across * a, pull + on_contacts
+    across = others.driven(others.all_rows[:, :, [mode]])[..., 0]  # what dampers make of a_j
+    return P, q - across * trajectory.amplitude[points, mode, np.newaxis], pull + on_contacts
 
 
 def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexes) -> Complexes:

@@ -39,7 +39,13 @@ _UNREADABLE = (
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
     *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
-    *("passive_frequency", "passive_damping", "passive_shapes", "passive_inertia", "passive_damper"),
+    *(
+        "passive_frequency",
+        "passive_damping",
+        "passive_shapes",
+        "passive_inertia",
+        "passive_damper",
+    ),
     "damping_coupling",
 )
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
