@@ -71,6 +71,35 @@ class DirectForce:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
         return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
 
+    def amplitude_at_rest(
+        self, reduced: Reduced, force: Complexes, frequency: Floats
+    ) -> Complexes:
+        """Amplitudes (modes,) that hold the modes at rest as forces set in.
+
+        A mode's answer to the force of the other is there at once: it begins with a free
+        vibration against it, which decays with the mode.
+
+        Parameters
+        ----------
+        force : (modes,) complex ndarray
+            F_j exp(i phase_j) at the start, modal [N kg^-1/2].
+        frequency : (modes,) ndarray
+            Forcing frequencies [rad/s].
+        """
+        a = np.zeros(len(force), dtype=complex)
+        if reduced.formulation == "paper":
+            return a
+        stiffness = reduced.modal_stiffness(frequency)
+        for j, D in enumerate(stiffness):
+            other = np.arange(len(D)) != j
+            q = np.zeros(len(D), dtype=complex)
+            on_them = 0.5 * force[j] * self.modal[j, other]
+            q[other] = np.linalg.solve(D[np.ix_(other, other)], on_them)
+            # 2 Re(a + q) = 0 and 2 Re(i Omega_k a + i Omega_j q) = 0
+            answered = q[: a.size]
+            a -= answered.real + 1j * frequency[j] / frequency * answered.imag
+        return a
+
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""

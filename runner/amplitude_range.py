@@ -37,7 +37,9 @@ class Excited:
     force : tuple of (n,) ndarray
         Direction of each mode's force.
     initial : tuple of complex
-        Amplitudes at t = 0.
+        Motion of the modes at t = 0, as amplitudes.
+    start : tuple of complex
+        Amplitudes at t = 0: `initial` less what the modes answer to forces that then act.
     """
 
     modes: tuple[Mode, ...]
@@ -45,11 +47,12 @@ class Excited:
     law: Friction
     force: tuple[Floats, ...]
     initial: tuple[complex, ...]
+    start: tuple[complex, ...]
 
     def component(self, model: Model, tolerance: float) -> Component:
-        """A component at t = 0 with the scene's initial amplitudes."""
+        """A component at t = 0 of the scene."""
         component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
-        component.reset(amplitude=self.initial)
+        component.reset(amplitude=self.start)
         return component
 
 
@@ -129,7 +132,7 @@ def _first_guess(excited: Excited) -> Floats:
     np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
     slip[slip == 0.0] = np.inf
     first = slip.min(axis=1)
-    initial = np.abs(np.array(excited.initial))
+    initial = np.abs(np.array(excited.start))
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
 
 
@@ -142,7 +145,7 @@ def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> t
     except StoppedError as stop:
         outputs, complete = stop.outputs, False
     modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
-    start = np.abs(np.array(excited.initial))
+    start = np.abs(np.array(excited.start))
     reached: Floats = np.maximum(modulus.max(axis=0, initial=0.0), start)
     if not complete and not np.any(reached > 0.5 * model.table.limit):
         reached = model.table.limit  # it left within one step: no telling which way

@@ -10,6 +10,7 @@ import numpy as np
 from fmu import Component
 from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
 from rom.cache import cached_model
+from rom.direct import DirectForce
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
 from rom.passive import ANSWERED_ORDER
@@ -89,12 +90,14 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         _law(scene, reduced.n_contacts),
         tuple(_force(scene, mode, reduced, index) for index, mode in enumerate(modes)),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
+        tuple(scene.initial.get(mode, 0.0) for mode in modes),
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
+        excited = replace(excited, start=_start(excited, schedule))
         near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
     seen = None
     if scene.model.amplitude is None:
@@ -160,6 +163,20 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
             f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
         )
     return direction
+
+
+def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+    """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
+
+    def first(quantity: str) -> np.ndarray:
+        return np.array([schedule.values[f"{quantity}_{mode}"][0] for mode in excited.modes])
+
+    reduced = excited.reduced
+    modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(excited.force)]
+    force = modal * first("force") * np.exp(1j * first("phase"))
+    direct = DirectForce.of(reduced, excited.force)
+    at_rest = direct.amplitude_at_rest(reduced, force, first("frequency"))
+    return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
 def _check_outputs(scene: Scene, reduced: Reduced) -> None:
