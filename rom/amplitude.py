@@ -72,14 +72,15 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
     for j, pattern in enumerate(force):
         f = force_vector(pattern, reduced.n_dofs)
         modal = reduced.all_shapes.T @ f
-        if modal[j] == 0.0 or not reduced.contact_motion[j].any():
+        moved = reduced.contact_motion[j]
+        drawn = moved @ reduced.coupling[j]
+        if modal[j] == 0.0 or drawn == 0.0:
             continue
-        Omega, moved = reduced.carrier[j], reduced.contact_motion[j]
-        other = np.arange(len(modal)) != j
+        Omega, other = reduced.carrier[j], np.arange(len(modal)) != j
         stiffness = reduced.modal_stiffness(Omega)[np.ix_(other, other)]
         driven = np.linalg.solve(stiffness, modal[other])
         on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)[other]
-        shift[j] = -0.5 * (moved @ on_contacts) / (moved @ reduced.coupling[j]) / modal[j]
+        shift[j] = -0.5 * (moved @ on_contacts) / drawn / modal[j]
     return shift
 
 

@@ -12,6 +12,7 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.direct import DirectForce
 from rom.friction import limits
+from rom.matrices import Floats
 from rom.near import SEPARATION, NearResonance, near_resonances
 from rom.passive import ANSWERED_ORDER
 from runner.amplitude_range import Excited, dry_run
@@ -168,12 +169,12 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
 
-    def first(quantity: str) -> np.ndarray:
+    def first(quantity: str) -> Floats:
         return np.array([schedule.values[f"{quantity}_{mode}"][0] for mode in excited.modes])
 
     reduced = excited.reduced
     modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(excited.force)]
-    force = modal * first("force") * np.exp(1j * first("phase"))
+    force = np.array(modal) * first("force") * np.exp(1j * first("phase"))
     direct = DirectForce.of(reduced, excited.force)
     at_rest = direct.amplitude_at_rest(reduced, force, first("frequency"))
     return tuple((np.array(excited.initial) + at_rest).tolist())
