@@ -18,6 +18,7 @@ from rom.amplitude import felt_shift, slow_flow
 from rom.friction import limits
 
 FORMAT = 1  # FMU_FORMAT in fmu/src/model.h
+IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
 
@@ -25,17 +26,29 @@ Force = Sequence[Mapping[int, float] | ArrayLike] | None
 def resource_files(
     model: Model, force: Force, elastic: Sequence[int], variables: Sequence[Variable]
 ) -> dict[str, bytes]:
-    """Content of each file by name; token.txt holds the hash of the others."""
+    """Content of each file by name; token.txt holds the hash of the others.
+
+    The file IDENTITY is for importers in Python; the FMU does not read it.
+    """
     arrays = _arrays(model, force, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
     files["checksums.npy"] = _npy(checksums.view("<i4"))
+    files[IDENTITY] = identity(model, force).encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
     files["token.txt"] = digest.hexdigest().encode()
     return files
+
+
+def identity(model: Model, force: Force) -> str:
+    """Hash of what a model and the directions of its forces make of any inputs."""
+    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    digest = hashlib.sha256(model.hash.encode())
+    digest.update(force_factors(model, force).tobytes() + bytes(flow.shift))
+    return digest.hexdigest()
 
 
 def _npy(array: np.ndarray) -> bytes:

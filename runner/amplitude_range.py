@@ -55,6 +55,14 @@ class Excited:
         component.reset(amplitude=self.start)
         return component
 
+    def start(self) -> dict[str, float]:
+        """Amplitudes at t = 0 by name of the component's outputs."""
+        start = {}
+        for mode, amplitude in zip(self.modes, self.initial, strict=True):
+            start[f"{mode}_re"] = complex(amplitude).real
+            start[f"{mode}_im"] = complex(amplitude).imag
+        return start
+
 
 @dataclass(frozen=True, eq=False)
 class DryRun:

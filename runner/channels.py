@@ -213,6 +213,11 @@ def energy() -> Channel:
     return Channel("/energy", fields, "Energy balance, averaged over the fast cycles")
 
 
+def control() -> Channel:
+    """Friction limits relative to the model's, as a controller sets them."""
+    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits set by a controller")
+
+
 def event_descriptor() -> FileDescriptorSet:
     """Protobuf schema of an event: the well-known ``foxglove.Log``, which viewers show as text."""
     log = text_format.Parse(_LOG_PROTO, FileDescriptorProto())

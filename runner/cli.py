@@ -39,7 +39,7 @@ def _fail(message: str) -> int:
 def _run(options: argparse.Namespace) -> int:
     from runner.run import run
 
-    recording = run(options.scene, options.output, progress=True)
+    recording = run(options.scene, options.output, fmu=options.fmu, progress=True)
     source = "from the cache" if recording.cached else "computed"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
@@ -154,6 +154,12 @@ def _parser() -> argparse.ArgumentParser:
     run = _command(commands, "run", _run, "run a scene and record it", "run two-mode -o logs")
     _scene_argument(run)
     run.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    run.add_argument(
+        "--fmu",
+        type=Path,
+        metavar="FILE",
+        help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
+    )
 
     plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
     _scene_argument(plan)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import fmu
 from fmu.description import FmiVersion
-from runner.plan import Plan, make_plan
+from runner.plan import make_plan
 from runner.scene import Scene, load_scene
 
 
@@ -40,6 +40,7 @@ def export_fmu(
     plan = make_plan(scene, progress=progress)
     model, _ = plan.model(progress=progress)
     elastic = scene.output.elastic
+    inputs = {name: float(values[0]) for name, values in plan.schedule.values.items()}
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",
@@ -50,17 +51,8 @@ def export_fmu(
         elastic=elastic,
         mode_names=plan.excited.modes,
         name=scene.title,
-        start=_start(plan),
+        start=inputs | plan.excited.start(),
         stop_time=scene.run.duration,
         step_size=scene.run.step,
         tolerance=scene.run.tolerance,
     )
-
-
-def _start(plan: Plan) -> dict[str, float]:
-    """Inputs and amplitudes at t = 0, by variable name."""
-    start = {name: float(values[0]) for name, values in plan.schedule.values.items()}
-    for mode, amplitude in zip(plan.excited.modes, plan.excited.initial, strict=True):
-        start[f"{mode}_re"] = complex(amplitude).real
-        start[f"{mode}_im"] = complex(amplitude).imag
-    return start

@@ -111,6 +111,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
         *mode_decisions,
+        _other_modes(excited.reduced),
         Decision("friction table", ranges, reason),
         *_near_decisions(near),
         *motion_decisions,
@@ -139,6 +140,19 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
             "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
         )
     return tuple(modes), decisions
+
+
+def _other_modes(reduced: Reduced) -> Decision:
+    """What becomes of the modes that are not retained."""
+    answering = reduced.passive_frequency
+    if reduced.formulation == "paper":
+        return Decision("other modes", "follow statically", 'model.formulation is "paper"')
+    if not answering.size:
+        reason = "no harmonic of the contacts makes one of them answer otherwise"
+        return Decision("other modes", "follow statically", reason)
+    listed = ", ".join(f"{omega:.3g}" for omega in answering)
+    reason = f"those at {listed} rad/s answer to harmonics of the contacts, in the table"
+    return Decision("other modes", f"{answering.size} modelled, without an equation", reason)
 
 
 def _law(scene: Scene, contacts: int) -> Friction:

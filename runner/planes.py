@@ -22,6 +22,7 @@ _LOOPS = 3  # of the first contacts: more would be too small to read
 _KEPT_SAMPLES = 32768  # of a channel, to draw paths from
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
+_ELASTIC = "/elastic"
 _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
 _AXIS_LABEL = 1.15
 
@@ -135,9 +136,11 @@ class Paths:
         self._samples = {
             axis.topic: _Samples() for plane in self._planes for axis in (plane.x, plane.y)
         }
+        if _ELASTIC in self._channels:
+            self._samples[_ELASTIC] = _Samples()
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
-        """Keep samples of a channel, if some plane shows it."""
+        """Keep samples of a channel that some plane shows, or that tells where motion is."""
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
@@ -159,6 +162,9 @@ class Paths:
             scales[plane.entity] = (float(scale[0]), float(scale[1]))
             if plane.trail:
                 window = _latest_window(time_ns)
+        if window is None and _ELASTIC in self._samples:
+            rows = self._samples[_ELASTIC].rows()
+            window = _latest_window(rows[:, 0].astype(np.int64)) if len(rows) else None
         return Extent(scales, window)
 
     def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

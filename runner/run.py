@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -74,6 +75,7 @@ def run(
     scene: Scene | str | PathLike[str],
     output: str | PathLike[str] = "logs",
     *,
+    fmu: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Recording:
     """Run a scene and record it.
@@ -83,6 +85,8 @@ def run(
     scene : Scene, path of a scene file, or name of a shipped scene
     output : path
         Folder for the recordings <scene>.mcap and <scene>.rrd; made if missing.
+    fmu : path, optional
+        An FMU of the scene's model that does the slow-time steps, with the same result.
     progress : bool
         Progress bars on work longer than a second.
 
@@ -93,8 +97,8 @@ def run(
     Raises
     ------
     SlipmodeError
-        If the scene is refused, or the run has to stop. What was recorded until then stays
-        readable, and says why it ends.
+        If the scene or the FMU is refused, or the run has to stop. What was recorded until then
+        stays readable, and says why it ends.
     OSError
         If the recording cannot be written.
     KeyboardInterrupt
@@ -113,9 +117,10 @@ def run(
         folder.mkdir(parents=True, exist_ok=True)
     with (
         interrupts_held_back() as raise_if_interrupted,
-        _open(plan, model, mcap, rrd) as recorder,
+        _stepping(fmu, plan, model) as component,
+        _open(plan, model, mcap, rrd, fmu) as recorder,
     ):
-        pass_ = _Pass(plan, model, plan.component(model), recorder, raise_if_interrupted)
+        pass_ = _Pass(plan, model, component, recorder, raise_if_interrupted)
         pass_.through_slow_time(progress)
     return Recording(
         plan=plan,
@@ -131,7 +136,24 @@ def run(
     )
 
 
-def _open(plan: Plan, model: Model, mcap: Path | None, rrd: Path | None) -> Recorder:
+def _stepping(
+    fmu: str | PathLike[str] | None, plan: Plan, model: Model
+) -> AbstractContextManager[Steppable]:
+    """What does the slow-time steps."""
+    if fmu is None:
+        return nullcontext(plan.component(model))
+    from runner.fmu_import import open_fmu  # FMPy takes a while to import
+
+    return open_fmu(fmu, plan, model)
+
+
+def _open(
+    plan: Plan,
+    model: Model,
+    mcap: Path | None,
+    rrd: Path | None,
+    fmu: str | PathLike[str] | None,
+) -> Recorder:
     scene, modes = plan.scene, plan.excited.modes
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
@@ -141,7 +163,7 @@ def _open(plan: Plan, model: Model, mcap: Path | None, rrd: Path | None) -> Reco
     header = Header(
         title=scene.title,
         scene_text=scene.text,
-        run=describe_run(scene.text, model),
+        run=describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {}),
         scene_name=scene.name,
     )
     sinks: list[Sink] = []
@@ -175,6 +197,9 @@ class _Pass:
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
         self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
+        inputs = plan.schedule.inputs(component.input_names)
+        component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
+        self._inputs = inputs
         self._columns = {name: k for k, name in enumerate(component.output_names)}
         self._rows = [self._present_row()]
         windows = (*plan.scene.contact, *plan.scene.elastic)
@@ -183,7 +208,6 @@ class _Pass:
     def through_slow_time(self, progress: bool) -> None:
         """Step, record, and reconstruct each contact window once its end is reached."""
         schedule = self._plan.schedule
-        inputs = schedule.inputs(self._component.input_names)
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
         for decision in self._plan.decisions:
@@ -196,7 +220,7 @@ class _Pass:
             with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
                 for first in range(0, steps, _STEPS_PER_BLOCK):
                     block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
-                    self._advance(schedule.durations[block], inputs[block], first)
+                    self._advance(schedule.durations[block], self._inputs[block], first)
                     bar.update(block.stop - first)
         except (StoppedError, KeyboardInterrupt) as stop:
             reason = str(stop) if isinstance(stop, StoppedError) else "interrupted by the user"

@@ -45,6 +45,7 @@ _SLOW_PLOTS = (
     ("/modes", "amplitude", "Modal amplitude"),
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
+    ("/control", "scale", "Friction limit"),
     ("/energy", "power", "Power"),
     ("/energy", "energy", "Dissipated energy"),
 )

@@ -1,0 +1,190 @@
+"""An FMU as a component: what `fmu.Component` does, done by a file through FMPy."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Mapping
+from contextlib import ExitStack
+from os import PathLike
+from types import TracebackType
+from typing import Any, Self
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.simulation import apply_start_values, instantiate_fmu, settable_in_instantiated
+
+from fmu.archive import Archive
+from fmu.component import Floats, StoppedError
+from rom import SlipmodeError
+
+_DISCARD = 2  # status from which on a message says what went wrong
+
+
+class Imported:
+    """An FMU for Co-Simulation, FMI 2.0 or 3.0, initialized and stepped like `Component`.
+
+    Use it in a `with` block, or `close` it: it keeps its files in a temporary folder.
+
+    Parameters
+    ----------
+    archive : Archive or path
+        The .fmu file.
+    start : mapping of str to float or bool, optional
+        Values of inputs, parameters and start values before the initialization, such as
+        {"force_A": 0.15, "A_re": 0.5}; default: those in the file.
+
+    Attributes
+    ----------
+    input_names, output_names : tuple of str
+        Its scalar floating-point inputs; "time" and its scalar floating-point outputs.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file is no FMU that can be loaded on this machine, or it refuses to start.
+    """
+
+    def __init__(
+        self,
+        archive: Archive | str | PathLike[str],
+        start: Mapping[str, float | bool] | None = None,
+    ) -> None:
+        self._archive = archive if isinstance(archive, Archive) else Archive(archive)
+        self._archive.require(start or (), self._archive.settable, "start values")
+        self._inputs = self._archive.inputs
+        self._outputs = list(self._archive.outputs.values())
+        self.input_names = tuple(self._inputs)
+        self.output_names = ("time", *self._archive.outputs)
+        self._time = 0.0
+        self._log = _Log()
+        self._resources = ExitStack()
+        weakref.finalize(self, self._resources.close)
+        try:
+            self._instance = self._started(dict(start or {}))
+        except Exception as error:  # fmpy's own are plain ones
+            self.close()
+            raise SlipmodeError(f"{self._archive.path}: {self._log.reason(error)}") from None
+        suffix = "Real" if self._archive.fmi == "2.0" else "Float64"
+        self._get = getattr(self._instance, f"get{suffix}")
+        self._set = getattr(self._instance, f"set{suffix}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the instance and its files. Closing again does nothing."""
+        self._resources.close()
+
+    def set_inputs(self, **values: float) -> None:
+        """Set inputs by name; the others keep their values.
+
+        Raises
+        ------
+        SlipmodeError
+            If a name is unknown or the FMU refuses a value.
+        """
+        for name in values:
+            if name not in self._inputs:
+                known = ", ".join(self._inputs)
+                raise SlipmodeError(f"{name}: not an input; inputs are {known}")
+        try:
+            self._set([self._inputs[name] for name in values], list(values.values()))
+        except FMICallException as error:
+            raise SlipmodeError(self._log.reason(error)) from None
+
+    def do_step(self, time: float, duration: float) -> None:
+        """Advance from `time`, where the FMU must stand, by `duration` > 0 [s].
+
+        Raises
+        ------
+        StoppedError
+            If the FMU does not take the step; the message has the reason that it logged.
+        """
+        if not abs(time - self._time) <= 1e-9 * max(1.0, abs(self._time)):
+            raise SlipmodeError(f"time: the FMU stands at {self._time:g} s, not at {time:g} s")
+        try:
+            self._advance(duration)
+        except FMICallException as error:
+            raise self._stopped(error, np.empty((0, len(self.output_names)))) from None
+
+    def outputs(self) -> dict[str, float]:
+        """Outputs at the present time, by name."""
+        return dict(zip(self.output_names, self._row(), strict=True))
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after.
+
+        Raises
+        ------
+        StoppedError
+            If a step fails; it carries the outputs up to there. The FMU keeps that step's inputs.
+        """
+        references = list(self._inputs.values())
+        outputs = np.empty((len(durations), len(self.output_names)))
+        steps = zip(durations.tolist(), inputs.tolist(), strict=True)
+        for done, (duration, values) in enumerate(steps):
+            try:
+                self._set(references, values)
+                self._advance(duration)
+                outputs[done] = self._row()
+            except FMICallException as error:
+                raise self._stopped(error, outputs[:done]) from None
+        return outputs
+
+    def _advance(self, duration: float) -> None:
+        self._instance.doStep(self._time, duration)
+        self._time += duration
+
+    def _row(self) -> list[float]:
+        return [self._time, *self._get(self._outputs)]
+
+    def _stopped(self, error: FMICallException, outputs: Floats) -> StoppedError:
+        reason = self._log.reason(error)
+        message = f"{self._archive.path.name}: stopped at t = {self._time:g} s: {reason}"
+        return StoppedError(message, self._time, outputs)
+
+    def _started(self, start: dict[str, float | bool]) -> Any:
+        """An initialized instance, its files in a folder of its own."""
+        description = self._archive.description
+        unzipped = tempfile.mkdtemp(prefix="slipmode-")
+        self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)
+        fmpy.extract(self._archive.path, unzipped)
+        instance = instantiate_fmu(unzipped, description, "CoSimulation", logger=self._log.write)
+        self._resources.callback(instance.freeInstance)
+        apply_start_values(instance, description, start, settable_in_instantiated)
+        if self._archive.fmi == "2.0":
+            instance.setupExperiment(startTime=0.0)
+            instance.enterInitializationMode()
+        else:
+            instance.enterInitializationMode(startTime=0.0)
+        instance.exitInitializationMode()
+        return instance
+
+
+class _Log:
+    """The last reason that an FMU gave for not doing what it was asked."""
+
+    def __init__(self) -> None:
+        self._last = ""
+
+    def write(self, *said: Any) -> None:
+        """Logger of either version of the standard."""
+        status, _, message = said[-3:]
+        if status >= _DISCARD:
+            self._last = message.decode(errors="replace")
+
+    def reason(self, error: Exception) -> str:
+        """What was logged since it was last asked for, else what the error says."""
+        reason, self._last = self._last or str(error), ""
+        return reason

@@ -1,0 +1,39 @@
+"""An FMU in the place of a scene's component."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+from fmu.archive import Archive
+from fmu.imported import Imported
+from fmu.resources import identity
+from rom import Model, SlipmodeError
+from runner.channels import energy
+from runner.plan import Plan
+
+
+def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
+    """An FMU at t = 0 of a scene, whatever it starts with by itself.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file is no FMU for this machine, or not of the scene's model.
+    """
+    archive = Archive(path)
+    schedule = plan.schedule
+    if archive.identity != identity(model, plan.excited.force):
+        raise SlipmodeError(
+            f"{path}: holds another model than the scene's; export that one with slipmode fmu"
+        )
+    scripted = (*schedule.values, *(name.replace("_", "_rate_") for name in schedule.rates))
+    archive.require(scripted, archive.inputs, "inputs")
+    amplitudes = plan.excited.start()
+    angles = [f"theta_{mode}" for mode in plan.excited.modes]
+    archive.require([*amplitudes, *angles, *energy().names], archive.outputs, "outputs")
+    first = schedule.inputs(tuple(archive.inputs))[0].tolist()
+    start = dict(zip(archive.inputs, first, strict=True)) | amplitudes
+    start["tolerance"] = plan.scene.run.tolerance
+    if "contact_wanted" in archive.settable:
+        start["contact_wanted"] = False  # the runner reconstructs it
+    return Imported(archive, start)

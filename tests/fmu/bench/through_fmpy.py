@@ -1,0 +1,98 @@
+"""Cost of stepping through FMPy, beside an FMU that does next to nothing. Figures, not a test.
+
+`python tests/fmu/bench/through_fmpy.py` prints microseconds per communication step of 1 s: one
+input set, doStep, four outputs got. Native: our FMU in a C loop.
+"""
+
+import platform
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import fmpy
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.simulation import instantiate_fmu
+from steps import AMPLITUDES, START, measure
+
+import fmu
+import rom
+from fmu.binaries import extension, folder, host_platform
+from fmu.cross import fmi_headers
+
+FORCE = ({0: 1.0}, {1: 1.0})
+STEPS, ROUNDS = 10_000, 9
+SLAVES = {2: FMU2Slave, 3: FMU3Slave}
+SOURCE = Path(__file__).with_name("decay.c")
+
+
+def idle(where, fmi):
+    """An instance of the idle FMU, and a variable to set and four to get.
+
+    FMPy wants every function of the standard to be there, so the others are added.
+    """
+    written = SOURCE.read_text()
+    others = [name for name in dir(SLAVES[fmi]) if name.startswith(f"fmi{fmi}")]
+    absent = "".join(f"int {n}(void) {{ return 3; }}\n" for n in others if f" {n}(" not in written)
+    (where / "absent.c").write_text(absent)
+    host = host_platform()
+    library = where / "binaries" / folder(host, fmi) / f"decay{extension(host)}"
+    library.parent.mkdir(parents=True)
+    flags = ("-O2", "-shared", "-fPIC", f"-I{fmi_headers()}")
+    subprocess.run(["cc", *flags, SOURCE, where / "absent.c", "-o", library], check=True)
+    slave = SLAVES[fmi](guid="", modelIdentifier="decay", unzipDirectory=str(where))
+    slave.instantiate()
+    return slave, [0, 1, 1, 1, 1]
+
+
+def ours(model, where, fmi):
+    """Likewise of the two-mode model."""
+    path = fmu.export(model, where / f"ours{fmi}.fmu", FORCE, fmi=fmi, start=START)
+    description = fmpy.read_model_description(path)
+    slave = instantiate_fmu(fmpy.extract(path, where / str(fmi)), description)
+    if fmi == 2:
+        slave.setupExperiment()
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    return slave, [reference[name] for name in ("force_A", *AMPLITUDES)]
+
+
+def microseconds(slave, references, first):
+    """Cost of a communication step, over STEPS of them from number `first` on."""
+    two = isinstance(slave, FMU2Slave)
+    put, get = (slave.setReal, slave.getReal) if two else (slave.setFloat64, slave.getFloat64)
+    force, outputs = references[:1], references[1:]
+    started = time.perf_counter()
+    for k in range(first, first + STEPS):
+        put(force, [START["force_A"]])
+        slave.doStep(float(k), 1.0)
+        get(outputs)
+    return (time.perf_counter() - started) / STEPS * 1e6
+
+
+def main():
+    """Print the figures: the least of several rounds, ours and the idle FMU in turn."""
+    model = rom.tabulate(rom.reduce(rom.two_mass()), rom.Tanh(2.0, 0.02), amplitude=(4.0, 4.0))
+    print(platform.processor() or platform.machine())
+    with tempfile.TemporaryDirectory() as temporary:
+        where = Path(temporary)
+        line = measure(model, where, contact=False, names=AMPLITUDES)
+        native = float(re.search(r"all three (\d+) ns", line)[1]) * 1e-3
+        for fmi in SLAVES:
+            pair = (ours(model, where, fmi), idle(where, fmi))
+            rounds = [
+                [microseconds(*stepped, number * STEPS) for stepped in pair]
+                for number in range(ROUNDS)
+            ]
+            cost, least = (min(column) for column in zip(*rounds, strict=True))
+            print(
+                f"FMI {fmi}: ours {cost:.2f}, idle {least:.2f}, native {native:.2f} us: "
+                f"{cost / (least + native):.2f} x (idle + native)"
+            )
+
+
+if __name__ == "__main__":
+    main()
