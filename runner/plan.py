@@ -12,7 +12,6 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.direct import DirectForce
 from rom.friction import limits
-from rom.matrices import Floats
 from rom.near import SEPARATION, NearResonance, near_resonances
 from rom.passive import ANSWERED_ORDER
 from runner.amplitude_range import Excited, dry_run
@@ -98,7 +97,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
-        excited = replace(excited, start=_start(excited, schedule))
+        excited = replace(excited, amplitude=_start(excited, schedule))
         near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
     seen = None
     if scene.model.amplitude is None:
@@ -116,7 +115,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen),
+        *check_assumptions(structure, excited, seen, schedule, amplitude),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
@@ -182,15 +181,10 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
 
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
-
-    def first(quantity: str) -> Floats:
-        return np.array([schedule.values[f"{quantity}_{mode}"][0] for mode in excited.modes])
-
-    reduced = excited.reduced
-    modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(excited.force)]
-    force = np.array(modal) * first("force") * np.exp(1j * first("phase"))
+    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
+    frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
     direct = DirectForce.of(reduced, excited.force)
-    at_rest = direct.amplitude_at_rest(reduced, force, first("frequency"))
+    at_rest = direct.amplitude_at_rest(reduced, force[0], np.array(frequency))
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
