@@ -18,7 +18,7 @@ from runner.schedule import Schedule
 
 _SEPARATION = 0.1  # relative distance of a mode from its neighbours
 _TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
-_FREE = 0.03  # free vibration that a jump of the force leaves, relative to the largest amplitude
+_FREE = 5e-3  # free vibration after a jump of a force, relative to the largest amplitude
 _JUMP = 1e-6  # of the force, relative to its largest value: less is rounding
 _SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
 
@@ -116,7 +116,7 @@ def _jumps(excited: Excited, schedule: Schedule, amplitude: Sequence[float]) -> 
     for mode, share in zip(excited.modes, left / amplitude, strict=True):
         if share > _FREE:
             reason = (
-                f"a free vibration of {share:.1%} of its largest amplitude, above {_FREE:.0%}, "
+                f"a free vibration of {share:.1%} of its largest amplitude, above {_FREE:.1%}, "
                 "follows where the other mode's force jumps, and is not modelled; let it rise"
             )
             found.append(Decision(f"mode {mode}", "shaken by a jump", reason, "warning"))
