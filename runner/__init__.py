@@ -1,7 +1,8 @@
 """Scenes through slow time: plan, run, record, replay."""
 
+from runner.load import Signals, load, read
 from runner.plan import Plan, make_plan
-from runner.replay import read, replay
+from runner.replay import replay
 from runner.run import Recording, run
 from runner.scene import Scene, load_scene, shipped_scenes
 
@@ -9,6 +10,8 @@ __all__ = [
     "Plan",
     "Recording",
     "Scene",
+    "Signals",
+    "load",
     "load_scene",
     "make_plan",
     "read",

@@ -113,7 +113,7 @@ class Channel:
         )
         return FileDescriptorSet(file=[file])
 
-    def encode(self, values: NDArray[np.float64]) -> list[bytes]:
+    def encode(self, values: NDArray[np.float64]) -> NDArray[np.void]:
         """Protobuf messages of a batch.
 
         Parameters
@@ -123,17 +123,21 @@ class Channel:
 
         Returns
         -------
-        list of bytes
-            n messages.
+        ndarray, shape (n,)
+            The bytes of an item are those of a message.
         """
-        wire = np.frombuffer(bytearray(self._empty_message * len(values)), self._layout)
+        wire = np.full(len(values), self._empty_message)
         for column, name in enumerate(self.names):
             wire[name] = values[:, column]
-        joined, size = wire.tobytes(), self._layout.itemsize
-        return [joined[start : start + size] for start in range(0, len(joined), size)]
+        return wire
 
-    def decode(self, messages: Sequence[bytes]) -> NDArray[np.float64]:
+    def decode(self, messages: NDArray[np.void]) -> NDArray[np.float64]:
         """Values of a batch of protobuf messages; the inverse of `encode`.
+
+        Parameters
+        ----------
+        messages : ndarray, shape (n,)
+            The bytes of an item are those of a message.
 
         Returns
         -------
@@ -144,33 +148,27 @@ class Channel:
         SlipmodeError
             If a message has not the layout that `encode` writes.
         """
-        if any(len(message) != self._layout.itemsize for message in messages):
+        empty = self._empty_message
+        if messages.dtype.itemsize != empty.nbytes:
             raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
-        wire = np.frombuffer(bytearray(b"".join(messages)), self._layout)
+        wire = messages.view(empty.dtype)
         values = np.empty((len(messages), len(self.fields)))
         for column, name in enumerate(self.names):
             values[:, column] = wire[name]
-            wire[name] = 0.0
-        if wire.tobytes() != self._empty_message * len(messages):
-            raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
+            tag = f"{name} tag"
+            if not np.all(wire[tag] == empty[tag]):
+                raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
         return values
 
     @cached_property
-    def _empty_message(self) -> bytes:
-        return b"".join(_tag(number) + bytes(8) for number in range(1, len(self.fields) + 1))
-
-    @cached_property
-    def _layout(self) -> np.dtype[np.void]:
-        """Where the doubles lie between the tags of a message."""
-        ends = np.cumsum([len(_tag(number)) + 8 for number in range(1, len(self.fields) + 1)])
-        return np.dtype(
-            {
-                "names": list(self.names),
-                "formats": ["<f8"] * len(self.fields),
-                "offsets": [int(end) - 8 for end in ends],
-                "itemsize": len(self._empty_message),
-            }
-        )
+    def _empty_message(self) -> NDArray[np.void]:
+        """A message of zeros, shape (): for each double, the tag that names it and its bytes."""
+        tags = [_tag(number) for number in range(1, len(self.fields) + 1)]
+        layout: list[tuple[str, str]] = []
+        for name, tag in zip(self.names, tags, strict=True):
+            layout += [(f"{name} tag", f"S{len(tag)}"), (name, "<f8")]
+        data = b"".join(tag + bytes(8) for tag in tags)
+        return np.frombuffer(data, np.dtype(layout)).reshape(())
 
 
 def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:

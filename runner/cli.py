@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, replay, scenes, fmu, report."""
+"""The command line: slipmode run, plan, replay, scenes, fmu, report, and those for recordings."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import argparse
 import shutil
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from rom.errors import SlipmodeError
+from runner.recording_commands import add_recording_commands
 
 _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
@@ -174,6 +176,8 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument("file", type=Path, help="an .mcap recording")
     replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
     replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
+
+    add_recording_commands(partial(_command, commands))
 
     validate = _command(
         commands,

@@ -11,10 +11,12 @@ from types import TracebackType
 from typing import IO, Self
 
 import numpy as np
-from mcap.writer import LIBRARY_IDENTIFIER, Writer
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from mcap import records
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
+from runner import overview
 from runner.channels import (
     EVENT_MESSAGE_TYPE,
     EVENTS,
@@ -24,10 +26,12 @@ from runner.channels import (
     encode_event,
     event_descriptor,
 )
+from runner.mcapfile.writer import McapWriter
+from runner.overview import Overview
 
 SCENE_FILE = "scene.toml"
 
-_CHUNK_BYTES = 1024 * 1024
+_ROWS_AT_ONCE = 4096  # to be encoded: few enough to stay in a core's own memory
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,9 @@ class Sink(ABC):
 class McapSink(Sink):
     """Writes an MCAP file: protobuf samples, units, run metadata and the scene.
 
-    A chunk of samples is in the file as soon as it is full, whatever happens later.
+    Whatever happens later, samples are in the file, for `slipmode recover` to find, as soon as
+    they fill a chunk (`CHUNK_BYTES`), or at the first sample written `FLUSH_SECONDS` after the
+    last time that something was put there.
 
     Parameters
     ----------
@@ -123,37 +129,46 @@ class McapSink(Sink):
         self._path = Path(path)
         self._channels = {channel.topic: channel for channel in channels}
         self._file = create_file(self._path)
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         with self._complaining():
-            self._writer.start(library=f"slipmode; {LIBRARY_IDENTIFIER}")
+            self._writer = McapWriter(self._file)
             self._describe(header)
-            self._ids = {channel.topic: self._register(channel) for channel in channels}
-            self._ids[EVENTS] = self._register_events()
-            self._file.flush()
+            self._ids: dict[str, int] = {}
+            for channel in channels:
+                units = {field.name: field.unit for field in channel.fields}
+                about = units | {"description": channel.description}
+                self._register(channel.topic, channel.message_type, channel.descriptor(), about)
+            self._register(EVENTS, EVENT_MESSAGE_TYPE, event_descriptor(), {})
+            if overview.SOURCE in self._channels:
+                self._overview = Overview(self._channels[overview.SOURCE])
+                self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
+            self._writer.flush()
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
         with self._complaining():
-            for stamp, message in zip(time_ns.tolist(), channel.encode(rows), strict=True):
-                self._writer.add_message(self._ids[topic], stamp, message, stamp)
-            self._file.flush()
+            for start in range(0, len(rows), _ROWS_AT_ONCE):
+                part = slice(start, start + _ROWS_AT_ONCE)
+                messages = channel.encode(rows[part])
+                self._writer.add_messages(self._ids[topic], time_ns[part], messages)
+            if topic == overview.SOURCE:
+                shown = self._overview.encode(time_ns, rows)
+                self._writer.add_messages(self._ids[overview.TOPIC], *shown)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
-        stamp = int(nanoseconds(EVENTS, np.array([time]))[0])
-        data = encode_event(Event(time, level, message), stamp)
+        time_ns = nanoseconds(EVENTS, np.array([time]))
+        data = encode_event(Event(time, level, message), int(time_ns[0]))
         with self._complaining():
-            self._writer.add_message(self._ids[EVENTS], stamp, data, stamp)
-            self._file.flush()
+            self._writer.add_messages(self._ids[EVENTS], time_ns, np.array([data], np.void))
 
     def close(self) -> None:
         """Write what is buffered, the index and the footer."""
         if self._file.closed:
             return
         with self._complaining():
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._writer.finish()
             self._file.close()
 
     def _describe(self, header: Header) -> None:
@@ -162,28 +177,34 @@ class McapSink(Sink):
             for topic, channel in self._channels.items()
             for field in channel.fields
         }
-        self._writer.add_metadata("run", dict(header.run))
+        self._writer.add_metadata("run", header.run)
         self._writer.add_metadata("scene", {"title": header.title, "name": header.scene_name})
         self._writer.add_metadata("units", units)
         self._writer.add_attachment(
-            create_time=0,
-            log_time=0,
-            name=SCENE_FILE,
-            media_type="application/toml",
-            data=header.scene_text.encode(),
+            records.Attachment(
+                create_time=0,
+                log_time=0,
+                name=SCENE_FILE,
+                media_type="application/toml",
+                data=header.scene_text.encode(),
+            )
         )
 
-    def _register(self, channel: Channel) -> int:
-        schema = channel.descriptor().SerializeToString()
-        schema_id = self._writer.register_schema(channel.message_type, "protobuf", schema)
-        metadata = {field.name: field.unit for field in channel.fields}
-        metadata["description"] = channel.description
-        return self._writer.register_channel(channel.topic, "protobuf", schema_id, metadata)
-
-    def _register_events(self) -> int:
-        schema = event_descriptor().SerializeToString()
-        schema_id = self._writer.register_schema(EVENT_MESSAGE_TYPE, "protobuf", schema)
-        return self._writer.register_channel(EVENTS, "protobuf", schema_id)
+    def _register(
+        self,
+        topic: str,
+        message_type: str,
+        schema: FileDescriptorSet | str,
+        about: dict[str, str],
+    ) -> None:
+        """Give a topic a channel and a schema, protobuf or ROS 2, both of the next number."""
+        number = self._ids[topic] = len(self._ids) + 1
+        if isinstance(schema, str):
+            encoding, schema_encoding, data = "cdr", "ros2msg", schema.encode()
+        else:
+            encoding, schema_encoding, data = "protobuf", "protobuf", schema.SerializeToString()
+        self._writer.add_schema(records.Schema(number, data, schema_encoding, message_type))
+        self._writer.add_channel(records.Channel(number, topic, encoding, about, number))
 
     @contextmanager
     def _complaining(self) -> Iterator[None]:

@@ -18,10 +18,10 @@ from rom import Model
 from rom.motion import Motion, reconstruct, sum_harmonics
 from runner import channels
 from runner.interruption import interrupts_held_back
+from runner.load import RecordingData, read
 from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
-from runner.replay import RecordingData, read
 from runner.rerun_sink import RerunSink
 from runner.scene import Scene, Window, load_scene
 from runner.trajectory import sample_times, slow_trajectory

@@ -15,7 +15,7 @@ from runner import load_scene, read, shipped_scenes
 from runner.cli import main
 
 SLIPMODE = shutil.which("slipmode", path=sysconfig.get_path("scripts"))
-COMMANDS = ("run", "plan", "replay", "scenes", "fmu")
+COMMANDS = ("run", "plan", "replay", "scenes", "fmu", "info", "doctor", "recover", "export")
 
 
 def slipmode(*arguments, **options):
@@ -203,7 +203,7 @@ def cut_short_in_the_header(folder, recording):
 
 def not_a_recording(folder, recording):
     (folder / "text.mcap").write_text("text")
-    return ("replay", folder / "text.mcap"), "is not an MCAP file"
+    return ("replay", folder / "text.mcap"), "not an MCAP file"
 
 
 def folder_for_a_recording(folder, recording):

@@ -13,11 +13,14 @@ import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
 
 from rom.errors import SlipmodeError
 from runner import channels, planes
+from runner.load import read
+from runner.mcapfile import writer
+from runner.overview import Overview
 from runner.record import Header, McapSink, Recorder, Sink
-from runner.replay import read
 from runner.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e", "started": "now"}, "two")
@@ -99,13 +102,85 @@ def test_statistics_and_chunks(tmp_path):
         fill(sink, 5000)
     with path.open("rb") as file:
         summary = make_reader(file, validate_crcs=True).get_summary()
-    assert summary.statistics.message_count == 4 * 5000 + 1
+    overview = 4096 + (5000 - 4096) // 2  # it gets thinner
+    assert summary.statistics.message_count == 4 * 5000 + 1 + overview
     assert summary.statistics.message_start_time == 0
     assert summary.statistics.message_end_time == 499_900_000_000
     assert summary.statistics.chunk_count == len(summary.chunk_indexes) > 1
     sizes = [index.uncompressed_size for index in summary.chunk_indexes[:-1]]
-    assert all(2**20 <= size < 2**20 + 1000 for size in sizes)
+    assert all(2**20 - 1000 < size <= 2**20 for size in sizes)
     assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
+
+
+def test_the_same_bytes_however_slowly_they_are_written(tmp_path, monkeypatch):
+    paths = [tmp_path / name for name in ("fast.mcap", "slow.mcap")]
+    for path, seconds in zip(paths, (1e9, 0.0), strict=True):
+        monkeypatch.setattr(writer, "FLUSH_SECONDS", seconds)
+        with McapSink(path, HEADER, CHANNELS) as sink:
+            for start in range(0, 8000, 1000):
+                for topic, (time, values) in batches(8000).items():
+                    part = slice(start, start + 1000)
+                    sink.write(topic, time[part], values[part])
+    fast, slow = (path.read_bytes() for path in paths)
+    assert fast == slow
+
+
+def test_samples_are_in_the_file_before_their_chunk_is_full(tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "FLUSH_SECONDS", 0.0)
+    path = tmp_path / "run.mcap"
+    sink = McapSink(path, HEADER, CHANNELS)
+    for count in (200, 500, 20_000):  # more than a chunk last
+        sink.write("/modes", *batches(count)["/modes"])
+        data = read(path)
+        assert not data.complete
+        np.testing.assert_array_equal(
+            data.channels["/modes"][2][-1], batches(count)["/modes"][1][-1]
+        )
+    sink.close()
+    assert read(path).complete
+    with path.open("rb") as file:
+        assert list(StreamReader(file, validate_crcs=True).records)
+
+
+def test_modes_are_also_there_in_a_form_that_viewers_plot_by_themselves(recorded, tmp_path):
+    time, values = batches()["/modes"]
+    ((schema, channel, message), *others) = recorded.iter_messages("/overview/modes")
+    assert (schema.name, channel.message_encoding) == ("sensor_msgs/msg/JointState", "cdr")
+    assert len(others) == len(time) - 1
+    assert b"|A| [kg^0.5 m]" in message.data
+    assert b"|B| [kg^0.5 m]" in message.data
+    bare, curve = tmp_path / "bare.rrd", "/overview/modes/position"
+    convert = [RERUN, "mcap", "convert", recorded._stream.name, "-o", bare]
+    subprocess.run(convert, capture_output=True, check=True)
+    show = [RERUN, "rrd", "print", "-vvv", "--entity", curve, bare]
+    curves = subprocess.run(show, capture_output=True, check=True).stdout.decode()
+    assert "Scalars:scalars" in curves
+    assert f"[{values[0, 4]}, {values[0, 5]}]" in curves
+
+
+def test_the_overview_gets_thinner_as_the_run_gets_longer():
+    found = []
+    overview = Overview(channels.modes())
+    for start in range(0, 100_000, 999):
+        number = np.arange(start, min(start + 999, 100_000))
+        times, messages = overview.encode(number, np.repeat(number[:, np.newaxis], 6, axis=1))
+        np.testing.assert_array_equal(messages["position"][:, 1], times)
+        found += times.tolist()
+    steps = np.diff(found)
+    assert found[0] == 0
+    assert set(steps) == {1, 2, 4, 8, 16, 32}
+    assert np.all(np.diff(steps) >= 0)
+    assert np.all(steps[1:] <= np.maximum(1, np.array(found[1:-1]) / 2048))
+
+
+def test_messages_longer_than_a_chunk(tmp_path):
+    path = tmp_path / "run.mcap"
+    text = "a long story " * 100_000
+    with McapSink(path, HEADER, CHANNELS) as sink:
+        fill(sink, 10)
+        sink.event(1.0, "info", text)
+        fill(sink, 10)
+    assert [event.message for event in read(path).events][1] == text
 
 
 def test_events_are_foxglove_logs(recorded):
@@ -125,9 +200,9 @@ def test_a_mode_that_is_not_modelled_has_no_fields():
 def test_samples_that_tools_have_encoded_otherwise_are_refused():
     contact = channels.contact(0)
     with pytest.raises(SlipmodeError, match="/contact/0"):
-        contact.decode([b"\x09" + bytes(8)])
+        contact.decode(np.array([b"\x09" + bytes(8)], np.void))
     with pytest.raises(SlipmodeError, match="/contact/0"):
-        contact.decode([bytes(27)])
+        contact.decode(np.array([bytes(27)], np.void))
 
 
 @pytest.mark.parametrize("kind", [McapSink, RerunSink])

@@ -18,6 +18,7 @@ from runner.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e"}, "two")
 CHANNELS = [channels.modes(), channels.forcing(), channels.contact(0), channels.contact(1)]
+OVERVIEW = len(CHANNELS) + 2  # number of the channel that is thinned and not read back
 RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
 
 
@@ -146,9 +147,9 @@ def test_files_that_are_no_recordings(tmp_path):
     complaints = {
         tmp_path: "Is a directory",
         tmp_path / "missing.mcap": "No such file",
-        empty: "is not an MCAP file",
-        text: "is not an MCAP file",
-        foreign: "holds no slipmode recording",
+        empty: "an empty file",
+        text: "not an MCAP file",
+        foreign: ": no slipmode recording",
     }
     for path, complaint in complaints.items():
         with pytest.raises(SlipmodeError, match=complaint) as refusal:
@@ -213,7 +214,9 @@ def messages_in(whole, chunks):
     """Messages of some chunks, by their indexes: 16 bytes for each of them."""
     count = 0
     for chunk in chunks:
-        for offset in chunk.message_index_offsets.values():
+        for channel, offset in chunk.message_index_offsets.items():
+            if channel == OVERVIEW:
+                continue
             (size,) = struct.unpack_from("<I", whole, offset + 1 + 8 + 2)
             count += size // 16
     return count

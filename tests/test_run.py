@@ -161,6 +161,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
         assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count
     points, samples = schedule.time.size, shipped.samples
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 2}
+    assert counts.pop("/overview/modes") == points <= 4096
     assert counts == expected
     assert attachments == {"scene.toml": scene.path.read_bytes()}
     assert metadata["scene"] == {"title": scene.title, "name": scene.name}

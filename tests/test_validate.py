@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rom
+from runner.load import read
 from runner.plan import make_plan
-from runner.replay import read
 from runner.scene import load_scene, parse_scene
 from runner.validate import validate
 
