@@ -9,17 +9,25 @@
 #include "lanes.h"
 #include "segment.h"
 
+#define SM_PULL_BLOCK 8 /* harmonics side by side: rows are filled up with zeros */
+
 typedef struct {
-    int orders;                           /* most that there is room for */
-    double *re[2], *im[2];                /* (orders) of each stage */
-    double *by_re, *by_im;                /* (orders) turn of a step */
-    double *start, *slope;                /* (N_c, 2, orders): real parts, imaginary parts */
+    int orders;            /* of the harmonics that there is room for */
+    size_t row;            /* that many, filled up to whole blocks */
+    double *re[2], *im[2]; /* (row) of each stage */
+    double *by_re, *by_im; /* (row) turn of a step */
+    double *start, *slope; /* (N_c, 2, row): real parts, imaginary parts */
 } sm_pull;
 
-static inline size_t sm_pull_size(int contacts, int orders) { /* doubles */
-    return (size_t)orders * (6 + 4 * (size_t)contacts);
+static inline size_t sm_pull_row(int orders) {
+    return ((size_t)orders + SM_PULL_BLOCK - 1) / SM_PULL_BLOCK * SM_PULL_BLOCK;
 }
 
+static inline size_t sm_pull_size(int contacts, int orders) { /* doubles */
+    return sm_pull_row(orders) * (6 + 4 * (size_t)contacts);
+}
+
+/* In memory that is zero. */
 void sm_pull_place(sm_pull *pull, int contacts, int orders, double *memory);
 /* The coefficients of a segment. */
 void sm_pull_start(sm_pull *pull, int contacts, const sm_segment *segment);
@@ -32,28 +40,36 @@ void sm_pull_set_turn(sm_pull *pull, const int32_t *orders, const sm_complex by[
 SM_INLINE void sm_pull_turn(sm_pull *pull, int stage) {
     double *restrict re = pull->re[stage], *restrict im = pull->im[stage];
     const double *restrict by_re = pull->by_re, *restrict by_im = pull->by_im;
-    SM_SIMD
-    for (int q = 0; q < pull->orders; q++) {
-        const double turned = re[q] * by_re[q] - im[q] * by_im[q];
-        im[q] = re[q] * by_im[q] + im[q] * by_re[q];
-        re[q] = turned;
+    for (size_t block = 0; block < pull->row; block += SM_PULL_BLOCK) {
+        SM_SIMD
+        for (size_t q = block; q < block + SM_PULL_BLOCK; q++) {
+            const double turned = re[q] * by_re[q] - im[q] * by_im[q];
+            im[q] = re[q] * by_im[q] + im[q] * by_re[q];
+            re[q] = turned;
+        }
     }
 }
 
 /* u += Re sum G_nm exp(i (n theta_A + m theta_B)) at the fraction r of the segment. */
 SM_INLINE void sm_pull_add(const sm_pull *pull, int contacts, int stage, double r,
                            double *restrict u) {
-    const size_t orders = (size_t)pull->orders;
+    const size_t row = pull->row;
     const double *restrict re = pull->re[stage], *restrict im = pull->im[stage];
     for (size_t i = 0; i < (size_t)contacts; i++) {
-        const double *restrict start = pull->start + 2 * i * orders;
-        const double *restrict slope = pull->slope + 2 * i * orders;
-        double sum = 0.0;
-        SM_SIMD_SUM(sum)
-        for (size_t q = 0; q < orders; q++)
-            sum += (start[q] + r * slope[q]) * re[q]
-                   - (start[orders + q] + r * slope[orders + q]) * im[q];
-        u[i] += sum;
+        const double *start_re = pull->start + 2 * i * row, *start_im = start_re + row;
+        const double *slope_re = pull->slope + 2 * i * row, *slope_im = slope_re + row;
+        double sum[SM_PULL_BLOCK] = {0.0};
+        for (size_t block = 0; block < row; block += SM_PULL_BLOCK) {
+            SM_SIMD
+            for (size_t l = 0; l < SM_PULL_BLOCK; l++) {
+                const size_t q = block + l;
+                sum[l] += (start_re[q] + r * slope_re[q]) * re[q]
+                          - (start_im[q] + r * slope_im[q]) * im[q];
+            }
+        }
+        for (size_t half = SM_PULL_BLOCK / 2; half > 0; half /= 2)
+            for (size_t l = 0; l < half; l++) sum[l] += sum[l + half];
+        u[i] += sum[0];
     }
 }
 
