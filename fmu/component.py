@@ -29,7 +29,7 @@ from rom.answer_plane import answer_plane
 from rom.torus import contact_problem
 
 MODE_NAMES = ("A", "B")
-STEPS_PER_PERIOD = 32
+STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
 
 Floats = NDArray[np.float64]

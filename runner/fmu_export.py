@@ -38,15 +38,16 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
-    model, _ = plan.model(progress=progress)
     elastic = scene.output.elastic
+    contact = bool(scene.contact or elastic)
+    model, _ = plan.model(contact=contact, progress=progress)
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",
         plan.excited.force,
         fmi=fmi,
         platforms=platforms,
-        contact=bool(scene.contact or elastic),
+        contact=contact,
         elastic=elastic,
         mode_names=plan.excited.modes,
         name=scene.title,

@@ -6,6 +6,7 @@
 #include "contact_output.h"
 #include "exact_sum.h"
 #include "slow_flow.h"
+#include "table.h"
 
 typedef struct {
     sm_exact_sum time;            /* [s] */
@@ -32,14 +33,6 @@ struct sm_component {
     sm_instant instant;
 };
 
-/* Copies `count` doubles to *memory and moves it on; returns where they went. */
-static const double *keep(double **memory, const double *source, size_t count) {
-    double *place = *memory;
-    memcpy(place, source, count * sizeof(double));
-    *memory += count;
-    return place;
-}
-
 sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                               const sm_motion *motion, double tolerance,
                               sm_component **component) {
@@ -53,24 +46,18 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
     status = sm_motion_check(motion, contact, &flow->table);
     if (status != SM_OK) return status;
 
-    const size_t modes = (size_t)flow->table.modes, count_a = (size_t)flow->table.count_a;
-    const size_t count_b = modes == 2 ? (size_t)flow->table.count_b : 0;
-    const size_t fields = 2 * (modes + (size_t)flow->table.near + (size_t)flow->table.power);
-    const size_t values = count_a * (modes == 2 ? count_b : 1) * 4 * fields;
-    const size_t total = count_a + count_b + values
-                         + sm_contact_output_size(motion, contact, &flow->table);
+    const size_t total =
+        sm_table_size(&flow->table) + sm_contact_output_size(motion, contact, &flow->table);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
     if (!c) return SM_NO_MEMORY;
     double *memory = (double *)(void *)((char *)c + header);
     c->flow = *flow;
     c->tolerance = tolerance;
-    c->flow.table.node_a = keep(&memory, flow->table.node_a, count_a);
-    c->flow.table.node_b = modes == 2 ? keep(&memory, flow->table.node_b, count_b) : NULL;
-    c->flow.table.values = keep(&memory, flow->table.values, values);
+    c->flow.table = sm_table_copy(&flow->table, &memory);
     sm_contact_output_place(&c->contacts, motion, contact, &flow->table, memory);
     c->inputs.limit_scale = 1.0;
-    for (size_t j = 0; j < modes; j++) c->inputs.frequency[j] = flow->natural[j];
+    for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
 }

@@ -1,6 +1,7 @@
 #include "contact_output.h"
 
 #include "answer_plane.h"
+#include "block.h"
 #include "check.h"
 #include "exact_sum.h"
 
@@ -57,26 +58,15 @@ size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact
            + 2 * s.orders * ((n + s.elastic) * node_count(table) + 2 * n);
 }
 
-/* Takes `count` doubles from *memory. */
-static double *take(double **memory, size_t count) {
-    double *place = *memory;
-    *memory += count;
-    return place;
-}
-
-static const double *keep(double **memory, const double *source, size_t count) {
-    return count > 0 ? memcpy(take(memory, count), source, count * sizeof(double)) : NULL;
-}
-
 static void place_contact(sm_contact_output *out, const sm_contact *contact, double **memory) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     out->contact = *contact;
-    out->limit = keep(memory, contact->limit, n);
-    out->contact.limit = out->scaled_limit = take(memory, n);
-    out->contact.stiffness = keep(memory, contact->stiffness, n * n);
-    out->contact.damping = keep(memory, contact->damping, n * n);
-    out->contact.mass = contact->mass ? keep(memory, contact->mass, n * n) : NULL;
-    out->contact.coupling = keep(memory, contact->coupling, 2 * modes * n);
+    out->limit = sm_keep(memory, contact->limit, n);
+    out->contact.limit = out->scaled_limit = sm_take(memory, n);
+    out->contact.stiffness = sm_keep(memory, contact->stiffness, n * n);
+    out->contact.damping = sm_keep(memory, contact->damping, n * n);
+    out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
+    out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
     out->contact.answer = &out->answer;
 }
 
@@ -85,12 +75,12 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
     const sizes s = sizes_of(motion);
     out->motion = *motion;
-    out->motion.modes_out = keep(memory, motion->modes_out, s.elastic * 2 * modes);
-    out->motion.contacts_out = keep(memory, motion->contacts_out, s.elastic * n);
-    out->motion.pull = keep(memory, motion->pull, nodes * s.orders * n * 2);
-    out->motion.answer = keep(memory, motion->answer, nodes * s.orders * s.elastic * 2);
-    for (int k = 0; k < 2; k++) out->pull[k] = take(memory, s.orders * n * 2);
-    int32_t *orders = (void *)take(memory, orders_size(s.orders));
+    out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
+    out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
+    out->motion.pull = sm_keep(memory, motion->pull, nodes * s.orders * n * 2);
+    out->motion.answer = sm_keep(memory, motion->answer, nodes * s.orders * s.elastic * 2);
+    for (int k = 0; k < 2; k++) out->pull[k] = sm_take(memory, s.orders * n * 2);
+    int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
     if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
     out->motion.orders = orders;
     out->answer = (sm_modal_answer){.orders_count = (int32_t)s.orders, .orders = orders};
@@ -100,8 +90,8 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, const sm_table *table, double *memory) {
     const int orders = (int)sizes_of(motion).orders;
     sm_march_place(&out->march, contact->contacts, orders,
-                   take(&memory, sm_march_size(contact->contacts, orders)));
-    out->state = take(&memory, 3 * (size_t)contact->contacts);
+                   sm_take(&memory, sm_march_size(contact->contacts, orders)));
+    out->state = sm_take(&memory, 3 * (size_t)contact->contacts);
     place_contact(out, contact, &memory);
     place_motion(out, motion, node_count(table), &memory);
 }

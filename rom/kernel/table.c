@@ -1,6 +1,7 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
 #include "table.h"
 
+#include "block.h"
 #include "check.h"
 #include "lanes.h"
 
@@ -40,6 +41,30 @@ sm_status sm_table_check(const sm_table *table) {
     if (status != SM_OK) return status;
     const size_t count = (size_t)table->count_a * (size_t)table->count_b * 4 * field_count(table);
     return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
+}
+
+/* Doubles of the nodes and of the values. */
+typedef struct {
+    size_t a, b, values;
+} sizes;
+
+static sizes sizes_of(const sm_table *table) {
+    const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
+    return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table)};
+}
+
+size_t sm_table_size(const sm_table *table) {
+    const sizes s = sizes_of(table);
+    return s.a + s.b + s.values;
+}
+
+sm_table sm_table_copy(const sm_table *table, double **memory) {
+    const sizes s = sizes_of(table);
+    sm_table copy = *table;
+    copy.node_a = sm_keep(memory, table->node_a, s.a);
+    copy.node_b = sm_keep(memory, table->node_b, s.b);
+    copy.values = sm_keep(memory, table->values, s.values);
+    return copy;
 }
 
 int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess) {
