@@ -51,19 +51,24 @@ class Plan:
     elastic_order: int | None
     decisions: list[Decision]
 
-    def model(self, *, progress: bool = False) -> tuple[Model, bool]:
-        """The model of the scene, and whether it came from the cache."""
+    def model(self, *, contact: bool = False, progress: bool = False) -> tuple[Model, bool]:
+        """The model of the scene, and whether it came from the cache.
+
+        `contact` asks for one that has contact motion whatever the scene wants of it.
+        """
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
             near=self.near,
-            harmonics=self._harmonics(),
+            harmonics=self._harmonics(contact),
             progress=progress,
         )
 
-    def _harmonics(self) -> int:
+    def _harmonics(self, contact: bool) -> int:
         """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
-        marched = self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        marched = (
+            contact or self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        )
         answering = self.scene.model.formulation == "consistent"
         return max(ANSWERED_ORDER if marched and answering else 0, self.elastic_order or 0)
 

@@ -10,6 +10,8 @@
 
 #include "contact.h"
 
+#define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the steps of a march leave */
+
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
     double *v, *r;         /* the last solution and its right-hand side */
@@ -83,7 +85,7 @@ SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
         const double curved = warm->sech2[i] * x * x;
         warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
         small = small && fabs(x) < 1.0;
-        settled = settled && curved * fabs(x) < 0.1 * SM_STAGE_TOLERANCE;
+        settled = settled && curved * fabs(x) < SM_WARM_TOLERANCE;
     }
     for (int i = 0; i < n; i++) warm->next[i] += warm->delta[i];
     if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
