@@ -2,8 +2,9 @@
  *
  * Tanh friction is smooth, so the last solution and its Newton matrix J = S + diag g'(v) predict
  * the next one, v + J^-1 (r_new - r), and one or two steps of Chebyshev's cubic iteration end
- * far below the error of the time steps: no more than two tanh a contact. Where that does not settle at once (a contact
- * passing from stick to slip within a step, exact Coulomb friction) sm_solve_stage takes over.
+ * far below the error of the time steps: no more than two tanh a contact. Where that does not
+ * settle at once (a contact passing from stick to slip within a step, exact Coulomb friction)
+ * sm_solve_stage takes over.
  */
 #ifndef SLIPMODE_WARM_STAGE_H
 #define SLIPMODE_WARM_STAGE_H
