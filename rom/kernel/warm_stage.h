@@ -2,8 +2,9 @@
  *
  * Tanh friction is smooth, so the last solution and its Newton matrix J = S + diag g'(v) predict
  * the next one, v + J^-1 (r_new - r), and one or two steps of Chebyshev's cubic iteration end
- * at rounding: no more than two tanh a contact. Where that does not settle at once (a contact
- * passing from stick to slip within a step, exact Coulomb friction) sm_solve_stage takes over.
+ * far below the error of the time steps: no more than two tanh a contact. Where that does not
+ * settle at once (a contact passing from stick to slip within a step, exact Coulomb friction)
+ * sm_solve_stage takes over.
  */
 #ifndef SLIPMODE_WARM_STAGE_H
 #define SLIPMODE_WARM_STAGE_H
@@ -69,7 +70,7 @@ SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict
         for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
 }
 
-/* One Chebyshev step from `next`; whether what remains is below the stage tolerance. */
+/* One Chebyshev step from `next`; whether what remains is below SM_WARM_TOLERANCE. */
 SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
                               const double *r) {
     sm_warm_linearise(n, s, warm);
