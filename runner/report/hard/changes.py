@@ -14,6 +14,10 @@ _STEPS = {
     "force_A": [[0, 0.15], [200, 0.15], [200, 0.3], [400, 0.3], [400, 0.05]],
     "force_B": [[0, 0.25], [300, 0.25], [300, 0.0], [500, 0.0], [500, 0.5]],
 }
+_LAG = (
+    "friction is tabulated for steady motion and lags where amplitudes change fast; these scenes "
+    "are transients for half of their time"
+)
 _JUMPS = {"phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]}
 
 
@@ -32,6 +36,7 @@ def change_cases() -> list[HardCase]:
             "RMS of modal displacements of the scene",
             SIGNAL,
             partial(scene_error, **changed),
+            missed="" if "sweep" in name else _LAG,
             slow=True,
         )
         for name, (changed, risk) in scenes.items()

@@ -74,9 +74,14 @@ def reference(case: Case) -> Floats:
 
 def signal_error(case: Case) -> float:
     """RMS of the displacements from rest against full order, relative, the worst of all."""
-    marcher = SlowCase.tabulate(case, _TOLERANCE).march(1.0)
-    motion = marcher.motion(marcher(), case.times)
-    return relative_rms(marcher.elastic(motion), reference(case))
+    return error_of(SlowCase.tabulate(case, _TOLERANCE))
+
+
+def error_of(slow: SlowCase) -> float:
+    """The same with a model that is there already."""
+    marcher = slow.march(1.0)
+    motion = marcher.motion(marcher(), slow.case.times)
+    return relative_rms(marcher.elastic(motion), reference(slow.case))
 
 
 def scene_text(**changed: object) -> str:
