@@ -44,7 +44,7 @@ class SlowCase:
     ) -> SlowCase:
         """Reduce a case, find the amplitudes that it reaches, and tabulate them."""
         started = time.perf_counter()
-        reduced = rom.reduce(case.structure, formulation=formulation)
+        reduced = rom.reduce(case.structure, range(len(case.force)), formulation)
         if formulation == "consistent":
             reduced = reduced.at_carrier(case.frequency)
         reached = _reach(case, reduced)
@@ -159,7 +159,7 @@ def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:
         except StoppedError:
             limit *= 2.0
             continue
-        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2]).max(axis=0)
+        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : limit.size].max(axis=0)
         return tuple(float(value) for value in np.maximum(_MARGIN * modulus, 0.05 * limit))
 
 
