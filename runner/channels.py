@@ -126,9 +126,11 @@ class Channel:
         ndarray, shape (n,)
             The bytes of an item are those of a message.
         """
-        wire = np.full(len(values), self._empty_message)
-        for column, name in enumerate(self.names):
-            wire[name] = values[:, column]
+        empty = self._empty_message
+        size = np.dtype(f"V{empty.nbytes}")  # copied as a whole, not double by double
+        wire = np.full(len(values), empty.view(size)).view(empty.dtype)
+        for tags, columns in self._groups:
+            wire[tags]["value"] = values[:, columns]
         return wire
 
     def decode(self, messages: NDArray[np.void]) -> NDArray[np.float64]:
@@ -153,20 +155,31 @@ class Channel:
             raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
         wire = messages.view(empty.dtype)
         values = np.empty((len(messages), len(self.fields)))
-        for column, name in enumerate(self.names):
-            values[:, column] = wire[name]
-            tag = f"{name} tag"
-            if not np.all(wire[tag] == empty[tag]):
+        for tags, columns in self._groups:
+            values[:, columns] = wire[tags]["value"]
+            if not np.all(wire[tags]["tag"] == empty[tags]["tag"]):
                 raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
         return values
+
+    @cached_property
+    def _groups(self) -> list[tuple[str, slice]]:
+        """Columns whose tags have the same length, and what they are called in a message."""
+        lengths = [len(_tag(number)) for number in range(1, len(self.fields) + 1)]
+        ends = np.cumsum([lengths.count(length) for length in sorted(set(lengths))]).tolist()
+        starts = [0, *ends[:-1]]
+        return [
+            (f"tags of {lengths[start]}", slice(start, end))
+            for start, end in zip(starts, ends, strict=True)
+        ]
 
     @cached_property
     def _empty_message(self) -> NDArray[np.void]:
         """A message of zeros, shape (): for each double, the tag that names it and its bytes."""
         tags = [_tag(number) for number in range(1, len(self.fields) + 1)]
-        layout: list[tuple[str, str]] = []
-        for name, tag in zip(self.names, tags, strict=True):
-            layout += [(f"{name} tag", f"S{len(tag)}"), (name, "<f8")]
+        layout = []
+        for name, columns in self._groups:
+            double = np.dtype([("tag", f"S{len(tags[columns.start])}"), ("value", "<f8")])
+            layout.append((name, double, (columns.stop - columns.start,)))
         data = b"".join(tag + bytes(8) for tag in tags)
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
 from runner.channels import EVENTS, Channel, Event, Field, decode_event
-from runner.mcapfile.chunk import Messages, unpack
-from runner.mcapfile.scan import DamagedError, StoredChunk, scan
+from runner.mcapfile.ahead import Unpacked, unpacked
+from runner.mcapfile.chunk import Contents, Messages
+from runner.mcapfile.scan import DamagedError
 from runner.mcapfile.source import opened
 from runner.mcapfile.tally import Tally
 from runner.record import SCENE_FILE, Header
@@ -132,8 +133,8 @@ def read(path: str | PathLike[str]) -> RecordingData:
     with opened(path) as file:
         complete = True
         try:
-            for piece in scan(file):
-                gathered.take(piece.record)
+            for record in unpacked(file):
+                gathered.take(record)
         except DamagedError:
             complete = False
         return gathered.recording(complete)
@@ -149,12 +150,11 @@ class _Gathered:
     values: dict[int, list[Floats]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
-    def take(self, record: object) -> None:
+    def take(self, record: Unpacked) -> None:
         """Keep what a record says, if it belongs to a recording."""
-        if isinstance(record, StoredChunk):
-            contents = unpack(record)
-            self.tally.take_contents(contents)
-            for number, messages in contents.messages.items():
+        if isinstance(record, Contents):
+            self.tally.take_contents(record)
+            for number, messages in record.messages.items():
                 self._take_messages(number, messages)
         else:
             self.tally.take(record)

@@ -12,20 +12,24 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from runner import views
 from runner.channels import EVENTS, Channel, Level
+from runner.envelope import Envelope
 from runner.planes import Extent, Paths
 from runner.record import Header, Sink, checked_batch, create_file, find_channel, nanoseconds
 
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
 _RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
+_FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
 _FLUSH_TIMEOUT = 60.0  # [s]
 
 
 class RerunSink(Sink):
     """Writes an .rrd file with its views embedded, or shows the recording in a new viewer.
+
+    A series longer than `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
 
     Parameters
     ----------
@@ -41,8 +45,10 @@ class RerunSink(Sink):
         self._path = None if path is None else Path(path)
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = Paths(channels)
+        self._envelopes = {topic: Envelope() for topic in self._channels}
         self._stream = rr.RecordingStream("slipmode")
         self._closed = False
+        self._unflushed = 0
         self._open(views.blueprint(channels, Extent()))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
@@ -51,12 +57,14 @@ class RerunSink(Sink):
         """Append a batch of samples; see `Sink.write`."""
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
-        self._make_room(2 * rows.nbytes)
-        for start in range(0, len(rows), _ROWS_PER_SEND):
-            part = slice(start, start + _ROWS_PER_SEND)
-            views.send_series(self._stream, channel, time_ns[part], rows[part])
+        self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
-        self._flush()
+        envelope = self._envelopes[topic]
+        before = envelope.thinned
+        self._send(channel, *envelope.extend(time_ns, rows))
+        if envelope.thinned and not before:
+            words = f"{topic} has become long: from here on these views show its extremes only"
+            views.send_event(self._stream, time_ns[-1:], "info", words)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
@@ -67,12 +75,25 @@ class RerunSink(Sink):
         """Draw paths and loops, whose extent is known only now, and complete the file."""
         if self._closed:
             return
+        for topic, envelope in self._envelopes.items():
+            if rest := envelope.rest():
+                self._send(self._channels[topic], *rest)
         extent = self._paths.draw(self._stream)
         blueprint = views.blueprint(list(self._channels.values()), extent)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True
         self._stream.disconnect()
+
+    def _send(
+        self, channel: Channel, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
+    ) -> None:
+        for start in range(0, len(rows), _ROWS_PER_SEND):
+            part = slice(start, start + _ROWS_PER_SEND)
+            views.send_series(self._stream, channel, time_ns[part], rows[part])
+        self._unflushed += rows.nbytes
+        if self._unflushed > _FLUSH_BYTES:
+            self._flush()
 
     def _open(self, blueprint: rrb.Blueprint) -> None:
         if self._path is not None:
@@ -97,6 +118,7 @@ class RerunSink(Sink):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
 
     def _flush(self) -> None:
+        self._unflushed = 0
         with self._complaining():
             self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
 

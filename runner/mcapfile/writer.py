@@ -29,7 +29,7 @@ from runner.mcapfile.summary import Summary
 CHUNK_BYTES = 1024 * 1024  # of messages before compression; two of them are in memory at most
 FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is put on disk too
 
-_LEVEL = 1  # on samples of smooth motion it is twice as fast as level 3, and no larger
+ZSTD_LEVEL = 1  # on samples of smooth motion it is twice as fast as level 3, and no larger
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class McapWriter:
         self._crc = 0
         self._summary = Summary()
         self._pool = ThreadPoolExecutor(max_workers=1)
-        self._compressor = ZstdCompressor(level=_LEVEL)
+        self._compressor = ZstdCompressor(level=ZSTD_LEVEL)
         self._compressing: _Compressing | None = None
         self._buffer, self._spare = bytearray(CHUNK_BYTES), bytearray(CHUNK_BYTES)
         self._filled = 0

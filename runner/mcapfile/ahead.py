@@ -1,0 +1,49 @@
+"""The records of an MCAP file with its chunks unpacked, some steps ahead in a thread beside."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import BinaryIO
+
+from mcap import records
+
+from runner.mcapfile.chunk import Contents, unpack
+from runner.mcapfile.scan import DamagedError, Index, StoredChunk, scan
+
+_STEPS = 3  # enough that neither waits for the other
+
+Unpacked = Contents | records.McapRecord | Index | None
+
+
+def unpacked(file: BinaryIO) -> Iterator[Unpacked]:
+    """Records in the order of the file, chunks as their contents.
+
+    Raises
+    ------
+    DamagedError
+        At the first record or chunk that cannot be read, after all before it.
+    """
+    waiting: deque[Future[Contents] | records.McapRecord | Index | None] = deque()
+    damage = None
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        try:
+            for piece in scan(file):
+                match piece.record:
+                    case StoredChunk() as chunk:
+                        waiting.append(pool.submit(unpack, chunk))
+                    case record:
+                        waiting.append(record)
+                if len(waiting) > _STEPS:
+                    yield _result(waiting.popleft())
+        except DamagedError as error:
+            damage = error
+        while waiting:
+            yield _result(waiting.popleft())
+    if damage is not None:
+        raise damage
+
+
+def _result(item: Future[Contents] | records.McapRecord | Index | None) -> Unpacked:
+    return item.result() if isinstance(item, Future) else item
