@@ -1,4 +1,4 @@
-"""What must hold whatever the amplitudes, structures and steps: examples drawn, the same always."""
+"""What holds whatever the amplitudes, structures and steps: drawn, but the same every time."""
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ few = settings(max_examples=15, derandomize=True, deadline=None)
 
 AMPLITUDES = st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 5.0))
 GRID = Discretisation(64, 8)
+MARCH = 1e-5  # a march ends where harmonics repeat to this part of the frictionless motion
 SPRINGS = st.fixed_dictionaries(
     {
         "k_c1": st.floats(10.0, 100.0),
@@ -22,12 +23,19 @@ SPRINGS = st.fixed_dictionaries(
         "beta": st.floats(0.0, 0.02),
     }
 )
+LIMIT = st.one_of(st.just(0.0), st.floats(1e-9, 4.0))
 LAWS = st.one_of(
-    st.builds(rom.Tanh, st.tuples(st.floats(0.0, 4.0), st.floats(0.1, 4.0)), st.floats(1e-6, 0.2)),
-    st.builds(rom.Coulomb, st.tuples(st.floats(0.0, 4.0), st.floats(0.1, 4.0))),
+    st.builds(rom.Tanh, st.tuples(LIMIT, LIMIT), st.floats(1e-6, 0.2)),
+    st.builds(rom.Coulomb, st.tuples(LIMIT, LIMIT)),
 )
 FORCE = ({0: 1.0}, {1: 1.0})
 INPUTS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
+
+
+def frictionless(reduced):
+    """|Q_j| without friction, (modes,)."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    return np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility))
 
 
 @given(springs=SPRINGS, law=LAWS, amplitude=AMPLITUDES)
@@ -35,21 +43,17 @@ INPUTS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 
 def test_friction_takes_power(springs, law, amplitude):
     """The mean of g v on the torus, to the periodicity of the march."""
     reduced = rom.reduce(rom.two_mass(**springs))
-    terms = contact_terms(reduced, law, [amplitude], GRID, 1e-6)
-    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    elastic = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility))
-    swing = float((reduced.frequency * np.square(amplitude) * elastic).sum())
-    assert terms.power[0] >= -1e-5 * swing
+    terms = contact_terms(reduced, law, [amplitude], GRID, MARCH)
+    swing = float((reduced.frequency * np.square(amplitude) * frictionless(reduced)).sum())
+    assert terms.power[0] >= -2 * MARCH * swing
 
 
 @given(k_p=st.floats(0.1, 8.0), law=LAWS, amplitude=AMPLITUDES)
 @few
 def test_the_sign_of_the_contact_coupling_does_not_matter(k_p, law, amplitude):
-    plus, minus = (
-        friction_functions(rom.reduce(rom.two_mass(k_p=k)), law, [amplitude], GRID)
-        for k in (k_p, -k_p)
-    )
-    np.testing.assert_allclose(minus, plus, rtol=1e-9, atol=1e-12)
+    reduced = [rom.reduce(rom.two_mass(k_p=k)) for k in (k_p, -k_p)]
+    plus, minus = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    assert np.all(np.abs(minus - plus) < 2 * MARCH * frictionless(reduced[0]))
 
 
 @given(order=st.permutations(range(4)), springs=SPRINGS, amplitude=AMPLITUDES)
@@ -60,15 +64,14 @@ def test_the_numbers_of_the_dofs_do_not_matter(order, springs, amplitude):
     mass, stiffness = (np.asarray(m)[index] for m in (structure.mass, structure.stiffness))
     contact = [order.index(2), order.index(3)]
     renamed = rom.Structure(mass, stiffness, springs["beta"], contact=contact)
-    Q, other = (
-        friction_functions(rom.reduce(s), law, [amplitude], GRID) for s in (structure, renamed)
-    )
-    np.testing.assert_allclose(other, Q, rtol=1e-8, atol=1e-11)
+    reduced = [rom.reduce(s) for s in (structure, renamed)]
+    Q, other = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    assert np.all(np.abs(other - Q) < 2 * MARCH * frictionless(reduced[0]))
 
 
 @given(amplitude=st.tuples(st.floats(0.5, 4.0), st.floats(0.5, 4.0)))
 @settings(few, max_examples=5)
-def test_which_mode_is_called_A_does_not_matter(amplitude):
+def test_which_mode_comes_first_does_not_matter(amplitude):
     """To the error of the discretisation, whose steps follow the phase of A."""
     structure, law, grid = rom.two_mass(), rom.Tanh(2.0, 0.2), Discretisation(512, 32)
     AB = friction_functions(rom.reduce(structure), law, [amplitude], grid, 1e-7)[0]

@@ -19,9 +19,10 @@ from runner.report.measure import one_thread
 from runner.report.text import aligned
 
 _LEGEND = f"""\
-A case meets its bound, or is refused with the reason. Other integrators do the first {DURATION:g} s
-of the same motion, without our model: wall time and RMS error of the displacements, or why there
-are none ("too slow" after {PATIENCE:g} s of wall time, "gives up" by its own account)."""
+A case meets its bound, or is refused with the reason. Other integrators do the first
+{DURATION:g} s of the same motion, without our model: wall time and RMS error of the displacements,
+or why there are none ("too slow" after {PATIENCE:g} s of wall time, "gives up" by its own
+account)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +54,9 @@ class HardReport:
             [_LEGEND],
             aligned([head, *lines]),
             ["what could go wrong", *aligned(risks)],
-            ["refused or missed because", *aligned(stated)],
         ]
+        if stated:
+            parts.append(["refused or missed because", *aligned(stated)])
         return "\n\n".join("\n".join(part) for part in parts)
 
     def numbers(self) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from runner.report.hard.signals import scene_error
 _SWEEP = {"duration": 3000.0, "window": [0.0, 3000.0]}
 _UP = {"frequency_A": [[0, 0.94], [3000, 1.02]], "frequency_B": [[0, 1.58], [3000, 1.74]]}
 _DOWN = {"frequency_A": [[0, 1.02], [3000, 0.94]], "frequency_B": [[0, 1.74], [3000, 1.58]]}
-_STEPS = {
+_STEPS: dict[str, object] = {
     "force_A": [[0, 0.15], [200, 0.15], [200, 0.3], [400, 0.3], [400, 0.05]],
     "force_B": [[0, 0.25], [300, 0.25], [300, 0.0], [500, 0.0], [500, 0.5]],
 }
@@ -18,12 +18,14 @@ _LAG = (
     "friction is tabulated for steady motion and lags where amplitudes change fast; these scenes "
     "are transients for half of their time"
 )
-_JUMPS = {"phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]}
+_JUMPS: dict[str, object] = {
+    "phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]
+}
 
 
 def change_cases() -> list[HardCase]:
     """Scenes whose forcing does not stand still."""
-    scenes = {
+    scenes: dict[str, tuple[dict[str, object], str]] = {
         "sweep up through both peaks": ({**_SWEEP, **_UP}, "lag, or a jump missed"),
         "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "lag, or a jump missed"),
         "abrupt steps of force": (_STEPS, "friction tabulated for steady motion"),

@@ -41,7 +41,9 @@ def _closed_form_error() -> float:
 
 def sharpness_cases() -> list[HardCase]:
     """From alpha 0.1 to exact Coulomb."""
-    laws = [(f"alpha {alpha}", rom.Tanh(_LIMIT, float(alpha))) for alpha in _ALPHAS]
+    laws: list[tuple[str, rom.Friction]] = [
+        (f"alpha {alpha}", rom.Tanh(_LIMIT, float(alpha))) for alpha in _ALPHAS
+    ]
     everything = [*laws, ("exact Coulomb", rom.Coulomb(_LIMIT))]
     found = []
     for name, law in everything:

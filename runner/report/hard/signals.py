@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rom import full
 from runner.report.cases import Case
@@ -97,6 +99,6 @@ def scene_error(**changed: object) -> float:
     return next(c.error for c in found.comparisons if c.subject == "modal displacement")
 
 
-def largest(values: Floats) -> float:
+def largest(values: NDArray[Any]) -> float:
     """The largest absolute value."""
     return float(np.abs(values).max())

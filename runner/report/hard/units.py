@@ -23,10 +23,11 @@ def _steady(
     """Steady amplitudes in units of length times the root of mass."""
     unit = length * np.sqrt(mass)
     frequency = _FREQUENCY * rate
-    reduced = rom.reduce(structure, carrier=frequency)
+    reduced = rom.reduce(structure, carrier=frequency.tolist())
     model = rom.tabulate(reduced, law, (unit * _RANGE).tolist(), _TOLERANCE)
     force = mass * rate**2 * length
-    return rom.steady(model, frequency, ({0: 0.15 * force}, {1: 0.25 * force})) / unit
+    amplitude = rom.steady(model, frequency, ({0: 0.15 * force}, {1: 0.25 * force}))
+    return np.asarray(amplitude / unit)
 
 
 def _difference(law: rom.Friction, contact_mass: float) -> float:
@@ -51,7 +52,7 @@ def _difference(law: rom.Friction, contact_mass: float) -> float:
 
 def unit_cases() -> list[HardCase]:
     """1e-9 m, 1e8 N/m, 1e3 rad/s; and mass ratios of 1e-6."""
-    problems = {
+    problems: dict[str, tuple[rom.Friction, float]] = {
         "SI units (nm, 1e8 N/m, 1e3 rad/s), tanh": (rom.Tanh(2.0, 0.02), 0.01),
         "SI units, Coulomb": (rom.Coulomb(2.0), 0.01),
         "SI units, mass ratio 1e-6": (rom.Tanh(2.0, 0.02), 1e-6),
