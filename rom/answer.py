@@ -156,7 +156,9 @@ def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexe
     contact that sticks does not move.
     """
     friction = force - np.einsum("pcd,pd->pc", stiffness, P)
-    sticks = np.abs(P) <= _STUCK * np.abs(P).max(axis=1, keepdims=True)
+    elastic = np.abs(np.einsum("pcc->pc", stiffness) * P)
+    reach = np.abs(force).max(axis=1, keepdims=True)
+    sticks = (elastic <= _STUCK * reach) | (reach == 0.0)
     moving = np.where(sticks, 0.0, P)
     system = stiffness * moving[:, np.newaxis, :]
     contacts = np.arange(P.shape[1])
