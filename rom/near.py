@@ -15,10 +15,6 @@ from numpy.typing import ArrayLike
 
 HIGHEST_ORDER = 7
 SEPARATION = 0.1  # distance from a carrier, relative to it, that counts as near
-# Beyond, a harmonic is so weak that it matters only where it all but coincides with the carrier:
-# at 1:3 the ninth order moves a steady signal by 0.4 % of it.
-_HIGHEST_COINCIDENT = 9
-_COINCIDENT = 0.1  # of the separation
 MOST = 8  # that the core takes
 
 Order = tuple[int, int]
@@ -62,7 +58,7 @@ def near_resonances(
     frequencies : (points, modes) array_like
         Forcing frequencies [rad/s], e.g. along a sweep.
     separation : float
-        Relative distance that counts as near; a tenth of it for the ninth order.
+        Relative distance that counts as near.
 
     Returns
     -------
@@ -74,13 +70,11 @@ def near_resonances(
         return ()
     carriers = ((1, 0), (0, 1))
     found = []
-    for order in harmonic_orders(_HIGHEST_COINCIDENT, 2):
-        is_weak = abs(order[0]) + abs(order[1]) > HIGHEST_ORDER
-        distance = separation * (_COINCIDENT if is_weak else 1.0)
+    for order in harmonic_orders(HIGHEST_ORDER, 2):
         for n, m in (order, (-order[0], -order[1])):
             nu = n * points[:, 0] + m * points[:, 1]
             for mode in range(2):
-                close = np.abs(nu - points[:, mode]) < distance * points[:, mode]
+                close = np.abs(nu - points[:, mode]) < separation * points[:, mode]
                 if close.any() and (n, m) != carriers[mode]:
                     found.append(NearResonance(mode, n, m))
     return tuple(found[:MOST])
