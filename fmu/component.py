@@ -25,10 +25,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from rom import Coulomb, Model, SlipmodeError, _kernel
 from rom.amplitude import felt_shift, slow_flow
+from rom.answer_plane import answer_plane
 from rom.torus import contact_problem
 
 MODE_NAMES = ("A", "B")
-STEPS_PER_PERIOD = 64
+STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
 
 Floats = NDArray[np.float64]
@@ -82,8 +83,10 @@ class Component:
         Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
     contact : bool
         Compute the contact motion at every communication point. It costs a march over the last
-        few periods, so it is off unless asked for. It leaves out the modes' answer to the higher
-        harmonics of the contacts, about 1 % of the motion, which `rom.reconstruct` has.
+        few periods, so it is off unless asked for. In the consistent formulation the modes
+        answer to the harmonics of the contacts, so the model must keep some:
+        `rom.tabulate(..., harmonics=5)`. The answer is that at the model's carriers: reduce it
+        with those of the forcing.
     elastic : sequence of int
         DOFs whose displacement is computed; needs `contact`.
     mode_names : sequence of str
@@ -399,16 +402,19 @@ def _create(
     tolerance: float,
 ) -> ctypes.c_void_p:
     """The core's component, freed with the handle's owner."""
-    modes_out = _kernel.contiguous(model.reduced.mode_shapes[list(elastic)])
-    contacts_out = _kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
     motion = _kernel.Motion(
-        wanted=int(contact),
-        elastic=len(elastic),
-        modes_out=modes_out.ctypes.data,
-        contacts_out=contacts_out.ctypes.data,
         steps_per_period=STEPS_PER_PERIOD,
         memory_periods=MEMORY_PERIODS,
     )
+    if contact:
+        plane = answer_plane(model, elastic)
+        contacts_out = _kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
+        motion.wanted, motion.elastic = 1, len(elastic)
+        motion.modes_out = plane.modes_out.ctypes.data
+        motion.contacts_out = contacts_out.ctypes.data
+        motion.orders_count = len(plane.orders)
+        motion.orders = plane.orders.ctypes.data
+        motion.pull, motion.answer = plane.pull.ctypes.data, plane.elastic.ctypes.data
     flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()

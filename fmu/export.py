@@ -52,7 +52,8 @@ def export(
         Platforms besides this machine's, of "x86_64-linux", "aarch64-linux", "x86_64-windows",
         "x86_64-darwin" and "aarch64-darwin"; needs the extra `slipmode[platforms]`.
     contact : bool
-        Have contact displacement, velocity and force among the outputs.
+        Have contact displacement, velocity and force among the outputs; the model must keep
+        harmonics for it, as `Component` says.
     elastic : sequence of int
         DOFs whose displacement is an output; needs `contact`.
     mode_names : sequence of str
@@ -100,7 +101,7 @@ def export(
         start=start or {},
     )
     variables = list_variables(model, choice)
-    resources = resource_files(model, force, elastic, variables)
+    resources = resource_files(model, force, contact, elastic, variables)
     sources = binaries.source_files()
     description = Description(
         name=name,

@@ -15,22 +15,27 @@ from fmu.variable import Kind, Variable
 from fmu.variables import PARAMETERS, states
 from rom import Model, _kernel
 from rom.amplitude import felt_shift, slow_flow
+from rom.answer_plane import answer_plane, no_answer
 from rom.friction import limits
 
-FORMAT = 1  # FMU_FORMAT in fmu/src/model.h
+FORMAT = 2  # FMU_FORMAT in fmu/src/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
 
 
 def resource_files(
-    model: Model, force: Force, elastic: Sequence[int], variables: Sequence[Variable]
+    model: Model,
+    force: Force,
+    contact: bool,
+    elastic: Sequence[int],
+    variables: Sequence[Variable],
 ) -> dict[str, bytes]:
     """Content of each file by name; token.txt holds the hash of the others.
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    arrays = _arrays(model, force, elastic, variables)
+    arrays = _arrays(model, force, contact, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
@@ -58,16 +63,23 @@ def _npy(array: np.ndarray) -> bytes:
 
 
 def _arrays(
-    model: Model, force: Force, elastic: Sequence[int], variables: Sequence[Variable]
+    model: Model,
+    force: Force,
+    contact: bool,
+    elastic: Sequence[int],
+    variables: Sequence[Variable],
 ) -> dict[str, np.ndarray]:
     """The arrays in the order of checksums.npy, which is that of fmu/src/model.c."""
     reduced, table = model.reduced, model.table
     chosen = list(elastic)
     inertia = reduced.formulation == "consistent"
+    plane = answer_plane(model, chosen) if contact else no_answer(model)
+    nodes = (table.node_a.size, table.node_b.size, len(plane.orders))
     layout = (
         *(FORMAT, model.modes, reduced.n_contacts, len(chosen), model.law.code),
         *(int(reduced.formulation == "paper"), len(model.near), 1),
-        *(table.node_a.size, table.node_b.size, int(inertia), STEPS_PER_PERIOD, len(variables)),
+        *(table.node_a.size, table.node_b.size, int(inertia), len(plane.orders)),
+        *(STEPS_PER_PERIOD, len(variables)),
     )
     near = [(term.mode, term.n, term.m) for term in model.near]
     doubles = {
@@ -81,8 +93,12 @@ def _arrays(
         "contact_coupling": np.ascontiguousarray(reduced.coupling)
         .view(float)
         .reshape(model.modes, reduced.n_contacts, 2),
-        "elastic_modes": reduced.mode_shapes[chosen],
+        "elastic_modes": plane.modes_out.view(float).reshape(len(chosen), model.modes, 2),
         "elastic_contacts": reduced.contact_shapes[chosen],
+    }
+    answer = {
+        "contact_pull": plane.pull.view(float).reshape(*nodes, 2 * reduced.n_contacts),
+        "elastic_answer": plane.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
@@ -90,6 +106,8 @@ def _arrays(
         "inputs": _inputs(variables).astype("<f8"),
         "near": np.array(near, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
+        "orders": plane.orders.astype("<i4"),
+        **{name: np.asarray(array, dtype="<f8") for name, array in answer.items()},
         "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype="<i4"),
     }
 

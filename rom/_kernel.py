@@ -92,6 +92,10 @@ class Motion(Structure):
         ("elastic", c_int32),
         ("modes_out", c_void_p),
         ("contacts_out", c_void_p),
+        ("orders_count", c_int32),
+        ("orders", c_void_p),
+        ("pull", c_void_p),
+        ("answer", c_void_p),
         ("steps_per_period", c_int32),
         ("memory_periods", c_double),
     )

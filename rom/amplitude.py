@@ -53,7 +53,8 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
 
     Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
     which answer off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
-    Exact for one contact; for several, the part along L_j.
+    Several contacts do not feel it along L_j: the shift does to the mode what the direct force
+    does, with friction as linear as it is where the contacts move as in `contact_motion`.
 
     Parameters
     ----------
@@ -71,14 +72,15 @@ def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike
     for j, pattern in enumerate(force):
         f = force_vector(pattern, reduced.n_dofs)
         modal = reduced.all_shapes.T @ f
-        if modal[j] == 0.0 or not reduced.spring[j].any():
+        moved = reduced.contact_motion[j]
+        drawn = moved @ reduced.coupling[j]
+        if modal[j] == 0.0 or drawn == 0.0:
             continue
-        Omega, L = reduced.carrier[j], reduced.coupling[j]
-        other = np.arange(len(modal)) != j
+        Omega, other = reduced.carrier[j], np.arange(len(modal)) != j
         stiffness = reduced.modal_stiffness(Omega)[np.ix_(other, other)]
         driven = np.linalg.solve(stiffness, modal[other])
         on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)[other]
-        shift[j] = -0.5 * (L.conj() @ on_contacts) / np.sum(np.abs(L) ** 2) / modal[j]
+        shift[j] = -0.5 * (moved @ on_contacts) / drawn / modal[j]
     return shift
 
 

@@ -1,19 +1,26 @@
-"""The non-resonant answer of the retained modes to the harmonics of the contact motion.
+"""The non-resonant answer of the modes to harmonics of the contact motion, and to the forces.
 
-q_j,nm = -L_j(nu)^T P_nm / (omega_j^2 - nu^2 + i gamma_j nu),  nu = n Omega_A + m Omega_B
+q_nm = D(nu)^-1 (f_nm - B(nu) P_nm),  nu = n Omega_A + m Omega_B
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rom.amplitude import Complexes
 from rom.matrices import Floats
 from rom.model import Model
 from rom.near import Order, is_resonant
+from rom.reduced import Reduced
 from rom.slow_trajectory import SlowTrajectory
+
+_BLOCK = 512  # points at a time: memory
+_STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
+CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,38 +52,115 @@ class ModalAnswer:
 def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
     """Answer of the modes along a trajectory; empty where the model keeps no harmonics."""
     points, reduced = trajectory.time.size, model.reduced
+    all_modes = reduced.all_shapes.shape[1]
     if model.harmonics is None:
-        nothing = np.zeros((points, 0, 0), dtype=complex)
-        return ModalAnswer((), np.zeros((points, 0)), nothing, nothing, nothing)
+        contacts = np.zeros((points, 0, reduced.n_contacts), dtype=complex)
+        modal = np.zeros((points, 0, all_modes), dtype=complex)
+        return ModalAnswer((), np.zeros((points, 0)), contacts, modal, contacts)
     orders = model.harmonics.orders
     P = model.harmonics.at(trajectory.felt(model))
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
-    modal = np.zeros((*P.shape[:2], reduced.all_shapes.shape[1]), dtype=complex)
-    pull = np.zeros_like(P)
-    for q, order in enumerate(orders):
-        if reduced.formulation == "paper":
-            continue
-        modal[:, q], pull[:, q] = _answer_to(model, order, nu[:, q], P[:, q], trajectory)
+    modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
+    if reduced.formulation == "paper":
+        return ModalAnswer(orders, nu, P, modal, pull)
+    for block in (slice(start, start + _BLOCK) for start in range(0, points, _BLOCK)):
+        for q, order in enumerate(orders):
+            others = _Others.of(model, order, nu[block, q])
+            if order in CARRIERS:
+                carried = _at_carrier(model, trajectory, block, others, order, P[block, q])
+                P[block, q], answered, pull[block, q] = carried
+            else:
+                answered, pull[block, q] = others.answer(P[block, q])
+            modal[block, q, others.numbers] = answered
     return ModalAnswer(orders, nu, P, modal, pull)
 
 
-def _answer_to(
-    model: Model, order: Order, nu: Floats, P: Complexes, trajectory: SlowTrajectory
-) -> tuple[Complexes, Complexes]:
-    """Answer of all modes (points, modes) to a harmonic, and its pull on the contacts."""
-    reduced = model.reduced
-    modal = np.zeros((len(P), reduced.all_shapes.shape[1]), dtype=complex)
-    silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
-    answers = np.delete(np.arange(modal.shape[1]), silent)
-    B, D = reduced.modal_coupling(nu)[:, answers], reduced.modal_stiffness(nu)
-    D_own = D[:, answers][:, :, answers]
-    right = -np.einsum("pjc,pc->pj", B, P)
-    answered = np.linalg.solve(D_own, right[..., np.newaxis])[..., 0]
-    inertia = (nu**2)[:, np.newaxis] * (P @ reduced.carried_mass)
-    pull = inertia - np.einsum("pjc,pj->pc", B, answered)
-    for j, carrier in enumerate(((1, 0), (0, 1))[: model.modes]):
-        if order == carrier:  # what dampers between the modes make of a_j
-            across = np.linalg.solve(D_own, D[:, answers, j, np.newaxis])[..., 0]
-            answered -= across * trajectory.amplitude[:, j, np.newaxis]
-    modal[:, answers] = answered
-    return modal, pull
+@dataclass(frozen=True, eq=False)
+class _Others:
+    """The modes that answer to a harmonic: all but those whose slow flow has it.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    numbers : (others,) ndarray of int
+        Of these modes.
+    frequency : (points,) ndarray
+        nu [rad/s]
+    coupling : (points, others, N_c) complex ndarray
+        B
+    all_rows : (points, others, modes + passive) complex ndarray
+        Their rows of D.
+    """
+
+    reduced: Reduced
+    numbers: NDArray[np.intp]
+    frequency: Floats
+    coupling: Complexes
+    all_rows: Complexes
+
+    @classmethod
+    def of(cls, model: Model, order: Order, nu: Floats) -> Self:
+        reduced = model.reduced
+        silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
+        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), silent)
+        coupling = reduced.modal_coupling(nu)[:, numbers]
+        return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
+
+    def driven(self, force: Complexes) -> Complexes:
+        """Displacement by forces on them (points, others, forces)."""
+        return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
+
+    def answer(self, P: Complexes, force: Complexes | float = 0.0) -> tuple[Complexes, Complexes]:
+        """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
+        on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
+        q = self.driven(on_them[..., np.newaxis])[..., 0]
+        inertia = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
+        return q, inertia - np.einsum("pjc,pj->pc", self.coupling, q)
+
+    def contact_stiffness(self) -> Complexes:
+        """Of the contacts without friction, less what these modes answer, (points, N_c, N_c)."""
+        reduced, nu = self.reduced, self.frequency[:, np.newaxis, np.newaxis]
+        inertia = reduced.mass + reduced.carried_mass
+        own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * inertia
+        return np.asarray(own - self.coupling.transpose(0, 2, 1) @ self.driven(self.coupling))
+
+
+def _at_carrier(
+    model: Model,
+    trajectory: SlowTrajectory,
+    points: slice,
+    others: _Others,
+    order: Order,
+    P: Complexes,
+) -> tuple[Complexes, Complexes, Complexes]:
+    """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
+    mode, direct = CARRIERS.index(order), trajectory.direct
+    on_modes: Complexes | float = 0.0
+    on_contacts: Complexes | float = 0.0
+    if direct is not None:
+        half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
+        on_modes = half * direct.modal[mode, others.numbers]
+        on_contacts = half * direct.beyond_shift(model.reduced)[mode]
+        push = on_contacts + others.answer(np.zeros_like(P), on_modes)[1]
+        felt = trajectory.felt(model)[points, mode, np.newaxis] * model.reduced.coupling[mode]
+        P = P + _pushed(others.contact_stiffness(), P, -felt, push)
+    q, pull = others.answer(P, on_modes)
+    across = others.driven(others.all_rows[:, :, [mode]])[..., 0]  # what dampers make of a_j
+    return P, q - across * trajectory.amplitude[points, mode, np.newaxis], pull + on_contacts
+
+
+def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexes) -> Complexes:
+    """What a small further force adds to a carrier P of the contacts, (points, N_c).
+
+    Friction resists it with its secant stiffness, friction_i / P_i, which `force` and P tell; a
+    contact that sticks does not move.
+    """
+    friction = force - np.einsum("pcd,pd->pc", stiffness, P)
+    elastic = np.abs(np.einsum("pcc->pc", stiffness) * P)
+    reach = np.abs(force).max(axis=1, keepdims=True)
+    sticks = (elastic <= _STUCK * reach) | (reach == 0.0)
+    moving = np.where(sticks, 0.0, P)
+    system = stiffness * moving[:, np.newaxis, :]
+    contacts = np.arange(P.shape[1])
+    system[:, contacts, contacts] += np.where(sticks, 1.0, friction)
+    return np.asarray(moving * np.linalg.solve(system, push[..., np.newaxis])[..., 0])

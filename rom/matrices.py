@@ -3,6 +3,7 @@
 from typing import Any, TypeAlias
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
@@ -92,6 +93,13 @@ def as_dense(matrix: Any) -> Floats:
     """The matrix as a float64 ndarray."""
     array: Floats = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
     return array
+
+
+def solve(matrix: Matrix, right: Floats) -> Floats:
+    """matrix^-1 right, for a symmetric positive definite matrix."""
+    if scipy.sparse.issparse(matrix):
+        return np.asarray(scipy.sparse.linalg.splu(matrix.tocsc()).solve(right))
+    return np.asarray(scipy.linalg.solve(matrix, right, assume_a="pos"))
 
 
 def _as_array(name: str, value: Any) -> NDArray[Any]:

@@ -9,7 +9,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import asdict, astuple, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
-FORMAT = 8  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 9  # of the file; raised whenever tables computed before must not be used any more
 
 # What numpy and zipfile raise on an archive that is none, or was damaged.
 _UNREADABLE = (
@@ -38,10 +38,17 @@ _UNREADABLE = (
 )
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("mass", "damping", "stiffness", "spring", "damper", "carried_mass", "passive_frequency"),
-    *("passive_damping", "passive_shapes", "passive_inertia", "passive_damper"),
+    *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
+    *(
+        "passive_frequency",
+        "passive_damping",
+        "passive_shapes",
+        "passive_inertia",
+        "passive_damper",
+    ),
     "damping_coupling",
 )
+_STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
 
@@ -265,6 +272,7 @@ def tabulate(
         lines=resolution.grid.lines,
     )
     kept = _harmonics(table, orders, carried) if orders else None
+    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, limit))
     return Model(reduced, law, table, kept, tuple(near), quality)
 
 
@@ -274,6 +282,16 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     columns = carried.reshape(*nodes, len(orders) + 1, -1)
     P = np.ascontiguousarray(columns[..., :-1, :])
     return Harmonics(table.axes, tuple(orders), P, np.ascontiguousarray(columns[..., -1, :].real))
+
+
+def _contact_motion(
+    reduced: Reduced, solve: Callable[[Floats], ContactTerms], limit: Floats
+) -> Complexes:
+    """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
+    moved = solve(limit[np.newaxis]).P[0, : limit.size] / limit[:, np.newaxis]
+    least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
+    sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
+    return np.where(sticks, reduced.contact_motion, moved)
 
 
 def _structural_loss(reduced: Reduced) -> Floats:

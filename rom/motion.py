@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from rom import _kernel
 from rom.amplitude import Complexes
-from rom.answer import ModalAnswer, modal_answer
+from rom.answer import CARRIERS, ModalAnswer, modal_answer
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.model import Model
@@ -42,6 +42,11 @@ class Motion:
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
     modal : (n, modes + passive) ndarray
         Modal displacements q_j [kg^1/2 m], those of passive modes last.
+    load : (n, modes) ndarray
+        Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
+    static : (n_dofs, modes) ndarray
+        Displacement of the structure per unit of them that neither modes nor contacts have:
+        DirectForce.static.
     """
 
     time: Floats
@@ -49,12 +54,15 @@ class Motion:
     velocity: Floats
     force: Floats
     modal: Floats
+    load: Floats
+    static: Floats
 
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
         """Displacement of DOFs of the structure, (n, dofs) [m]."""
         rows = list(dofs)
         shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
-        return np.asarray(self.modal @ shapes[0].T + self.displacement @ shapes[1].T)
+        x = self.modal @ shapes[0].T + self.displacement @ shapes[1].T
+        return np.asarray(x + self.load @ self.static[rows].T)
 
 
 def reconstruct(
@@ -96,8 +104,10 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    modal = _summed(model, part, answer, answer.modal, _carriers(model), sample)
-    return Motion(sample, x, v, f, modal)
+    coefficients = np.concatenate((answer.modal, _loads(answer, part)), axis=2)
+    signals = _summed(model, part, answer, coefficients, _carriers(model, 0), sample)
+    modal, load = np.split(signals, [answer.modal.shape[2]], axis=1)
+    return Motion(sample, x, v, f, modal, load, _static(model, part))
 
 
 def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
@@ -123,12 +133,12 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     answer = modal_answer(model, part)
     velocity = 1j * answer.frequency[..., np.newaxis] * answer.contact
     force = _friction_force(model, part, answer)
-    coefficients = np.concatenate((answer.contact, velocity, force, answer.modal), axis=2)
+    parts = (answer.contact, velocity, force, answer.modal, _loads(answer, part))
+    coefficients = np.concatenate(parts, axis=2)
     contacts = model.reduced.n_contacts
-    shape = np.hstack((np.zeros((model.modes, 3 * contacts)), _carriers(model)))
-    signals = _summed(model, part, answer, coefficients, shape, sample)
-    x, v, f, modal = np.split(signals, [contacts, 2 * contacts, 3 * contacts], axis=1)
-    return Motion(sample, x, v, f, modal)
+    signals = _summed(model, part, answer, coefficients, _carriers(model, 3 * contacts), sample)
+    x, v, f, modal, load = np.split(signals, np.cumsum([p.shape[2] for p in parts[:-1]]), axis=1)
+    return Motion(sample, x, v, f, modal, load, _static(model, part))
 
 
 def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
@@ -141,9 +151,27 @@ def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
     return sample
 
 
-def _carriers(model: Model) -> Floats:
-    """Which modal displacements have a carrier, (modes, modes + passive)."""
-    return np.eye(model.modes, model.reduced.all_shapes.shape[1])
+def _carriers(model: Model, before: int) -> Floats:
+    """Which signals have a carrier, (modes, signals).
+
+    `before` of them have none, then come the modal displacements and the loads.
+    """
+    signals = before + model.reduced.all_shapes.shape[1] + model.modes
+    return np.eye(model.modes, signals, before)
+
+
+def _loads(answer: ModalAnswer, part: SlowTrajectory) -> Complexes:
+    """Harmonics of the modal forces (points, orders, modes): that of its carrier for each."""
+    loads = np.zeros((*answer.contact.shape[:2], part.force.shape[1]), dtype=complex)
+    for j, own in enumerate(CARRIERS[: loads.shape[2]]):
+        if own in answer.orders:
+            loads[:, answer.orders.index(own), j] = 0.5 * part.point_force[:, j]
+    return loads
+
+
+def _static(model: Model, part: SlowTrajectory) -> Floats:
+    nothing = np.zeros((model.reduced.n_dofs, model.modes))
+    return part.direct.static if part.direct else nothing
 
 
 def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> Complexes:
@@ -152,7 +180,7 @@ def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> 
     P = answer.contact
     force = answer.pull - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
     force += nu**2 * (P @ reduced.mass)
-    for j, own in enumerate(((1, 0), (0, 1))[: model.modes]):
+    for j, own in enumerate(CARRIERS[: model.modes]):
         felt = part.felt(model)[:, j, np.newaxis]
         force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt
     return np.asarray(force)

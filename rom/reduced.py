@@ -46,6 +46,10 @@ class Reduced:
     mass, damping, stiffness : (N_c, N_c) ndarray
         Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]; the mass is what resists a blow at
         the contacts, (W^T M^-1 W)^-1. The paper has stiffness alone.
+    contact_motion : (modes, N_c) complex ndarray
+        Carrier of the contacts per a_j [kg^-1/2]: without friction, or in a tabulated model at
+        its largest amplitudes. By reciprocity it weighs what a force on each contact does to the
+        mode.
     carried_mass : (N_c, N_c) ndarray
         Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes answer
         to: beyond, where those masses stay behind, it would ring against the stiffness.
@@ -73,6 +77,7 @@ class Reduced:
     stiffness: Floats
     spring: Floats
     damper: Floats
+    contact_motion: Complexes
     carried_mass: Floats
     passive_frequency: Floats
     passive_damping: Floats

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from typing import get_args
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse
-import scipy.sparse.linalg
 
 from rom.bonded import bonded_modes
 from rom.errors import SlipmodeError
-from rom.matrices import Floats, Matrix, as_dense
+from rom.matrices import Floats, as_dense, solve
 from rom.partition import Partition
 from rom.passive import nothing_passive, passive_modes
 from rom.reduced import Complexes, Formulation, Reduced, force_vector
@@ -62,7 +59,7 @@ def reduce(
     omega, phi = bonded_modes(parts, max(modes) + 1)
     omega, phi = omega[list(modes)], phi[:, list(modes)]
     mode_shapes = as_dense(parts.E @ phi)
-    constraint_modes = as_dense(parts.R - parts.E @ _solve(parts.K_ee, parts.K_ec))
+    constraint_modes = as_dense(parts.R - parts.E @ solve(parts.K_ee, parts.K_ec))
     if formulation == "paper":
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
     reduced = _reduce_consistent(structure, parts, modes, omega, mode_shapes, constraint_modes)
@@ -75,6 +72,7 @@ def _reduce_paper(
     """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi, and no more."""
     nothing = np.zeros_like(parts.K_cc)
     spring = phi.T @ parts.K_ec
+    stiffness = _symmetric(parts.K_cc - parts.K_ec.T @ solve(parts.K_ee, parts.K_ec))
     return Reduced(
         formulation="paper",
         modes=modes,
@@ -85,9 +83,10 @@ def _reduce_paper(
         contact_shapes=constraint_modes,
         mass=nothing,
         damping=nothing,
-        stiffness=_symmetric(parts.K_cc - parts.K_ec.T @ _solve(parts.K_ee, parts.K_ec)),
+        stiffness=stiffness,
         spring=spring,
         damper=np.zeros_like(spring),
+        contact_motion=_frictionless(stiffness, spring),
         **nothing_passive(len(modes), *constraint_modes.shape),
     )
 
@@ -108,6 +107,7 @@ def _reduce_consistent(
     M, C, K = structure.mass, structure.damping, structure.stiffness
     X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
     stiffness = _symmetric(X.T @ as_dense(K @ X))
+    spring = Phi.T @ as_dense(K @ X)
     passive_omega, passive = passive_modes(structure, parts, modes, omega, X, np.diag(stiffness))
     every = np.hstack((Phi, passive))
     modal_damping = every.T @ as_dense(C @ every)
@@ -124,8 +124,9 @@ def _reduce_consistent(
         mass=mass,
         damping=_symmetric(X.T @ as_dense(C @ X)),
         stiffness=stiffness,
-        spring=Phi.T @ as_dense(K @ X),
+        spring=spring,
         damper=Phi.T @ as_dense(C @ X),
+        contact_motion=_frictionless(stiffness, spring),
         carried_mass=_without_rounding(follows - mass, np.diag(follows)),
         passive_frequency=passive_omega,
         passive_damping=np.diag(modal_damping)[len(modes) :].copy(),
@@ -138,22 +139,21 @@ def _reduce_consistent(
     )
 
 
+def _frictionless(stiffness: Floats, spring: Floats) -> Complexes:
+    """How far each mode would draw the contacts without friction or inertia, (modes, N_c)."""
+    return np.asarray(-np.linalg.solve(stiffness, spring.T).T, dtype=complex)
+
+
 def _impact_mass(structure: Structure) -> Floats:
     """(W^T M^-1 W)^-1, (N_c, N_c): what the contacts move while nothing else has time to."""
     W = as_dense(structure.directions)
-    return _symmetric(np.asarray(np.linalg.inv(W.T @ _solve(structure.mass, W))))
+    return _symmetric(np.asarray(np.linalg.inv(W.T @ solve(structure.mass, W))))
 
 
 def _without_rounding(matrix: Floats, scale: Floats) -> Floats:
     """The matrix with entries set to 0 that are rounding against diagonal entries (n,)."""
     size = np.sqrt(np.abs(np.outer(scale, scale)))
     return np.where(np.abs(matrix) <= _ROUNDING * size, 0.0, matrix)
-
-
-def _solve(K_ee: Matrix, right: Floats) -> Floats:
-    if scipy.sparse.issparse(K_ee):
-        return np.asarray(scipy.sparse.linalg.splu(K_ee.tocsc()).solve(right))
-    return np.asarray(scipy.linalg.solve(K_ee, right, assume_a="pos"))
 
 
 def _symmetric(matrix: Floats) -> Floats:

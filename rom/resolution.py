@@ -21,6 +21,9 @@ from rom.torus import Discretisation, contact_orders, contact_terms
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
 _STEPS = (32, 64, 128, 256, 512, 1024, 2048)
 _LINES = (4, 8, 16, 32, 64, 128)
+# Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
+# of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
+_LEAST_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,11 @@ def choose_resolution(
         grid = Discretisation(steps, lines)
         return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near).S
 
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+
     def change(coarse: Complexes, fine: Complexes) -> float:
-        scale = np.abs(fine).max(axis=0)
+        scale = np.maximum(np.abs(fine).max(axis=0), _LEAST_SHARE * frictionless)
         return float((np.abs(fine - coarse).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
 
     lines = 1

@@ -8,6 +8,7 @@ import numpy as np
 
 from rom import _kernel
 from rom.amplitude import Complexes, amplitude_rate, coupling_turn
+from rom.direct import DirectForce
 from rom.matrices import Floats
 from rom.model import Model
 
@@ -27,8 +28,8 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    shift : (modes,) complex ndarray or float
-        What the contacts feel on top of a_j, per unit of force: rom.amplitude.felt_shift.
+    direct : DirectForce, optional
+        What the forces do past their own mode. Default: nothing.
     """
 
     time: Floats
@@ -38,7 +39,18 @@ class SlowTrajectory:
     frequency_rate: Floats
     force: Complexes
     force_rate: Complexes
-    shift: Complexes | float = 0.0
+    direct: DirectForce | None = None
+
+    @property
+    def shift(self) -> Complexes | float:
+        """What the contacts feel on top of a_j, per unit of force."""
+        return self.direct.shift if self.direct else 0.0
+
+    @property
+    def point_force(self) -> Complexes:
+        """Modal forces at every time, (steps + 1, modes)."""
+        last = self.force[-1] + self.force_rate[-1] * (self.time[-1] - self.time[-2])
+        return np.vstack((self.force, last))
 
     @property
     def point_frequency(self) -> Floats:
@@ -60,7 +72,7 @@ class SlowTrajectory:
             self.frequency_rate[within],
             self.force[within],
             self.force_rate[within],
-            self.shift,
+            self.direct,
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
@@ -89,10 +101,8 @@ class SlowTrajectory:
 
     def felt(self, model: Model) -> Complexes:
         """What the contacts feel of each mode at every time, (steps + 1, modes)."""
-        last = self.force[-1] + self.force_rate[-1] * (self.time[-1] - self.time[-2])
-        force = np.vstack((self.force, last))
         turn = coupling_turn(model.reduced, self.point_frequency)
-        return np.asarray(turn * (self.amplitude + self.shift * force))
+        return np.asarray(turn * (self.amplitude + self.shift * self.point_force))
 
     def segments(self, model: Model) -> np.ndarray:
         """The steps as the core reads them."""

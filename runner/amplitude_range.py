@@ -22,6 +22,7 @@ _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _LARGEST_GROWTH = 2.0**40
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,9 @@ class Excited:
     force : tuple of (n,) ndarray
         Direction of each mode's force.
     initial : tuple of complex
-        Amplitudes at t = 0.
+        Motion of the modes at t = 0, as amplitudes.
+    amplitude : tuple of complex
+        Amplitudes at t = 0: `initial` less what the modes answer to forces that then act.
     """
 
     modes: tuple[Mode, ...]
@@ -45,17 +48,24 @@ class Excited:
     law: Friction
     force: tuple[Floats, ...]
     initial: tuple[complex, ...]
+    amplitude: tuple[complex, ...]
+
+    def modal_forces(self, schedule: Schedule) -> tuple[Complexes, Complexes]:
+        """F_j exp(i phase_j) at the start and at the end of each step, (steps, modes)."""
+        modal = np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
+        start, end = schedule.forces(self.modes)
+        return modal * start, modal * end
 
     def component(self, model: Model, tolerance: float) -> Component:
-        """A component at t = 0 with the scene's initial amplitudes."""
+        """A component at t = 0 of the scene."""
         component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
-        component.reset(amplitude=self.initial)
+        component.reset(amplitude=self.amplitude)
         return component
 
     def start(self) -> dict[str, float]:
         """Amplitudes at t = 0 by name of the component's outputs."""
         start = {}
-        for mode, amplitude in zip(self.modes, self.initial, strict=True):
+        for mode, amplitude in zip(self.modes, self.amplitude, strict=True):
             start[f"{mode}_re"] = complex(amplitude).real
             start[f"{mode}_im"] = complex(amplitude).imag
         return start
@@ -137,7 +147,7 @@ def _first_guess(excited: Excited) -> Floats:
     np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
     slip[slip == 0.0] = np.inf
     first = slip.min(axis=1)
-    initial = np.abs(np.array(excited.initial))
+    initial = np.abs(np.array(excited.amplitude))
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
 
 
@@ -150,7 +160,7 @@ def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> t
     except StoppedError as stop:
         outputs, complete = stop.outputs, False
     modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
-    start = np.abs(np.array(excited.initial))
+    start = np.abs(np.array(excited.amplitude))
     reached: Floats = np.maximum(modulus.max(axis=0, initial=0.0), start)
     if not complete and not np.any(reached > 0.5 * model.table.limit):
         reached = model.table.limit  # it left within one step: no telling which way

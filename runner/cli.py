@@ -123,6 +123,11 @@ def _fmu(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    if options.hard:
+        from runner.report.hard import hard_report
+
+        print(hard_report(options.output, progress=True).text())
+        return 0
     from runner.report import report
 
     found = report(options.output, quick=options.quick, progress=True)
@@ -215,6 +220,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
     report.add_argument("--quick", action="store_true", help="less of everything, in a minute")
+    report.add_argument("--hard", action="store_true", help="the hard cases and their bounds")
 
     paper = _command(
         commands,

@@ -38,8 +38,9 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
-    model, _ = plan.model(progress=progress)
     elastic = scene.output.elastic
+    contact = bool(scene.contact or elastic)
+    model, _ = plan.model(contact=contact, progress=progress)
     inputs = {name: float(values[0]) for name, values in plan.schedule.values.items()}
     return fmu.export(
         model,
@@ -47,7 +48,7 @@ def export_fmu(
         plan.excited.force,
         fmi=fmi,
         platforms=platforms,
-        contact=bool(scene.contact or elastic),
+        contact=contact,
         elastic=elastic,
         mode_names=plan.excited.modes,
         name=scene.title,

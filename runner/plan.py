@@ -10,6 +10,7 @@ import numpy as np
 from fmu import Component
 from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
 from rom.cache import cached_model
+from rom.direct import DirectForce
 from rom.friction import limits
 from rom.near import SEPARATION, NearResonance, near_resonances
 from rom.passive import ANSWERED_ORDER
@@ -50,19 +51,24 @@ class Plan:
     elastic_order: int | None
     decisions: list[Decision]
 
-    def model(self, *, progress: bool = False) -> tuple[Model, bool]:
-        """The model of the scene, and whether it came from the cache."""
+    def model(self, *, contact: bool = False, progress: bool = False) -> tuple[Model, bool]:
+        """The model of the scene, and whether it came from the cache.
+
+        `contact` asks for one that has contact motion whatever the scene wants of it.
+        """
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
             near=self.near,
-            harmonics=self._harmonics(),
+            harmonics=self._harmonics(contact),
             progress=progress,
         )
 
-    def _harmonics(self) -> int:
+    def _harmonics(self, contact: bool) -> int:
         """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
-        marched = self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        marched = (
+            contact or self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        )
         answering = self.scene.model.formulation == "consistent"
         return max(ANSWERED_ORDER if marched and answering else 0, self.elastic_order or 0)
 
@@ -89,12 +95,14 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         _law(scene, reduced.n_contacts),
         tuple(_force(scene, mode, reduced, index) for index, mode in enumerate(modes)),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
+        tuple(scene.initial.get(mode, 0.0) for mode in modes),
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
+        excited = replace(excited, amplitude=_start(excited, schedule))
         near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
     seen = None
     if scene.model.amplitude is None:
@@ -112,7 +120,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen),
+        *check_assumptions(structure, excited, seen, schedule, amplitude),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
@@ -174,6 +182,15 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
             f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
         )
     return direction
+
+
+def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+    """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
+    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
+    frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
+    direct = DirectForce.of(reduced, excited.force)
+    at_rest = direct.amplitude_at_rest(reduced, force[0], np.array(frequency))
+    return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
 def _check_outputs(scene: Scene, reduced: Reduced) -> None:

@@ -12,6 +12,7 @@ from runner.scene import Scene
 from runner.script import Script
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 _QUIET = Script.constant(0.0)
 
@@ -62,6 +63,22 @@ class Schedule:
             weight = self.durations * (force if force.any() else 1.0)
             means.append(float(np.average(frequency, weights=weight)))
         return means
+
+    def forces(self, modes: Sequence[str]) -> tuple[Complexes, Complexes]:
+        """Force exp(i phase) at the start and at the end of each step, (steps, modes)."""
+
+        def turned(mode: str, later: Floats | float) -> Complexes:
+            force, phase = (
+                self.values[f"{name}_{mode}"] + self.rates[f"{name}_{mode}"] * later
+                for name in ("force", "phase")
+            )
+            return np.asarray(force * np.exp(1j * phase))
+
+        start, end = (
+            np.column_stack([turned(mode, later) for mode in modes])
+            for later in (0.0, self.durations)
+        )
+        return start, end
 
     def at_points(self, names: Sequence[str]) -> Floats:
         """Values at every communication point, (steps + 1, len(names)), right of jumps."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom import Model
-from rom.amplitude import felt_shift
+from rom.direct import DirectForce
 from rom.slow_trajectory import SlowTrajectory
 from runner.plan import Plan
 from runner.scene import Window
@@ -42,7 +42,7 @@ def slow_trajectory(
         frequency_rate=scripted(schedule.rates, "frequency"),
         force=force,
         force_rate=growing + 1j * scripted(schedule.rates, "phase") * force,
-        shift=felt_shift(model.reduced, excited.force),
+        direct=DirectForce.of(model.reduced, excited.force, plan.structure),
     )
 
 

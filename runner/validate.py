@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -91,7 +91,7 @@ def validate(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     started = time.perf_counter()
-    plan = make_plan(scene, progress=progress)
+    plan = _with_window(make_plan(scene, progress=progress))
     model, _ = plan.model(progress=progress)
     tabulated = time.perf_counter()
     outputs, motion = _slow(plan, model)
@@ -117,18 +117,21 @@ def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
     outputs = component.run(plan.schedule.durations, plan.schedule.inputs(component.input_names))
     outputs = np.vstack((first, outputs))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
-    windows = plan.scene.contact or (_last_periods(plan),)
-    parts = [reconstruct(model, trajectory, sample_times(w, trajectory)) for w in windows]
-    names = ("time", "displacement", "velocity", "force", "modal")
-    return outputs, Motion(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    )
+    times = [sample_times(window, trajectory) for window in plan.scene.contact]
+    parts = [reconstruct(model, trajectory, each) for each in times]
+    names = ("time", "displacement", "velocity", "force", "modal", "load")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return outputs, replace(parts[0], **joined)
 
 
-def _last_periods(plan: Plan) -> Window:
+def _with_window(plan: Plan) -> Plan:
+    """The plan, asking for contact motion at its end where the scene asks for none at all."""
+    if plan.scene.contact:
+        return plan
     end = plan.scene.run.duration
     slowest = plan.excited.reduced.carrier.min()
-    return Window(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
+    window = Window(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
+    return replace(plan, scene=replace(plan.scene, contact=(window,)))
 
 
 def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:

@@ -5,6 +5,7 @@ import signal
 import pytest
 
 import rom
+from rom.passive import ANSWERED_ORDER
 
 pytest_plugins = ["fmu_fixtures"]
 
@@ -29,8 +30,9 @@ def interrupts_arrive():
 
 @pytest.fixture(scope="session")
 def two_mode_model():
-    """Both modes, amplitudes up to 4, consistent formulation."""
-    return rom.tabulate(rom.reduce(rom.two_mass()), LAW, amplitude=(4.0, 4.0))
+    """Both modes, amplitudes up to 4, consistent formulation, with harmonics."""
+    reduced = rom.reduce(rom.two_mass())
+    return rom.tabulate(reduced, LAW, amplitude=(4.0, 4.0), harmonics=ANSWERED_ORDER)
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The step-able component: its steps, inputs, state, energy, motion and refusals."""
+"""The step-able component: its steps, inputs, state, energy and refusals."""
 
 import re
 from concurrent.futures import ThreadPoolExecutor
@@ -8,55 +8,24 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 from slow_time import slow_trajectory
+from stepping import (
+    FORCE,
+    HELD,
+    STEPS,
+    SWEPT,
+    amplitude,
+    component,
+    march,
+    model,
+    model_with_steady_states,
+    state_of,
+)
 
 import rom
 from fmu import Component, StoppedError
 from rom.amplitude import amplitude_rate, friction_force
 from rom.motion import reconstruct
 from rom.passive import ANSWERED_ORDER
-
-FORCE = ({0: 1.0}, {1: 1.0})
-HELD = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
-SWEPT = HELD | {"frequency_rate_A": -1e-4, "force_rate_B": 1e-4, "phase_rate_A": 0.01}
-STEPS = np.tile([0.3, 2.0, 31.0, 1e-3, 7.0], 4)  # shorter and longer than the contacts' memory
-
-
-@cache
-def model(modes=(0, 1), formulation="consistent", near=None):
-    reduced = rom.reduce(rom.two_mass(beta=0.01), modes, formulation)
-    law = rom.Tanh(limit=2.0, alpha=0.02)
-    return rom.tabulate(reduced, law, (4.0, 2.0)[: len(modes)], tolerance=1e-3, near=near)
-
-
-def model_with_steady_states(modes=(0, 1), formulation="consistent"):
-    """Without near resonances, which beat for ever."""
-    return model(modes, formulation, near=())
-
-
-def component(inputs=HELD, of=None, **options):
-    of = of or model()
-    made = Component(of, FORCE[: of.modes], **options)
-    made.set_inputs(**{name: inputs[name] for name in inputs if name in made.input_names})
-    return made
-
-
-def march(stepped, durations):
-    """Outputs after each step, as rows."""
-    rows = []
-    for duration in durations:
-        stepped.do_step(stepped.time, duration)
-        rows.append(list(stepped.outputs().values()))
-    return np.array(rows)
-
-
-def amplitude(stepped):
-    now = stepped.outputs()
-    return np.array([now["A_re"] + 1j * now["A_im"], now["B_re"] + 1j * now["B_im"]])
-
-
-def state_of(stepped):
-    return stepped.get_state().tolist(), stepped.outputs()
-
 
 # Steps
 
@@ -177,8 +146,9 @@ def coulomb_model(limit, amplitude):
 
 
 @pytest.mark.parametrize("scale", [0.6, 1.5])
-def test_scaled_limits_are_those_of_a_model_tabulated_with_them(scale):
+def test_scaled_limits_are_those_of_a_model_tabulated_with_them(scale, monkeypatch):
     """S(s |A|, s |B|; s mu N) = s S(|A|, |B|; mu N) for Coulomb friction, and s^2 for powers."""
+    monkeypatch.setattr("fmu.component.STEPS_PER_PERIOD", 256)  # a velocity may be near a corner
     held = HELD | WEAK
     scaled = component(held | {"limit_scale": scale}, coulomb_model(2.0, 4.0), contact=True)
     tabulated = component(held, coulomb_model(2.0 * scale, 4.0 * scale), contact=True)
@@ -330,34 +300,6 @@ def test_the_dissipated_power_is_that_of_friction_alone():
     power = rows[2000:, held.output_names.index("dissipated_power")].mean()
     # measured 0.34 %: the power takes no account of contact damping above the fifth harmonics
     assert power == pytest.approx(friction, rel=3.8e-3)
-
-
-# Contact motion
-
-
-@pytest.mark.parametrize("step", [0.7, 10.0, 100.0])
-@pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
-def test_contact_outputs_are_the_reconstructed_motion(modes, step, monkeypatch):
-    # with 64 steps a velocity sampled where stick ends is 1 % off, for the steps lie elsewhere
-    monkeypatch.setattr("fmu.component.STEPS_PER_PERIOD", 256)
-    of, dofs = model(modes), (0, 1)
-    held = {name: value for name, value in HELD.items() if "AB".index(name[-1]) < of.modes}
-    durations = np.full(round(700.0 / step), step)
-    stepped = component(of=of, contact=True, elastic=dofs)
-    columns = dict(zip(stepped.output_names, march(stepped, durations).T, strict=True))
-    trajectory = slow_trajectory(
-        of, FORCE[: of.modes], np.append(0.0, np.cumsum(durations)), **held
-    )
-    motion = reconstruct(of, trajectory, trajectory.time[1:], steps_per_period=256)
-    expected = {"x": motion.displacement, "v": motion.velocity, "f": motion.force}
-    for i in range(of.reduced.n_contacts):
-        for quantity, values in expected.items():
-            error = columns[f"contact_{i}_{quantity}"] - values[:, i]
-            # measured 6e-4, of a velocity
-            assert np.abs(error).max() < 7e-4 * np.abs(values).max(), (i, quantity)
-    for dof, values in zip(dofs, motion.elastic(of, dofs).T, strict=True):
-        error = columns[f"x_{dof}"] - values
-        assert np.abs(error).max() < 1.2e-4 * np.abs(values).max(), dof  # measured 1.0e-4
 
 
 # One mode

@@ -40,7 +40,8 @@ def driver(compiler, tmp_path_factory):
 def resources(request, tmp_path_factory):
     """Of an FMU with a coarse table, which is quicker to load."""
     reduced = rom.reduce(rom.two_mass())
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(3.0, 3.0), tolerance=3e-2)
+    law = rom.Coulomb(2.0)
+    model = rom.tabulate(reduced, law, amplitude=(3.0, 3.0), tolerance=3e-2, harmonics=5)
     folder = tmp_path_factory.mktemp("coarse ünïcode %20 ")
     contact = request.param == "contact motion"
     elastic = (0, 3) if contact else ()

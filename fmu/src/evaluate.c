@@ -1,10 +1,7 @@
 /* From what was set to what is read: start values, inputs, outputs, derivatives, steps. */
 #include "instance.h"
 
-#include <math.h>
 #include <string.h>
-
-#include "exact_sum.h"
 
 /* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
  * a shorter step; a wrong value cannot. */
@@ -135,66 +132,21 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     return status;
 }
 
-/* The last periods up to now, on which the amplitudes are straight lines. */
-static sm_segment recent_past(const fmu_instance *instance) {
-    const double *outputs = instance->outputs;
-    const sm_inputs *inputs = &instance->inputs;
-    const int modes = instance->model.modes;
-    double slowest = INFINITY;
-    for (int j = 0; j < modes; j++) slowest = fmin(slowest, inputs->frequency[j]);
-    sm_segment past = {.duration = instance->model.motion.memory_periods * SM_TWO_PI / slowest};
-    past.start = outputs[0] - past.duration;
-    for (int k = 0; k < 2 * modes; k++) {
-        past.amplitude_end[k] = outputs[1 + k];
-        past.amplitude_start[k] = outputs[1 + k] - past.duration * instance->rates[k];
-        past.rate_start[k] = past.rate_end[k] = instance->rates[k];
-    }
-    for (int j = 0; j < modes; j++) {
-        const double turned = past.duration * inputs->frequency_rate[j];
-        /* a sweep so fast that it would have begun at rest is taken as just begun */
-        past.frequency_rate[j] = fabs(turned) < 0.5 * inputs->frequency[j]
-                                     ? inputs->frequency_rate[j] : 0.0;
-        past.frequency[j] = inputs->frequency[j] - past.duration * past.frequency_rate[j];
-        past.angle[j] = outputs[5 + j]
-                        - past.duration * 0.5 * (past.frequency[j] + inputs->frequency[j]);
-    }
-    return past;
-}
-
 /* In Model Exchange the contacts are marched to the present point from rest: what happened before
  * the last few periods does not matter to them. */
 fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     fmu_status status = fmu_evaluate_outputs(instance);
-    const fmu_model *model = &instance->model;
     if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
-        instance->motion_current || !model->motion.wanted)
+        instance->motion_current || !instance->model.motion.wanted)
         return status;
-    const size_t n = (size_t)model->contact.contacts, modes = (size_t)model->modes;
-    const sm_segment past = recent_past(instance);
-    sm_march *march = &instance->march;
-    sm_march_start(march, NULL, NULL, NULL);
+    const sm_inputs inputs = inputs_now(instance);
+    double *outputs = instance->outputs;
     status = answer(instance,
-                    sm_march_along(march, &model->contact, &past, 0.0, past.duration,
-                                   model->motion.steps_per_period),
+                    sm_component_recent_motion(instance->component, &inputs, outputs + 1,
+                                               instance->rates, outputs + SM_OUTPUTS_FIXED),
                     "contact motion");
-    if (status != FMU_OK) return status;
-    double *x = instance->outputs + SM_OUTPUTS_FIXED, *elastic = x + 3 * n, q[SM_MODES] = {0.0};
-    memcpy(x, march->lane.x, n * sizeof *x);
-    memcpy(x + n, march->lane.v, n * sizeof *x);
-    memcpy(x + 2 * n, march->force, n * sizeof *x);
-    for (size_t j = 0; j < modes; j++) {
-        const double *a = instance->outputs + 1 + 2 * j, angle = instance->outputs[5 + j];
-        q[j] = 2.0 * (a[0] * cos(angle) - a[1] * sin(angle));
-    }
-    for (size_t k = 0; k < (size_t)model->motion.elastic; k++) {
-        elastic[k] = 0.0;
-        for (size_t j = 0; j < modes; j++)
-            elastic[k] += model->motion.modes_out[k * modes + j] * q[j];
-        for (size_t i = 0; i < n; i++)
-            elastic[k] += model->motion.contacts_out[k * n + i] * x[i];
-    }
-    instance->motion_current = 1;
-    return FMU_OK;
+    instance->motion_current = status == FMU_OK;
+    return status;
 }
 
 /* The inputs that have moved at their rates. */

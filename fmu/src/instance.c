@@ -84,10 +84,7 @@ static int allocate(fmu_instance *instance) {
     instance->output_count = SM_OUTPUTS_FIXED + 3 * (size_t)model->contact.contacts
                              + (size_t)model->motion.elastic;
     instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
-    instance->march_memory = calloc(sm_march_size(model->contact.contacts), sizeof(double));
-    if (!instance->outputs || !instance->march_memory) return 0;
-    sm_march_place(&instance->march, model->contact.contacts, instance->march_memory);
-    return 1;
+    return instance->outputs != NULL;
 }
 
 fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const char *token,
@@ -124,7 +121,6 @@ void fmu_free(fmu_instance *instance) {
     if (!instance) return;
     sm_component_free(instance->component);
     fmu_model_free(&instance->model);
-    free(instance->march_memory);
     free(instance->outputs);
     free(instance->name);
     free(instance);

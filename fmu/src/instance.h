@@ -7,7 +7,6 @@
 #define FMU_INSTANCE_H
 
 #include "model.h"
-#include "motion.h"
 
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
 
@@ -44,10 +43,8 @@ typedef struct {
     fmu_interface interface;
     fmu_state state;
     fmu_model model;
-    sm_component *component; /* idle in Model Exchange */
+    sm_component *component; /* in Model Exchange for contact motion alone */
     double built_with[FMU_PARAMETERS]; /* parameters of the component */
-    sm_march march;          /* Model Exchange: contacts up to the present point */
-    double *march_memory;
 
     double start, stop;                 /* [s]; stop: infinite where none is given */
     double parameters[FMU_PARAMETERS];

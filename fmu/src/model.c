@@ -15,18 +15,18 @@
 /* Files, in the order of checksums.npy. */
 enum {
     LAYOUT, CONSTANTS, INPUTS, NEAR, NODE_A, NODE_B, TABLE, LIMIT, STIFFNESS, DAMPING, MASS,
-    COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, VARIABLES, NAMES, FILES
+    COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, PULL, ANSWER, VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
     "layout.npy", "constants.npy", "inputs.npy", "near.npy", "node_a.npy", "node_b.npy",
     "table.npy", "contact_limit.npy", "contact_stiffness.npy", "contact_damping.npy",
     "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy", "elastic_contacts.npy",
-    "variables.npy", "names.txt"};
+    "orders.npy", "contact_pull.npy", "elastic_answer.npy", "variables.npy", "names.txt"};
 
 /* layout.npy */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, near, power, count_a, count_b;
-    int32_t inertia, steps_per_period, variables;
+    int32_t inertia, orders, steps_per_period, variables;
 } layout;
 
 /* constants.npy */
@@ -113,7 +113,7 @@ static int layout_is_possible(loader *l, const layout *shape) {
     if (shape->format != FMU_FORMAT)
         return refuse(l, "resources/layout.npy: version %ld, this binary reads version %d",
                       (long)shape->format, FMU_FORMAT);
-    const int32_t counts[] = {shape->contacts, shape->elastic, shape->near,
+    const int32_t counts[] = {shape->contacts, shape->elastic, shape->near,     shape->orders,
                               shape->count_a,  shape->count_b, shape->variables};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
@@ -154,7 +154,7 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
 
 static int load_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
     const size_t n = (size_t)shape->contacts, modes = (size_t)shape->modes;
-    const size_t elastic = (size_t)shape->elastic, inertia = shape->inertia ? n : 0;
+    const size_t inertia = shape->inertia ? n : 0;
     const double *limit = load_array(l, model, LIMIT, NPY_FLOAT64, 1, n, 0, 0, 0);
     const double *stiffness =
         limit ? load_array(l, model, STIFFNESS, NPY_FLOAT64, 2, n, n, 0, 0) : NULL;
@@ -164,11 +164,7 @@ static int load_contact(loader *l, fmu_model *model, const layout *shape, const 
         damping ? load_array(l, model, MASS, NPY_FLOAT64, 2, inertia, inertia, 0, 0) : NULL;
     const double *coupling =
         mass ? load_array(l, model, COUPLING, NPY_FLOAT64, 3, modes, n, 2, 0) : NULL;
-    const double *modes_out =
-        coupling ? load_array(l, model, ELASTIC_MODES, NPY_FLOAT64, 2, elastic, modes, 0, 0) : NULL;
-    const double *contacts_out =
-        modes_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
-    if (!contacts_out) return 0;
+    if (!coupling) return 0;
     model->contact = (sm_contact){.contacts = shape->contacts,
                                   .modes = shape->modes,
                                   .law = shape->law,
@@ -178,9 +174,31 @@ static int load_contact(loader *l, fmu_model *model, const layout *shape, const 
                                   .damping = damping,
                                   .coupling = coupling,
                                   .mass = shape->inertia ? mass : NULL};
+    return 1;
+}
+
+static int load_motion(loader *l, fmu_model *model, const layout *shape, const constants *given) {
+    const size_t n = (size_t)shape->contacts, modes = (size_t)shape->modes;
+    const size_t elastic = (size_t)shape->elastic, orders = (size_t)shape->orders;
+    const size_t a = (size_t)shape->count_a, b = (size_t)shape->count_b;
+    const double *modes_out =
+        load_array(l, model, ELASTIC_MODES, NPY_FLOAT64, 3, elastic, modes, 2, 0);
+    const double *contacts_out =
+        modes_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
+    const int32_t *order =
+        contacts_out ? load_array(l, model, ORDERS, NPY_INT32, 2, orders, 2, 0, 0) : NULL;
+    const double *pull =
+        order ? load_array(l, model, PULL, NPY_FLOAT64, 4, a, b, orders, 2 * n) : NULL;
+    const double *answer =
+        pull ? load_array(l, model, ANSWER, NPY_FLOAT64, 4, a, b, orders, 2 * elastic) : NULL;
+    if (!answer) return 0;
     model->motion = (sm_motion){.elastic = shape->elastic,
                                 .modes_out = modes_out,
                                 .contacts_out = contacts_out,
+                                .orders_count = shape->orders,
+                                .orders = order,
+                                .pull = pull,
+                                .answer = answer,
                                 .steps_per_period = shape->steps_per_period,
                                 .memory_periods = given->memory_periods};
     return 1;
@@ -252,7 +270,7 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     memcpy(model->nominal, given->nominal, sizeof model->nominal);
     memcpy(model->amplitude, given->amplitude, sizeof model->amplitude);
     return load_flow(l, model, shape, given) && load_contact(l, model, shape, given) &&
-           load_variables(l, model, shape->variables);
+           load_motion(l, model, shape, given) && load_variables(l, model, shape->variables);
 }
 
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,

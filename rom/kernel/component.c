@@ -3,9 +3,10 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "contact_output.h"
 #include "exact_sum.h"
-#include "motion.h"
 #include "slow_flow.h"
+#include "table.h"
 
 typedef struct {
     sm_exact_sum time;            /* [s] */
@@ -21,43 +22,16 @@ typedef struct {
 
 struct sm_component {
     sm_slow_flow flow;
-    sm_contact contact;
-    sm_motion motion;
+    sm_contact_output contacts;
     double tolerance;
     sm_inputs inputs;
     slow_state slow;
-    const double *limit;    /* (N_c) friction limits of the model */
-    double *scaled_limit;   /* (N_c) as they are in the march: contact.limit */
-    double *contact_state;  /* x_c, v_c, f_c at the communication point, 3 N_c */
-    sm_march march;
     uint64_t accepted, rejected;
     /* what follows from state and inputs, kept where it is known: to the bit what it would be */
     int rate_known;
     double rate[SM_UNKNOWNS];
     sm_instant instant;
 };
-
-static sm_status check_motion(const sm_motion *motion, size_t modes, size_t contacts) {
-    if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
-    if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
-    const size_t elastic = (size_t)motion->elastic;
-    if (elastic > 0) {
-        if (!motion->modes_out || !motion->contacts_out) return SM_BAD_ARGUMENT;
-        if (!sm_all_finite(motion->modes_out, elastic * modes) ||
-            !sm_all_finite(motion->contacts_out, elastic * contacts))
-            return SM_NOT_FINITE;
-    }
-    return sm_check_positive(motion->memory_periods);
-}
-
-/* Copies `count` doubles to *memory and moves it on; returns where they went. */
-static const double *keep(double **memory, const double *source, size_t count) {
-    double *place = *memory;
-    memcpy(place, source, count * sizeof(double));
-    *memory += count;
-    return place;
-}
 
 sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                               const sm_motion *motion, double tolerance,
@@ -69,51 +43,31 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
     if (status == SM_OK) status = sm_contact_check(contact);
     if (status != SM_OK) return status;
     if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
-    const size_t modes = (size_t)flow->table.modes, n = (size_t)contact->contacts;
-    status = check_motion(motion, modes, n);
+    status = sm_motion_check(motion, contact, &flow->table);
     if (status != SM_OK) return status;
 
-    const size_t count_a = (size_t)flow->table.count_a;
-    const size_t count_b = modes == 2 ? (size_t)flow->table.count_b : 0;
-    const size_t fields = 2 * (modes + (size_t)flow->table.near + (size_t)flow->table.power);
-    const size_t values = count_a * (modes == 2 ? count_b : 1) * 4 * fields;
-    const size_t elastic = motion->wanted ? (size_t)motion->elastic : 0;
-    const size_t total = count_a + count_b + values + 2 * n + 3 * n * n + 2 * modes * n
-                         + elastic * (modes + n) + 3 * n + sm_march_size(contact->contacts);
+    const size_t total =
+        sm_table_size(&flow->table) + sm_contact_output_size(motion, contact, &flow->table);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
     if (!c) return SM_NO_MEMORY;
     double *memory = (double *)(void *)((char *)c + header);
-    sm_march_place(&c->march, contact->contacts, memory);
-    memory += sm_march_size(contact->contacts);
-    c->contact_state = memory;
-    memory += 3 * n;
     c->flow = *flow;
-    c->contact = *contact;
-    c->motion = *motion;
     c->tolerance = tolerance;
-    c->flow.table.node_a = keep(&memory, flow->table.node_a, count_a);
-    c->flow.table.node_b = modes == 2 ? keep(&memory, flow->table.node_b, count_b) : NULL;
-    c->flow.table.values = keep(&memory, flow->table.values, values);
-    c->limit = keep(&memory, contact->limit, n);
-    c->contact.limit = c->scaled_limit = memory;
-    memory += n;
-    c->contact.stiffness = keep(&memory, contact->stiffness, n * n);
-    c->contact.damping = keep(&memory, contact->damping, n * n);
-    c->contact.mass = contact->mass ? keep(&memory, contact->mass, n * n) : NULL;
-    c->contact.answer = NULL; /* the march has no harmonics to answer to */
-    c->contact.coupling = keep(&memory, contact->coupling, 2 * modes * n);
-    if (elastic > 0) {
-        c->motion.modes_out = keep(&memory, motion->modes_out, elastic * modes);
-        c->motion.contacts_out = keep(&memory, motion->contacts_out, elastic * n);
-    }
+    c->flow.table = sm_table_copy(&flow->table, &memory);
+    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, memory);
     c->inputs.limit_scale = 1.0;
-    for (size_t j = 0; j < modes; j++) c->inputs.frequency[j] = flow->natural[j];
+    for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
 }
 
 void sm_component_free(sm_component *component) { free(component); }
+
+/* Doubles of the contacts' state. */
+static size_t contact_count(const sm_component *c) {
+    return 3 * (size_t)c->contacts.contact.contacts;
+}
 
 /* The inputs carry the angles for the near resonances; the state has them exactly. */
 static void align_angles(sm_component *c) {
@@ -139,7 +93,7 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     c->slow = fresh;
     align_angles(c);
     c->rate_known = 0; /* the angles are others */
-    memset(c->contact_state, 0, 3 * (size_t)c->contact.contacts * sizeof(double));
+    memset(c->contacts.state, 0, contact_count(c) * sizeof(double));
     return SM_OK;
 }
 
@@ -148,7 +102,7 @@ static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
     const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
     if (status != SM_OK || !scaled) return status;
-    return c->contact.law == SM_COULOMB ? SM_OK : SM_BAD_ARGUMENT;
+    return c->contacts.contact.law == SM_COULOMB ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
@@ -162,45 +116,14 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     return status;
 }
 
-/* Marches the contacts over the part of [from, from + h] that lies after `marched_from`. */
-static sm_status march_segment(sm_component *c, double from, double h, double marched_from,
-                               const double *y, const double *dy, const double *y_new,
-                               const double *dy_new) {
-    sm_segment g = {.start = from, .duration = h};
-    for (int k = 0; k < 2 * SM_MODES; k++) {
-        g.amplitude_start[k] = y[k];
-        g.amplitude_end[k] = y_new[k];
-        g.rate_start[k] = dy[k];
-        g.rate_end[k] = dy_new[k];
-    }
-    for (int j = 0; j < c->flow.table.modes; j++) {
-        const double rate = c->inputs.frequency_rate[j];
-        g.angle[j] = c->slow.angle[j].value + from * (c->inputs.frequency[j] + 0.5 * rate * from);
-        g.frequency[j] = c->inputs.frequency[j] + rate * from;
-        g.frequency_rate[j] = rate;
-    }
-    const double start = marched_from > from ? marched_from - from : 0.0;
-    if (start >= h) return SM_OK;
-    const double middle = from + 0.5 * (start + h);
-    const double scale = c->inputs.limit_scale + c->inputs.limit_scale_rate * middle;
-    for (int i = 0; i < c->contact.contacts; i++) c->scaled_limit[i] = scale * c->limit[i];
-    return sm_march_along(&c->march, &c->contact, &g, start, h, c->motion.steps_per_period);
-}
-
-/* Seconds of a step of `duration` that pass before the contacts need marching. */
-static double motion_starts(const sm_component *c, double duration) {
-    double slowest = INFINITY;
-    for (int j = 0; j < c->flow.table.modes; j++)
-        slowest = fmin(slowest, c->inputs.frequency[j]);
-    const double memory = c->motion.memory_periods * SM_TWO_PI / slowest;
-    return duration > memory ? duration - memory : 0.0;
-}
-
 /* Integrates the slow flow over [0, duration], to the inputs `after`; y, its derivative dy, step
  * and the march are advanced. */
 static sm_status integrate(sm_component *c, double duration, const sm_inputs *after, double *y,
                            double *dy, double *step) {
-    const double marched_from = c->motion.wanted ? motion_starts(c, duration) : 0.0;
+    const int wanted = c->contacts.motion.wanted;
+    const double marched_from =
+        wanted ? duration - sm_contact_output_memory(&c->contacts, &c->inputs) : 0.0;
+    sm_inputs begin = c->inputs;
     double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
     sm_status status = SM_OK;
     if (c->rate_known)
@@ -229,8 +152,12 @@ static sm_status integrate(sm_component *c, double duration, const sm_inputs *af
             continue;
         }
         c->accepted++;
-        if (c->motion.wanted)
-            status = march_segment(c, elapsed, tried, marched_from, y, dy, y_new, dy_new);
+        if (wanted) {
+            const sm_slow_stretch stretch = {tried, &begin, &end, y, dy, y_new, dy_new};
+            status = sm_contact_output_march(&c->contacts, &c->flow, &c->instant, &stretch,
+                                             fmax(0.0, marched_from - elapsed));
+            begin = end;
+        }
         memcpy(y, y_new, sizeof y_new);
         memcpy(dy, dy_new, sizeof dy_new);
         elapsed = last ? duration : elapsed + tried;
@@ -261,10 +188,9 @@ sm_status sm_component_step(sm_component *c, double duration) {
     if (status != SM_OK) return status;
     slow_state fresh = later(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
-    const size_t n = (size_t)c->contact.contacts;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (c->motion.wanted) sm_march_start(&c->march, c->contact_state, c->contact_state + n, c->contact_state + 2 * n);
+    if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
     status = integrate(c, duration, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
@@ -277,19 +203,14 @@ sm_status sm_component_step(sm_component *c, double duration) {
     c->inputs = after;
     memcpy(c->rate, dy, sizeof c->rate);
     c->rate_known = 1;
-    if (c->motion.wanted) {
-        memcpy(c->contact_state, c->march.lane.x, n * sizeof(double));
-        memcpy(c->contact_state + n, c->march.lane.v, n * sizeof(double));
-        memcpy(c->contact_state + 2 * n, c->march.force, n * sizeof(double));
-    }
+    if (c->contacts.motion.wanted) sm_contact_output_keep(&c->contacts);
     return SM_OK;
 }
 
 size_t sm_component_output_count(const sm_component *c) {
     if (!c) return 0;
-    return SM_OUTPUTS_FIXED + (c->motion.wanted ? 3 * (size_t)c->contact.contacts
-                                                      + (size_t)c->motion.elastic
-                                                : 0);
+    const sm_motion *motion = &c->contacts.motion;
+    return SM_OUTPUTS_FIXED + (motion->wanted ? contact_count(c) + (size_t)motion->elastic : 0);
 }
 
 sm_status sm_component_outputs(const sm_component *c, double *outputs) {
@@ -307,23 +228,24 @@ sm_status sm_component_outputs(const sm_component *c, double *outputs) {
     outputs[7] = rate[SM_PUT_IN];
     outputs[8] = rate[SM_DISSIPATED];
     outputs[9] = c->slow.energy.value;
-    if (!c->motion.wanted) return SM_OK;
-    const size_t n = (size_t)c->contact.contacts, modes = (size_t)c->flow.table.modes;
-    memcpy(outputs + SM_OUTPUTS_FIXED, c->contact_state, 3 * n * sizeof(double));
-    double q[SM_MODES] = {0.0};
-    for (size_t j = 0; j < modes; j++) {
-        const double angle = c->slow.angle[j].value;
-        q[j] = 2.0 * (c->slow.amplitude[2 * j] * cos(angle)
-                      - c->slow.amplitude[2 * j + 1] * sin(angle));
-    }
-    double *x = outputs + SM_OUTPUTS_FIXED + 3 * n;
-    for (size_t k = 0; k < (size_t)c->motion.elastic; k++) {
-        x[k] = 0.0;
-        for (size_t j = 0; j < modes; j++) x[k] += c->motion.modes_out[k * modes + j] * q[j];
-        for (size_t i = 0; i < n; i++)
-            x[k] += c->motion.contacts_out[k * n + i] * c->contact_state[i];
-    }
+    if (!c->contacts.motion.wanted) return SM_OK;
+    sm_instant instant = c->instant;
+    sm_contact_output_read(&c->contacts, &c->flow, &instant, &c->inputs, c->slow.amplitude,
+                           outputs + SM_OUTPUTS_FIXED);
     return SM_OK;
+}
+
+sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
+                                     const double *amplitude, const double *rate,
+                                     double *motion) {
+    if (!c || !inputs || !amplitude || !rate || !motion) return SM_BAD_ARGUMENT;
+    if (!c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
+    const size_t count = 2 * (size_t)c->flow.table.modes;
+    if (!sm_all_finite(amplitude, count) || !sm_all_finite(rate, count)) return SM_NOT_FINITE;
+    const sm_status status = check_inputs(c, inputs);
+    if (status != SM_OK) return status;
+    return sm_contact_output_recent(&c->contacts, &c->flow, &c->instant, inputs, amplitude, rate,
+                                    motion);
 }
 
 sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,
@@ -340,15 +262,15 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
 }
 
 size_t sm_component_state_count(const sm_component *c) {
-    return c ? SLOW_STATE_COUNT + INPUTS_COUNT + 3 * (size_t)c->contact.contacts : 0;
+    return c ? SLOW_STATE_COUNT + INPUTS_COUNT + contact_count(c) : 0;
 }
 
 sm_status sm_component_get_state(const sm_component *c, double *state) {
     if (!c || !state) return SM_BAD_ARGUMENT;
     memcpy(state, &c->slow, sizeof c->slow);
     memcpy(state + SLOW_STATE_COUNT, &c->inputs, sizeof c->inputs);
-    memcpy(state + SLOW_STATE_COUNT + INPUTS_COUNT, c->contact_state,
-           3 * (size_t)c->contact.contacts * sizeof(double));
+    memcpy(state + SLOW_STATE_COUNT + INPUTS_COUNT, c->contacts.state,
+           contact_count(c) * sizeof(double));
     return SM_OK;
 }
 
@@ -366,8 +288,8 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     c->slow = slow;
     c->inputs = inputs;
     c->rate_known = 0;
-    memcpy(c->contact_state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
-           3 * (size_t)c->contact.contacts * sizeof(double));
+    memcpy(c->contacts.state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
+           contact_count(c) * sizeof(double));
     return SM_OK;
 }
 

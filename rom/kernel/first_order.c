@@ -11,19 +11,18 @@ static sm_complex times_i(sm_complex z, double factor) {
     return sm_cx(-factor * z.im, factor * z.re);
 }
 
-static void feel(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
-                 sm_flow_state *state) {
-    state->mode[1] = (sm_mode_state){.modulus = 0.0}; /* with one mode */
+void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
+             sm_mode_state mode[SM_MODES]) {
+    mode[1] = (sm_mode_state){.modulus = 0.0}; /* with one mode */
     for (int j = 0; j < flow->table.modes; j++) {
-        sm_mode_state *mode = &state->mode[j];
-        mode->amplitude = pair(y + 2 * j);
-        mode->moved = sm_cadd(mode->amplitude,
-                              sm_cmul(pair(flow->shift[j]), instant->now[j].excitation));
-        const sm_complex felt = sm_cmul(instant->now[j].turn, mode->moved);
+        mode[j].amplitude = pair(y + 2 * j);
+        mode[j].moved = sm_cadd(mode[j].amplitude,
+                                sm_cmul(pair(flow->shift[j]), instant->now[j].excitation));
+        const sm_complex felt = sm_cmul(instant->now[j].turn, mode[j].moved);
         const double modulus = sqrt(sm_cabs2(felt));
-        mode->modulus = modulus * instant->per_scale;
+        mode[j].modulus = modulus * instant->per_scale;
         /* S a / |a| tends to 0 with a */
-        mode->unit = modulus > 0.0 ? sm_cscale(felt, 1.0 / modulus) : sm_cx(0.0, 0.0);
+        mode[j].unit = modulus > 0.0 ? sm_cscale(felt, 1.0 / modulus) : sm_cx(0.0, 0.0);
     }
 }
 
@@ -59,7 +58,7 @@ static void answer(const sm_slow_flow *flow, const sm_instant *instant, sm_flow_
 
 sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,
                          sm_flow_state *state) {
-    feel(flow, instant, y, state);
+    sm_feel(flow, instant, y, state->mode);
     const double modulus[SM_MODES] = {state->mode[0].modulus, state->mode[1].modulus};
     const sm_status status =
         sm_table_slopes_from(&flow->table, modulus, instant->cell, state->slopes);

@@ -35,6 +35,11 @@ typedef struct {
     double difference; /* tabulated: the friction power less what leaves the modes */
 } sm_flow_change;
 
+/* What the contacts feel at amplitudes y (2 modes) and the inputs that `instant` is set to: the
+ * first four entries of the modes' states, a mode that is not there 0. */
+void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
+             sm_mode_state mode[SM_MODES]);
+
 /* At amplitudes y (2 modes) and the inputs that `instant` is set to. */
 sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,
                          sm_flow_state *state);

@@ -13,18 +13,20 @@
 
 #define MAX_STEPS 1e10 /* of one march: hours */
 
-size_t sm_march_size(int contacts) {
+size_t sm_march_size(int contacts, int orders) {
     return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1) + sm_warm_size(contacts)
-           + (size_t)contacts;
+           + sm_pull_size(contacts, orders) + (size_t)contacts;
 }
 
-void sm_march_place(sm_march *march, int contacts, double *memory) {
+void sm_march_place(sm_march *march, int contacts, int orders, double *memory) {
     sm_stepper_place(&march->stepper, contacts, memory);
     memory += sm_stepper_size(contacts);
     sm_lanes_place(&march->lane, contacts, 1, memory);
     memory += sm_lanes_size(contacts, 1);
     sm_warm_place(&march->warm, contacts, memory);
-    march->force = memory + sm_warm_size(contacts);
+    memory += sm_warm_size(contacts);
+    sm_pull_place(&march->pull, contacts, orders, memory);
+    march->force = memory + sm_pull_size(contacts, orders);
 }
 
 void sm_march_start(sm_march *march, const double *x, const double *v, const double *f) {
@@ -35,22 +37,7 @@ void sm_march_start(sm_march *march, const double *x, const double *v, const dou
     }
 }
 
-/* u += Re sum G_nm exp(i (n theta_A + m theta_B)) at the fraction r of the segment. */
-static void add_pull(const sm_contact *contact, const sm_segment *g, double r,
-                     const sm_complex *carrier, double *u) {
-    const size_t n = (size_t)contact->contacts;
-    double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
-    sm_turns(contact->answer->orders_count, contact->answer->orders, carrier, re, im);
-    for (size_t q = 0; q < (size_t)contact->answer->orders_count; q++)
-        for (size_t i = 0; i < n; i++) {
-            const double *start = g->pull_start + 2 * (q * n + i);
-            const double *end = g->pull_end + 2 * (q * n + i);
-            u[i] += (start[0] + r * (end[0] - start[0])) * re[q]
-                    - (start[1] + r * (end[1] - start[1])) * im[q];
-        }
-}
-
-/* u = -2 Re sum_j L_j a_j exp(i theta_j) [+ pull] at `elapsed` seconds into the segment. */
+/* u = -2 Re sum_j L_j a_j exp(i theta_j) at `elapsed` seconds into the segment. */
 SM_INLINE void load_forcing(const sm_contact *contact, const sm_segment *g, double elapsed,
                          const sm_complex carrier[SM_MODES], double *u) {
     const int n = contact->contacts;
@@ -61,7 +48,19 @@ SM_INLINE void load_forcing(const sm_contact *contact, const sm_segment *g, doub
         const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
     }
-    if (contact->answer && g->pull_start && g->pull_end) add_pull(contact, g, r, carrier, u);
+}
+
+/* The modes' answer on top of it, in step k. */
+SM_INLINE void load_pull(sm_pull *pull, const sm_contact *contact, const sm_segment *g, int64_t k,
+                         int stage, double elapsed, const sm_rotor *rotor, double *u) {
+    const int swept = g->frequency_rate[0] != 0.0 || g->frequency_rate[1] != 0.0;
+    const int32_t *orders = contact->answer->orders;
+    if (swept || k % SM_ROTOR_TURNS == 0)
+        sm_pull_set(pull, stage, orders, rotor->carrier);
+    else
+        sm_pull_turn(pull, stage);
+    if (k == 0 && stage == 0) sm_pull_set_turn(pull, orders, rotor->by);
+    sm_pull_add(pull, contact->contacts, stage, elapsed / g->duration, u);
 }
 
 SM_INLINE sm_status march_stage(sm_march *march, int stage) {
@@ -99,6 +98,8 @@ SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, cons
     if (status != SM_OK) return status;
     sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
     sm_rotor rotor[2];
+    const int pulled = contact->answer && segment->pull_start && segment->pull_end;
+    if (pulled) sm_pull_start(&march->pull, contact->contacts, segment);
     for (int64_t k = 0; k < steps; k++) {
         for (int stage = 0; stage < 2; stage++) {
             const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
@@ -107,6 +108,9 @@ SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, cons
             else
                 sm_rotor_turn(&rotor[stage], contact->modes);
             load_forcing(contact, segment, elapsed, rotor[stage].carrier, march->lane.u);
+            if (pulled)
+                load_pull(&march->pull, contact, segment, k, stage, elapsed, &rotor[stage],
+                          march->lane.u);
             status = march_stage(march, stage);
             if (status != SM_OK) return status;
         }
@@ -128,10 +132,11 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples, n * sizeof(double)))
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
-    double *memory = calloc(sm_march_size(contact->contacts), sizeof(double));
+    const int orders = contact->answer ? contact->answer->orders_count : 0;
+    double *memory = calloc(sm_march_size(contact->contacts, orders), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_march march;
-    sm_march_place(&march, contact->contacts, memory);
+    sm_march_place(&march, contact->contacts, orders, memory);
     sm_march_start(&march, start_x, NULL, NULL);
     size_t g = 0;
     double now = segment[0].start;

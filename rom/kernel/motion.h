@@ -1,6 +1,7 @@
 #ifndef SLIPMODE_MOTION_H
 #define SLIPMODE_MOTION_H
 
+#include "pull.h"
 #include "warm_stage.h"
 
 /* Contacts marched along a slow trajectory: one lane. */
@@ -8,11 +9,13 @@ typedef struct {
     sm_stepper stepper;
     sm_lanes lane;
     sm_warm warm;
+    sm_pull pull;
     double *force; /* (N_c) friction force at the end of the last step */
 } sm_march;
 
-size_t sm_march_size(int contacts); /* doubles */
-void sm_march_place(sm_march *march, int contacts, double *memory);
+/* With room for `orders` harmonics that pull at the contacts. */
+size_t sm_march_size(int contacts, int orders); /* doubles */
+void sm_march_place(sm_march *march, int contacts, int orders, double *memory);
 /* Start from displacement x, velocity v and friction force f (any of them NULL: zero). */
 void sm_march_start(sm_march *march, const double *x, const double *v, const double *f);
 /* From `from` to `to` seconds after the segment's start, in equal steps of at most one

@@ -21,6 +21,7 @@ void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
 void sm_rotor_start(sm_rotor *rotor, const sm_segment *g, int modes, double elapsed,
                     double interval) {
     sm_segment_carriers(g, modes, elapsed, rotor->carrier);
+    for (int j = modes; j < SM_MODES; j++) rotor->by[j] = rotor->bend[j] = sm_cx(1.0, 0.0);
     for (int j = 0; j < modes; j++) {
         const double rate = g->frequency_rate[j];
         rotor->by[j] = unit(interval * (g->frequency[j] + rate * (elapsed + 0.5 * interval)));

@@ -210,12 +210,19 @@ SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inp
 
 typedef struct sm_component sm_component;
 
-/* Motion at the communication point: x = modes_out q + contacts_out x_c. */
+/* Motion at the communication point. The modes answer to harmonics (n, m) of the contact motion:
+ * their answer pulls at the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)), and moves the
+ * elastic outputs by Re sum E_nm exp(...); G and E are straight between the nodes of the friction
+ * table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out x_c + E. */
 typedef struct {
     int32_t wanted;              /* 1: contact motion is computed at every communication point */
     int32_t elastic;             /* number of elastic outputs */
-    const double *modes_out;     /* (elastic, modes) */
+    const double *modes_out;     /* (elastic, modes, 2) */
     const double *contacts_out;  /* (elastic, N_c) */
+    int32_t orders_count;        /* harmonics that the modes answer to, 0 or more */
+    const int32_t *orders;       /* (orders_count, 2) */
+    const double *pull;          /* (count_a, count_b, orders_count, N_c, 2) G_nm [N] */
+    const double *answer;        /* (count_a, count_b, orders_count, elastic, 2) E_nm [m] */
     int32_t steps_per_period;    /* of the faster carrier */
     double memory_periods;       /* periods of the slower carrier marched before a communication
                                     point; a shorter step continues the previous march */
@@ -239,6 +246,13 @@ SM_API sm_status sm_component_step(sm_component *component, double duration);
 #define SM_OUTPUTS_FIXED 10
 SM_API size_t sm_component_output_count(const sm_component *component);
 SM_API sm_status sm_component_outputs(const sm_component *component, double *outputs);
+
+/* The same motion, x_c, v_c, f_c (3 N_c) and the elastic displacements, from any amplitudes that have
+ * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. The state stays
+ * as it is. SM_BAD_ARGUMENT unless motion.wanted. */
+SM_API sm_status sm_component_recent_motion(sm_component *component, const sm_inputs *inputs,
+                                            const double *amplitude, const double *rate,
+                                            double *motion);
 
 /* `steps` steps with inputs[k] over durations[k]; outputs (steps, output_count) after each.
  * `done` counts the steps that succeeded. */

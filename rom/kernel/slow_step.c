@@ -32,8 +32,9 @@ static void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count,
     }
 }
 
-/* Estimated error of the amplitudes after the step, relative to the tolerance. */
-static double error_of(const sm_table *table, double h, double tolerance,
+/* Estimated error of the amplitudes after the step, relative to the tolerance. The range of the
+ * table goes with the friction limits. */
+static double error_of(const sm_table *table, double limit_scale, double h, double tolerance,
                        double (*k)[SM_UNKNOWNS], const double *y_new) {
     const double range[SM_MODES] = {table->node_a[table->count_a - 1],
                                     table->modes == SM_MODES ? table->node_b[table->count_b - 1]
@@ -44,7 +45,7 @@ static double error_of(const sm_table *table, double h, double tolerance,
     for (int j = 0; j < table->modes; j++) {
         const double *a = y_new + 2 * j, *e_j = e + 2 * j;
         const double modulus = sqrt(a[0] * a[0] + a[1] * a[1]);
-        const double scale = tolerance * (modulus + 1e-3 * range[j]);
+        const double scale = tolerance * (modulus + 1e-3 * limit_scale * range[j]);
         const double relative = h * sqrt(e_j[0] * e_j[0] + e_j[1] * e_j[1]) / scale;
         if (!isfinite(relative)) return relative;
         largest = fmax(largest, relative);
@@ -67,7 +68,7 @@ sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, do
         const sm_status status = sm_slow_flow_derivative(flow, &now, instant, y_new, k[stage]);
         if (status != SM_OK) return status;
     }
-    *error = error_of(&flow->table, h, tolerance, k, y_new);
+    *error = error_of(&flow->table, end->limit_scale, h, tolerance, k, y_new);
     for (int u = 0; u < SM_UNKNOWNS; u++) dy_new[u] = k[STAGES - 1][u];
     return SM_OK;
 }

@@ -1,6 +1,7 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
 #include "table.h"
 
+#include "block.h"
 #include "check.h"
 #include "lanes.h"
 
@@ -42,8 +43,31 @@ sm_status sm_table_check(const sm_table *table) {
     return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
 }
 
-/* The cell that holds x in [node[0], node[count - 1]], tried first where `guess` says. */
-static int32_t find_cell(const double *node, int32_t count, double x, int32_t guess) {
+/* Doubles of the nodes and of the values. */
+typedef struct {
+    size_t a, b, values;
+} sizes;
+
+static sizes sizes_of(const sm_table *table) {
+    const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
+    return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table)};
+}
+
+size_t sm_table_size(const sm_table *table) {
+    const sizes s = sizes_of(table);
+    return s.a + s.b + s.values;
+}
+
+sm_table sm_table_copy(const sm_table *table, double **memory) {
+    const sizes s = sizes_of(table);
+    sm_table copy = *table;
+    copy.node_a = sm_keep(memory, table->node_a, s.a);
+    copy.node_b = sm_keep(memory, table->node_b, s.b);
+    copy.values = sm_keep(memory, table->values, s.values);
+    return copy;
+}
+
+int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess) {
     if (guess >= 0 && guess < count - 1 && x >= node[guess] && x < node[guess + 1]) return guess;
     int32_t low = 0, high = count - 1;
     while (high - low > 1) {
@@ -82,11 +106,11 @@ typedef struct {
 
 static patch patch_at(const sm_table *table, const double *amplitudes, int32_t *cell) {
     patch found = {.fields = field_count(table)};
-    cell[0] = find_cell(table->node_a, table->count_a, amplitudes[0], cell[0]);
+    cell[0] = sm_find_cell(table->node_a, table->count_a, amplitudes[0], cell[0]);
     found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
     size_t node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
-        cell[1] = find_cell(table->node_b, table->count_b, amplitudes[1], cell[1]);
+        cell[1] = sm_find_cell(table->node_b, table->count_b, amplitudes[1], cell[1]);
         found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
         node += (size_t)cell[1];
     } else {

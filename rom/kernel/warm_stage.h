@@ -2,13 +2,16 @@
  *
  * Tanh friction is smooth, so the last solution and its Newton matrix J = S + diag g'(v) predict
  * the next one, v + J^-1 (r_new - r), and one or two steps of Chebyshev's cubic iteration end
- * at rounding: no more than two tanh a contact. Where that does not settle at once (a contact
- * passing from stick to slip within a step, exact Coulomb friction) sm_solve_stage takes over.
+ * far below the error of the time steps: no more than two tanh a contact. Where that does not
+ * settle at once (a contact passing from stick to slip within a step, exact Coulomb friction)
+ * sm_solve_stage takes over.
  */
 #ifndef SLIPMODE_WARM_STAGE_H
 #define SLIPMODE_WARM_STAGE_H
 
 #include "contact.h"
+
+#define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the steps of a march leave */
 
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
@@ -67,7 +70,7 @@ SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict
         for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
 }
 
-/* One Chebyshev step from `next`; whether what remains is below the stage tolerance. */
+/* One Chebyshev step from `next`; whether what remains is below SM_WARM_TOLERANCE. */
 SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
                               const double *r) {
     sm_warm_linearise(n, s, warm);
@@ -83,7 +86,7 @@ SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
         const double curved = warm->sech2[i] * x * x;
         warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
         small = small && fabs(x) < 1.0;
-        settled = settled && curved * fabs(x) < 0.1 * SM_STAGE_TOLERANCE;
+        settled = settled && curved * fabs(x) < SM_WARM_TOLERANCE;
     }
     for (int i = 0; i < n; i++) warm->next[i] += warm->delta[i];
     if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */

@@ -101,6 +101,13 @@ def general_damping() -> Case:
     return replace(two_mode(), name="general damping", structure=damped_between_modes())
 
 
+def shared_forces() -> Case:
+    """Each force acts on both modes."""
+    return replace(
+        two_mode(), name="forces on both modes", force=({0: 0.15, 1: 0.1}, {1: 0.25, 0: -0.1})
+    )
+
+
 def six_dofs_three_contacts() -> Case:
     """Three elastic masses on three coupled contacts; the third mode is not retained."""
     return replace(
@@ -122,6 +129,15 @@ def chain(masses: int, *, modal_damping: bool = True) -> Case:
         force=built.modal_forces((0.12, 0.2)),
         frequency=built.frequencies((0.98, 0.97)),
         observed=built.observed,
+    )
+
+
+def point_forced_chain(masses: int) -> Case:
+    """The chain with each force on one mass: it acts on every mode."""
+    return replace(
+        chain(masses),
+        name=f"chain of {masses}, point forces",
+        force=Chain(masses).point_forces((0.12, 0.2)),
     )
 
 

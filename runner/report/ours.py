@@ -10,7 +10,7 @@ import numpy as np
 import rom
 from fmu import Component, StoppedError
 from rom import Model, SlowTrajectory
-from rom.amplitude import felt_shift
+from rom.direct import DirectForce
 from rom.motion import Motion
 from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Formulation
@@ -44,7 +44,7 @@ class SlowCase:
     ) -> SlowCase:
         """Reduce a case, find the amplitudes that it reaches, and tabulate them."""
         started = time.perf_counter()
-        reduced = rom.reduce(case.structure, formulation=formulation)
+        reduced = rom.reduce(case.structure, range(len(case.force)), formulation)
         if formulation == "consistent":
             reduced = reduced.at_carrier(case.frequency)
         reached = _reach(case, reduced)
@@ -78,11 +78,15 @@ class Marcher:
         self._case, self._model = slow.case, slow.model
         self._component = Component(slow.model, slow.case.force, tolerance=tolerance)
         self._durations = np.full(round(slow.case.duration / step), step)
+        self._direct = DirectForce.of(slow.model.reduced, slow.case.force, slow.case.structure)
+        self._start = self._direct.amplitude_at_rest(
+            slow.model.reduced, self._modal_force(), np.asarray(slow.case.frequency)
+        )
         self._inputs = _constant_inputs(self._component, slow.case, self._durations.size)
 
     def __call__(self) -> Floats:
         """Outputs after every step, (steps, outputs): what is timed."""
-        self._component.reset()
+        self._component.reset(amplitude=self._start)
         return self._component.run(self._durations, self._inputs)
 
     def column(self, outputs: Floats, name: str) -> Floats:
@@ -100,18 +104,21 @@ class Marcher:
             [self.column(outputs, f"{m}_re") + 1j * self.column(outputs, f"{m}_im") for m in modes]
         )
         shape = (self._durations.size, self._model.modes)
-        reduced, force = self._model.reduced, self._case.force
-        modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(force)]
         return SlowTrajectory(
             time=time_,
-            amplitude=np.vstack((np.zeros(shape[1]), amplitude)),
+            amplitude=np.vstack((self._start, amplitude)),
             angle=np.column_stack(angles),
             frequency=np.broadcast_to(self._case.frequency, shape),
             frequency_rate=np.zeros(shape),
-            force=np.broadcast_to(np.asarray(modal, dtype=complex), shape),
+            force=np.broadcast_to(self._modal_force(), shape),
             force_rate=np.zeros(shape, dtype=complex),
-            shift=felt_shift(reduced, force),
+            direct=self._direct,
         )
+
+    def _modal_force(self) -> Complexes:
+        reduced, force = self._model.reduced, self._case.force
+        modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(force)]
+        return np.asarray(modal, dtype=complex)
 
     def motion(self, outputs: Floats, times: Floats) -> Motion:
         """Fast motion at some times, the contacts marched."""
@@ -152,7 +159,7 @@ def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:
         except StoppedError:
             limit *= 2.0
             continue
-        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2]).max(axis=0)
+        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : limit.size].max(axis=0)
         return tuple(float(value) for value in np.maximum(_MARGIN * modulus, 0.05 * limit))
 
 

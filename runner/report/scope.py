@@ -76,6 +76,10 @@ def _damped_chain_200() -> Case:
     return cases.chain(200, modal_damping=False)
 
 
+def _point_forced_chain_50() -> Case:
+    return cases.point_forced_chain(50)
+
+
 FULL = Scope(
     tables=(1e-2, 3e-3, 1e-3),
     flows=((25.0, 1e-4), (25.0, 1e-6), (1.0, 1e-6)),
@@ -97,6 +101,8 @@ FULL = Scope(
         cases.coulomb,
         cases.sharp,
         cases.blunt,
+        cases.shared_forces,
+        _point_forced_chain_50,
     ),
 )
 
@@ -115,5 +121,5 @@ QUICK = Scope(
     alphas=(0.005,),
     signals=(cases.two_mode,),
     chains=(_chain_50,),
-    structures=(cases.six_dofs_three_contacts, cases.coulomb),
+    structures=(cases.six_dofs_three_contacts, cases.coulomb, cases.shared_forces),
 )

@@ -106,3 +106,11 @@ class Chain:
         """Forces in the shape of each mode, with these modal amplitudes."""
         shape = self._matrices[0] @ self._reduced.mode_shapes
         return amplitude[0] * shape[:, 0], amplitude[1] * shape[:, 1]
+
+    def point_forces(self, amplitude: tuple[float, float]) -> tuple[dict[int, float], ...]:
+        """Forces of these modal amplitudes, each on the one DOF where its mode moves most."""
+        shapes = self._reduced.mode_shapes
+        return tuple(
+            {dof: float(amplitude[mode] / abs(shapes[dof, mode]))}
+            for mode, dof in enumerate(self.observed)
+        )

@@ -42,7 +42,7 @@ def section_text(section: Section) -> str:
     ]
     title = f"{section.title}: {section.task}; reference {_error(section.reference_error)}"
     verdicts = [line for k in section.ours for line in verdict(section, section.rows[k])]
-    return "\n".join([title, *_aligned(lines), *verdicts])
+    return "\n".join([title, *aligned(lines), *verdicts])
 
 
 def structures_text(sections: Sequence[Section]) -> str:
@@ -60,7 +60,7 @@ def structures_text(sections: Sequence[Section]) -> str:
         times = (_time(ours.seconds), _time(ours.table_seconds))
         lines.append((section.title, *errors, *times, *rival))
     title = "other structures: the slow flow, and the cheapest full order that is as exact"
-    return "\n".join([title, *_aligned(lines, left=1)])
+    return "\n".join([title, *aligned(lines, left=1)])
 
 
 def verdict(section: Section, ours: Row) -> Iterator[str]:
@@ -92,7 +92,7 @@ def _line(section: Section, row: Row, has_tables: bool) -> Line:
     )
 
 
-def _aligned(lines: Sequence[Line], left: int = 2) -> list[str]:
+def aligned(lines: Sequence[Line], left: int = 2) -> list[str]:
     """Columns of equal width; the first `left` and the notes to the left, numbers to the right."""
     columns = len(lines[0])
     widths = [max(len(line[k]) for line in lines) for k in range(columns)]

@@ -8,19 +8,51 @@
 
 #include "driver.h"
 
+#define COUNT_A 4
+#define COUNT_B 5
+
+/* Harmonics of `width` signals at the nodes that a linear surface holds exactly. */
+static double answer_at(double a, double b, int order, int part, size_t signal) {
+    return 0.01 * (order + 1) * (a - 0.5 * b) * (part == 0 ? 1.0 : -0.3) * (1.0 + (double)signal);
+}
+
+static double *new_answer(const table *t, size_t width) {
+    const size_t count_b = (size_t)t->table.count_b;
+    double *values = new_doubles(COUNT_A * count_b * ORDERS * width * 2), *v = values;
+    for (size_t k = 0; k < COUNT_A * count_b; k++)
+        for (int q = 0; q < ORDERS; q++)
+            for (size_t s = 0; s < width; s++)
+                for (int part = 0; part < 2; part++)
+                    *v++ = answer_at(t->node_a[k / count_b],
+                                     t->node_b ? t->node_b[k % count_b] : 0.0, q, part, s);
+    return values;
+}
+
 model new_model(int modes, int contacts, int wanted) {
-    model m = {.t = new_table(modes, 4, 5),
+    model m = {.t = new_table(modes, COUNT_A, COUNT_B),
                .p = new_problem(contacts, modes, SM_TANH),
-               .modes_out = new_doubles((size_t)(ELASTIC * modes)),
+               .modes_out = new_doubles((size_t)(2 * ELASTIC * modes)),
                .contacts_out = new_doubles((size_t)(ELASTIC * contacts)),
+               .orders = malloc(2 * ORDERS * sizeof(int32_t)),
                .tolerance = 1e-8};
-    for (int k = 0; k < ELASTIC * modes; k++) m.modes_out[k] = 0.3 + 0.1 * k;
+    const int32_t orders[2][2 * ORDERS] = {{1, 0, 3, 0, 5, 0}, {0, 1, 2, -1, -3, 2}};
+    if (!m.orders) abort();
+    memcpy(m.orders, orders[modes - 1], sizeof orders[0]);
+    m.pull = new_answer(&m.t, (size_t)contacts);
+    m.answer = new_answer(&m.t, ELASTIC);
+    m.pulls = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * contacts * 2);
+    m.answers = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * ELASTIC * 2);
+    for (int k = 0; k < 2 * ELASTIC * modes; k++) m.modes_out[k] = 0.3 + 0.1 * k;
     for (int k = 0; k < ELASTIC * contacts; k++) m.contacts_out[k] = 0.7 - 0.05 * k;
     m.flow = flow_over(&m.t);
     m.motion = (sm_motion){.wanted = wanted,
                            .elastic = ELASTIC,
                            .modes_out = m.modes_out,
                            .contacts_out = m.contacts_out,
+                           .orders_count = ORDERS,
+                           .orders = m.orders,
+                           .pull = m.pull,
+                           .answer = m.answer,
                            .steps_per_period = 32,
                            .memory_periods = 4.0};
     CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &m.component),
@@ -36,6 +68,9 @@ void free_model(model *m) {
     free_problem(&m->p);
     free(m->modes_out);
     free(m->contacts_out);
+    free(m->orders);
+    free(m->pull);
+    free(m->answer);
 }
 
 sm_status create_once(void *arguments) {
@@ -131,8 +166,24 @@ static void check_energy(void) {
     free_model(&m);
 }
 
-/* Contacts in equilibrium with the amplitudes at the communication point; elastic outputs their
- * linear combination. */
+/* What the modes answer at a signal, from the outputs. */
+static double answer_in(const model *m, const double *out, size_t signal) {
+    double complex felt[2] = {0.0, 0.0}, turn[2] = {1.0, 1.0};
+    double sum = 0.0;
+    for (int j = 0; j < m->flow.table.modes; j++) {
+        felt[j] = out[1 + 2 * j] + I * out[2 + 2 * j];
+        turn[j] = cexp(I * out[5 + j]) * felt[j] / cabs(felt[j]);
+    }
+    for (int q = 0; q < ORDERS; q++) {
+        const double a = cabs(felt[0]), b = cabs(felt[1]);
+        const double complex c = answer_at(a, b, q, 0, signal) + I * answer_at(a, b, q, 1, signal);
+        sum += creal(c * cpow(turn[0], m->orders[2 * q]) * cpow(turn[1], m->orders[2 * q + 1]));
+    }
+    return sum;
+}
+
+/* Contacts in equilibrium with the amplitudes and the modes' answer at the communication point;
+ * elastic outputs their linear combination. */
 static void check_motion_outputs(int modes, int contacts) {
     model m = new_model(modes, contacts, 1);
     const sm_inputs inputs = resonant_inputs();
@@ -143,11 +194,11 @@ static void check_motion_outputs(int modes, int contacts) {
         CHECK_STATUS(sm_component_step(m.component, 0.3 + (k % 5) * 7.0), SM_OK);
         CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
         const double *x = out + SM_OUTPUTS_FIXED, *v = x + contacts, *f = v + contacts;
-        double q[2] = {0.0, 0.0};
+        double complex q[2] = {0.0, 0.0};
         for (int j = 0; j < modes; j++)
-            q[j] = 2.0 * creal((out[1 + 2 * j] + I * out[2 + 2 * j]) * cexp(I * out[5 + j]));
+            q[j] = 2.0 * (out[1 + 2 * j] + I * out[2 + 2 * j]) * cexp(I * out[5 + j]);
         for (int i = 0; i < contacts; i++) {
-            double left = f[i];
+            double left = f[i] - answer_in(&m, out, (size_t)i);
             for (int c = 0; c < contacts; c++)
                 left += m.p.stiffness[i * contacts + c] * x[c]
                         + m.p.damping[i * contacts + c] * v[c];
@@ -161,14 +212,45 @@ static void check_motion_outputs(int modes, int contacts) {
             largest = fmax(largest, fabs(x[i]));
         }
         for (int e = 0; e < ELASTIC; e++) {
-            double sum = 0.0;
-            for (int j = 0; j < modes; j++) sum += m.modes_out[e * modes + j] * q[j];
+            double sum = answer_in(&m, out, (size_t)e);
+            for (int j = 0; j < modes; j++) {
+                const double *shape = m.modes_out + 2 * (e * modes + j);
+                sum += creal((shape[0] + I * shape[1]) * q[j]);
+            }
             for (int c = 0; c < contacts; c++) sum += m.contacts_out[e * contacts + c] * x[c];
             CHECK_NEAR(f[contacts + e], sum, 1e-13);
         }
     }
     CHECK(largest > 1e-3);
     free(out);
+    free_model(&m);
+}
+
+/* Motion marched from rest is the motion of a component that has stepped so far, in steady state;
+ * and leaves the state alone. */
+static void check_recent_motion(int modes, int contacts) {
+    model m = new_model(modes, contacts, 1);
+    sm_inputs inputs = resonant_inputs();
+    const size_t count = m.outputs - SM_OUTPUTS_FIXED;
+    double *out = new_doubles(m.outputs), *motion = new_doubles(count);
+    double *before = new_doubles(m.state), *after = new_doubles(m.state);
+    const double rate[4] = {0.0};
+    CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
+    CHECK_STATUS(sm_component_step(m.component, 20000.0), SM_OK);
+    CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
+    CHECK_STATUS(sm_component_get_state(m.component, before), SM_OK);
+    memcpy(inputs.angle, out + 5, sizeof inputs.angle);
+    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
+    CHECK_STATUS(sm_component_get_state(m.component, after), SM_OK);
+    CHECK(memcmp(before, after, m.state * sizeof(double)) == 0);
+    for (size_t k = 0; k < count; k++) CHECK_NEAR(motion[k], out[SM_OUTPUTS_FIXED + k], 1e-3);
+    inputs.frequency_rate[0] = 10.0; /* faster than could be, so long ago */
+    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
+    CHECK_FINITE(motion, count);
+    free(out);
+    free(motion);
+    free(before);
+    free(after);
     free_model(&m);
 }
 
@@ -299,6 +381,7 @@ void check_component(void) {
     for (int modes = 1; modes <= 2; modes++) {
         check_motion_outputs(modes, 1);
         check_motion_outputs(modes, 3);
+        check_recent_motion(modes, 2);
         check_continuation(modes, 0);
         check_continuation(modes, 1);
     }

@@ -5,13 +5,16 @@
 #include "fixtures.h"
 
 #define ELASTIC 3
+#define ORDERS 3 /* harmonics that the modes answer to */
 
 typedef struct {
     table t;
     problem p;
     sm_slow_flow flow;
     sm_motion motion;
-    double *modes_out, *contacts_out, tolerance;
+    double *modes_out, *contacts_out, *pull, *answer, tolerance;
+    int32_t *orders;
+    size_t pulls, answers; /* numbers of them */
     sm_component *component;
     size_t outputs, state; /* numbers of them */
 } model;

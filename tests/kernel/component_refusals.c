@@ -33,6 +33,12 @@ static void check_null(model *m) {
     CHECK_STATUS(sm_component_run(c, 1, values, NULL, values, &done), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_run(c, 1, values, &inputs, NULL, &done), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_run(c, 1, values, &inputs, values, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(NULL, &inputs, values, values, values),
+                 SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, NULL, values, values, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, NULL, values, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, NULL, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, values, NULL), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_get_state(NULL, values), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_get_state(c, NULL), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_set_state(NULL, values), SM_BAD_ARGUMENT);
@@ -52,7 +58,9 @@ static void check_creation_not_finite(model *m) {
     CHECK_REFUSES_NOT_FINITE(m->t.values, 16, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->p.limit, 2, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->p.stiffness, 4, create_once, m);
-    CHECK_REFUSES_NOT_FINITE(m->modes_out, ELASTIC * 2, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->modes_out, ELASTIC * 4, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->pull, m->pulls, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->answer, m->answers, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->contacts_out, ELASTIC * 2, create_once, m);
     CHECK_REFUSES_NOT_FINITE(&m->motion.memory_periods, 1, create_once, m);
 }
@@ -73,6 +81,13 @@ static void check_creation(model *m) {
         CHECK_REFUSES(int32_t, m->motion.steps_per_period, wrong[k], create_once(m),
                       SM_BAD_ARGUMENT);
     }
+    const int32_t counts[] = {-1, INT32_MIN, 513, INT32_MAX};
+    for (int k = 0; k < 4; k++)
+        CHECK_REFUSES(int32_t, m->motion.orders_count, counts[k], create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, m->orders[1], 33, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const int32_t *, m->motion.orders, NULL, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, m->motion.pull, NULL, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, m->motion.answer, NULL, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, m->motion.steps_per_period, 3, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, m->motion.memory_periods, 0.0, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, m->motion.modes_out, NULL, create_once(m), SM_BAD_ARGUMENT);

@@ -39,7 +39,8 @@ def measure(model, where, contact, names):
 
 def main():
     """Print the figures."""
-    model = rom.tabulate(rom.reduce(rom.two_mass()), rom.Tanh(2.0, 0.02), amplitude=(4.0, 4.0))
+    reduced, law = rom.reduce(rom.two_mass()), rom.Tanh(2.0, 0.02)
+    model = rom.tabulate(reduced, law, amplitude=(4.0, 4.0), harmonics=5)
     print(platform.processor() or platform.machine())
     for contact, names in ((False, AMPLITUDES), (False, SLOW), (True, (*SLOW, "contact_0_x"))):
         with tempfile.TemporaryDirectory() as where:

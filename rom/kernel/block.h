@@ -1,0 +1,20 @@
+/* Arrays one after the other in a block of memory. */
+#ifndef SLIPMODE_BLOCK_H
+#define SLIPMODE_BLOCK_H
+
+#include <stddef.h>
+#include <string.h>
+
+/* Takes `count` doubles from *memory. */
+static inline double *sm_take(double **memory, size_t count) {
+    double *place = *memory;
+    *memory += count;
+    return place;
+}
+
+/* Copies `count` doubles there; NULL for none. */
+static inline const double *sm_keep(double **memory, const double *source, size_t count) {
+    return count > 0 ? memcpy(sm_take(memory, count), source, count * sizeof(double)) : NULL;
+}
+
+#endif

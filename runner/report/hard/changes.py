@@ -1,0 +1,45 @@
+"""Forcing that changes: sweeps through both peaks, steps of the force, jumps of its phase."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from runner.report.hard.hard_case import SIGNAL, HardCase
+from runner.report.hard.signals import scene_error
+
+_SWEEP = {"duration": 3000.0, "window": [0.0, 3000.0]}
+_UP = {"frequency_A": [[0, 0.94], [3000, 1.02]], "frequency_B": [[0, 1.58], [3000, 1.74]]}
+_DOWN = {"frequency_A": [[0, 1.02], [3000, 0.94]], "frequency_B": [[0, 1.74], [3000, 1.58]]}
+_STEPS: dict[str, object] = {
+    "force_A": [[0, 0.15], [200, 0.15], [200, 0.3], [400, 0.3], [400, 0.05]],
+    "force_B": [[0, 0.25], [300, 0.25], [300, 0.0], [500, 0.0], [500, 0.5]],
+}
+_LAG = (
+    "friction is tabulated for steady motion and lags where amplitudes change fast; these scenes "
+    "are transients for half of their time"
+)
+_JUMPS: dict[str, object] = {
+    "phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]
+}
+
+
+def change_cases() -> list[HardCase]:
+    """Scenes whose forcing does not stand still."""
+    scenes: dict[str, tuple[dict[str, object], str]] = {
+        "sweep up through both peaks": ({**_SWEEP, **_UP}, "lag, or a jump missed"),
+        "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "lag, or a jump missed"),
+        "abrupt steps of force": (_STEPS, "friction tabulated for steady motion"),
+        "phase jumps": (_JUMPS, "friction tabulated for steady motion"),
+    }
+    return [
+        HardCase(
+            name,
+            risk,
+            "RMS of modal displacements of the scene",
+            SIGNAL,
+            partial(scene_error, **changed),
+            missed="" if "sweep" in name else _LAG,
+            slow=True,
+        )
+        for name, (changed, risk) in scenes.items()
+    ]
