@@ -16,6 +16,12 @@ DURATION = 300.0
 
 
 @pytest.fixture(scope="module")
+def two_mode_model():
+    """Without harmonics: the modes move at their carriers alone."""
+    return tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 4.0))
+
+
+@pytest.fixture(scope="module")
 def transient(two_mode_model):
     """From rest, with a step of force on B and a sweep of A."""
     time = np.linspace(0, DURATION, 301)
