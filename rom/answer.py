@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from rom.amplitude import Complexes
 from rom.matrices import Floats
 from rom.model import Model
-from rom.near import Order, is_resonant
+from rom.near import CARRIERS, Order, is_resonant
 from rom.reduced import Reduced
 from rom.slow_trajectory import SlowTrajectory
 
 _BLOCK = 512  # points at a time: memory
 _STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
-CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +57,8 @@ def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
         modal = np.zeros((points, 0, all_modes), dtype=complex)
         return ModalAnswer((), np.zeros((points, 0)), contacts, modal, contacts)
     orders = model.harmonics.orders
-    P = model.harmonics.at(trajectory.felt(model))
+    felt = trajectory.felt(model)
+    P = model.harmonics.at(felt)
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
     modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
     if reduced.formulation == "paper":
@@ -67,7 +67,7 @@ def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
         for q, order in enumerate(orders):
             others = _Others.of(model, order, nu[block, q])
             if order in CARRIERS:
-                carried = _at_carrier(model, trajectory, block, others, order, P[block, q])
+                carried = _at_carrier(model, trajectory, felt, block, others, order, P[block, q])
                 P[block, q], answered, pull[block, q] = carried
             else:
                 answered, pull[block, q] = others.answer(P[block, q])
@@ -128,6 +128,7 @@ class _Others:
 def _at_carrier(
     model: Model,
     trajectory: SlowTrajectory,
+    felt: Complexes,
     points: slice,
     others: _Others,
     order: Order,
@@ -142,8 +143,8 @@ def _at_carrier(
         on_modes = half * direct.modal[mode, others.numbers]
         on_contacts = half * direct.beyond_shift(model.reduced)[mode]
         push = on_contacts + others.answer(np.zeros_like(P), on_modes)[1]
-        felt = trajectory.felt(model)[points, mode, np.newaxis] * model.reduced.coupling[mode]
-        P = P + _pushed(others.contact_stiffness(), P, -felt, push)
+        drawn = felt[points, mode, np.newaxis] * model.reduced.coupling[mode]
+        P = P + _pushed(others.contact_stiffness(), P, -drawn, push)
     q, pull = others.answer(P, on_modes)
     across = others.driven(others.all_rows[:, :, [mode]])[..., 0]  # what dampers make of a_j
     return P, q - across * trajectory.amplitude[points, mode, np.newaxis], pull + on_contacts

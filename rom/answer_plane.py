@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rom.amplitude import Complexes
 from rom.errors import SlipmodeError
 from rom.model import Model
-from rom.near import Order, is_resonant
+from rom.near import CARRIERS, Order, is_resonant
 from rom.passive import ANSWERED_ORDER
 from rom.torus import modal_feedback
 
@@ -113,7 +113,7 @@ def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
     """Displacement of DOFs per amplitude, (DOFs, modes)."""
     shapes = model.reduced.all_shapes[rows].astype(complex)
     moved = shapes[:, : model.modes].copy()
-    for j, carrier in enumerate(((1, 0), (0, 1))[: model.modes]):
+    for j, carrier in enumerate(CARRIERS[: model.modes]):
         answers, _, nu = _answering(model, carrier)
         D = model.reduced.modal_stiffness(nu)
         across = np.linalg.solve(D[np.ix_(answers, answers)], D[answers, j])

@@ -20,10 +20,11 @@ from numpy.typing import ArrayLike
 
 from rom import _kernel
 from rom.amplitude import Complexes
-from rom.answer import CARRIERS, ModalAnswer, modal_answer
+from rom.answer import ModalAnswer, modal_answer
 from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.model import Model
+from rom.near import CARRIERS
 from rom.slow_trajectory import SlowTrajectory
 from rom.torus import contact_problem
 
@@ -180,9 +181,9 @@ def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> 
     P = answer.contact
     force = answer.pull - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
     force += nu**2 * (P @ reduced.mass)
+    felt = part.felt(model)
     for j, own in enumerate(CARRIERS[: model.modes]):
-        felt = part.felt(model)[:, j, np.newaxis]
-        force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt
+        force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt[:, j, np.newaxis]
     return np.asarray(force)
 
 

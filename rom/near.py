@@ -18,6 +18,7 @@ SEPARATION = 0.1  # distance from a carrier, relative to it, that counts as near
 MOST = 8  # that the core takes
 
 Order = tuple[int, int]
+CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 
 @dataclass(frozen=True)
@@ -68,27 +69,24 @@ def near_resonances(
     points = np.atleast_2d(np.asarray(frequencies, dtype=float))
     if points.shape[1] == 1:
         return ()
-    carriers = ((1, 0), (0, 1))
     found = []
     for order in harmonic_orders(HIGHEST_ORDER, 2):
         for n, m in (order, (-order[0], -order[1])):
             nu = n * points[:, 0] + m * points[:, 1]
             for mode in range(2):
                 close = np.abs(nu - points[:, mode]) < separation * points[:, mode]
-                if close.any() and (n, m) != carriers[mode]:
+                if close.any() and (n, m) != CARRIERS[mode]:
                     found.append(NearResonance(mode, n, m))
     return tuple(found[:MOST])
 
 
 def is_resonant(mode: int, order: Order, near: Sequence[NearResonance]) -> bool:
     """Whether a stored harmonic is the carrier of a mode or near it: the slow flow answers it."""
-    carriers = ((1, 0), (0, 1))
-    return order == carriers[mode] or any(
+    return order == CARRIERS[mode] or any(
         (term.mode, term.stored_order) == (mode, order) for term in near
     )
 
 
 def tabulated_orders(near: Sequence[NearResonance], modes: int) -> list[Order]:
     """Harmonics behind the columns of a table: the modes' own, the near ones, the mean."""
-    own: list[Order] = [(1, 0), (0, 1)]
-    return [*own[:modes], *((term.n, term.m) for term in near), (0, 0)]
+    return [*CARRIERS[:modes], *((term.n, term.m) for term in near), (0, 0)]

@@ -14,7 +14,7 @@ from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
 from rom.harmonics import left_out
 from rom.matrices import Floats
-from rom.near import NearResonance, Order, harmonic_orders, is_resonant
+from rom.near import CARRIERS, NearResonance, Order, harmonic_orders, is_resonant
 from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Reduced
 
@@ -120,7 +120,7 @@ def contact_harmonics(
     law: Friction,
     amplitudes: ArrayLike,
     grid: Discretisation,
-    orders: Sequence[tuple[int, int]] = ((1, 0), (0, 1)),
+    orders: Sequence[tuple[int, int]] = CARRIERS,
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     near: Sequence[NearResonance] = (),
@@ -266,7 +266,7 @@ def _friction_power(
     2 Re(F conj(i nu P)).
     """
     power = np.zeros(len(P))
-    carriers = ((1, 0), (0, 1))[: len(reduced.modes)]
+    carriers = CARRIERS[: len(reduced.modes)]
     for q, order in enumerate(orders):
         nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
         v = 1j * nu * P[:, q]
