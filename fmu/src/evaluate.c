@@ -64,12 +64,16 @@ static fmu_status start(fmu_instance *instance) {
     return FMU_OK;
 }
 
-static fmu_status apply_inputs(fmu_instance *instance) {
-    if (instance->inputs_current) return FMU_OK;
+static sm_status pass_inputs(fmu_instance *instance) {
+    if (instance->inputs_current) return SM_OK;
     const sm_inputs inputs = modal_inputs(instance);
     const sm_status status = sm_component_set_inputs(instance->component, &inputs);
     instance->inputs_current = status == SM_OK;
-    return answer(instance, status, "inputs");
+    return status;
+}
+
+static fmu_status apply_inputs(fmu_instance *instance) {
+    return answer(instance, pass_inputs(instance), "inputs");
 }
 
 /* The inputs where the importer, or the component, has taken the angles. */
@@ -168,6 +172,10 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     instance->rates_current = 0;
     return answer(instance, sm_component_outputs(instance->component, instance->outputs),
                   "outputs");
+}
+
+void fmu_evaluate_inputs(fmu_instance *instance) {
+    if (instance->started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
 }
 
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,

@@ -115,6 +115,8 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     double d_power[2]);
 /* Advances a component by duration > 0. */
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration);
+/* Passes the inputs to a component if that is still to be done. */
+void fmu_evaluate_inputs(fmu_instance *instance);
 /* Puts a component with these parameters into a state; what was evaluated is forgotten. */
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
                                 const double *component_state);

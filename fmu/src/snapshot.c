@@ -46,6 +46,7 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
         return fmu_say(instance, FMU_ERROR, "GetFMUState: the state to be replaced is not ours");
     if (!taken) taken = calloc(1, bytes_of(count));
     if (!taken) return fmu_say(instance, FMU_ERROR, "GetFMUState: out of memory");
+    fmu_evaluate_inputs(instance); /* so that equal instances give equal states */
     fixed_part fixed = {.started = instance->started,
                         .start = instance->start,
                         .stop = instance->stop,
