@@ -18,11 +18,12 @@ from __future__ import annotations
 import ctypes
 import weakref
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, moved_on
+from fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
 from fmu.stepping import Floats, StoppedError
 from rom import Model, SlipmodeError, _kernel
 from rom.amplitude import felt_shift, slow_flow
@@ -82,8 +83,7 @@ class Component:
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
-        self._inputs = _kernel.inputs(1)
-        self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
+        self._inputs = self._named.at_rest
         self.reset()
 
     @property
@@ -102,19 +102,20 @@ class Component:
             If the time or an amplitude is not finite, or outside the friction table.
         """
         given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
-        if given.ndim > 1 or np.any(given[self.model.modes :]):
-            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
-        given = given[: self.model.modes]
-        for name, value in (("time", time), ("amplitude", given)):
-            if not np.all(np.isfinite(value)):
-                raise SlipmodeError(f"{name}: must be finite, got {value}")
         start = np.zeros(_kernel.MODES, dtype=complex)
+        if given.ndim > 1 or given.size > start.size or given[self.model.modes :].any():
+            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
         start[: given.size] = given
+        if not isfinite(time):
+            raise SlipmodeError(f"time: must be finite, got {time}")
+        if not np.isfinite(start).all():
+            raise SlipmodeError(f"amplitude: must be finite, got {given}")
         status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == _kernel.OUTSIDE_TABLE:
+            limit = limit_scale(self._inputs) * self.model.table.limit
             raise SlipmodeError(
-                f"amplitude: {np.abs(given)} is outside the friction table, whose limit is "
-                f"{self._inputs['limit_scale'][0] * self.model.table.limit}"
+                f"amplitude: {np.abs(start[: self.model.modes])} is outside the friction table, "
+                f"whose limit is {limit}"
             )
         _kernel.check(status, "reset")
 
@@ -128,9 +129,7 @@ class Component:
         """
         changed = self._inputs.copy()
         for name, value in values.items():
-            if name not in self.input_names:
-                raise SlipmodeError(f"{name}: {self._named.why_not(name)}")
-            self._named.column(changed, name)[:] = value
+            changed[0, self._named.column(name)] = value
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
@@ -190,9 +189,7 @@ class Component:
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        packed = _kernel.inputs(lengths.size)
-        for column, name in enumerate(self.input_names):
-            self._named.column(packed, name)[:] = values[:, column]
+        packed = self._named.records(values)
         scaled = self._named.modal(packed)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
@@ -216,19 +213,19 @@ class Component:
         """Everything that continues the run, as an array that `set_state` takes."""
         state = np.empty(_kernel.lib.sm_component_state_count(self._handle))
         _kernel.check(_kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
-        return np.concatenate((state, self._inputs.view(float).ravel()))
+        return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
         """Continue from a state of this component, or of another of the same model."""
         given = _kernel.contiguous(state)
         count = _kernel.lib.sm_component_state_count(self._handle)
-        own = self._inputs.view(float).size
+        own = self._inputs.size
         if given.shape != (count + own,):
             raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
         _kernel.check(_kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
-        self._inputs = given[count:].copy().view(_kernel.INPUTS)
+        self._inputs = given[count:].reshape(1, -1).copy()
 
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""
@@ -237,7 +234,7 @@ class Component:
         return accepted.value, rejected.value
 
     def _stopped(
-        self, status: int, duration: float, inputs: np.ndarray, outputs: Floats
+        self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
         now = self.outputs()
         reason = _kernel.message(status)
@@ -261,7 +258,7 @@ class Component:
         last = self.outputs()
         self.set_state(state)
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
-        scale = moved_on(self._inputs, last["time"] - self.time)["limit_scale"][0]
+        scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
         limit = scale * self.model.table.limit
         mode = int(np.argmax(reached[: self.model.modes] / limit))
         name = self._named.mode_names[mode]

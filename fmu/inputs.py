@@ -14,8 +14,22 @@ MODE_NAMES = ("A", "B")
 ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
 
 
+def place(quantity: str, mode: int = 0) -> int:
+    """Where a record, the core's sm_inputs as doubles, holds a quantity."""
+    fields = _kernel.INPUTS.fields
+    assert fields is not None
+    return int(fields[quantity][1]) // 8 + mode
+
+
+_MODES = range(_kernel.MODES)
+_MOVING = [place(name, j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
+_RATES = [place(f"{name}_rate", j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
+_MOVING.append(place("limit_scale"))
+_RATES.append(place("limit_scale_rate"))
+
+
 class Inputs:
-    """Names of a model's inputs, and where the core's records hold them.
+    """Names of a model's inputs, and the records (n, width) in which the core takes them.
 
     Parameters
     ----------
@@ -31,42 +45,47 @@ class Inputs:
     ) -> None:
         present = present_modes(model, mode_names)
         self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
-        self.names = tuple(
-            f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
-        )
+        self._column = {
+            f"{quantity}_{mode}": place(quantity, j)
+            for j, mode in enumerate(present)
+            for quantity in _kernel.INPUT_FIELDS
+        }
         if isinstance(model.law, Coulomb):
-            self.names += _kernel.SCALE_FIELDS
-        self._force_factor = force_factors(model, force)
+            self._column |= {name: place(name) for name in _kernel.SCALE_FIELDS}
+        self.names = tuple(self._column)
+        self._columns = list(self._column.values())
+        at_rest = _kernel.inputs(1)
+        at_rest["frequency"][0, : model.modes] = model.reduced.frequency
+        self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
+        self._to_modal = np.ones(self.at_rest.size)
+        for j, factor in enumerate(force_factors(model, force)):
+            self._to_modal[[place("force", j), place("force_rate", j)]] = factor
 
-    def column(self, inputs: np.ndarray, name: str) -> Floats:
-        """Where inputs (n,) hold an input, (n,)."""
-        if name in _kernel.SCALE_FIELDS:
-            scales: Floats = inputs[name]
-            return scales
-        quantity, mode = name.rsplit("_", 1)
-        of_mode: Floats = inputs[quantity][:, self.mode_names.index(mode)]
-        return of_mode
-
-    def why_not(self, name: str) -> str:
-        """Why a name is not an input."""
+    def column(self, name: str) -> int:
+        """Where the records hold an input; a name that is none is refused."""
+        if name in self._column:
+            return self._column[name]
         if name not in _kernel.SCALE_FIELDS:
-            return f"not an input; inputs are {', '.join(self.names)}"
-        return (
-            "only the Coulomb law scales with its limit, for the tanh law has a velocity alpha "
-            "besides; tabulate a model with the other limit"
+            raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
+        raise SlipmodeError(
+            f"{name}: only the Coulomb law scales with its limit, for the tanh law has a velocity "
+            "alpha besides; tabulate a model with the other limit"
         )
 
-    def modal(self, inputs: np.ndarray) -> np.ndarray:
-        """Inputs with forces in newtons turned into modal forces."""
-        scaled = inputs.copy()
-        for name in ("force", "force_rate"):
-            scaled[name] *= self._force_factor
-        return scaled
+    def records(self, values: Floats) -> Floats:
+        """Of inputs (n, inputs) in the order of the names."""
+        packed = np.repeat(self.at_rest, len(values), axis=0)
+        packed[:, self._columns] = values
+        return packed
 
-    def refusal(self, inputs: np.ndarray) -> str:
-        """Why inputs (1,) are refused, naming one; "" if they are not."""
-        for name in self.names:
-            value = self.column(inputs, name)[0]
+    def modal(self, records: Floats) -> Floats:
+        """Records with forces in newtons turned into modal forces."""
+        return records * self._to_modal
+
+    def refusal(self, record: Floats) -> str:
+        """Why a record (1, width) is refused, naming an input; "" if it is not."""
+        for name, column in self._column.items():
+            value = record[0, column]
             if not np.isfinite(value):
                 return f"{name}: must be finite, got {value:g}"
             if name.rpartition("_")[0] == "frequency" and value <= 0:
@@ -76,12 +95,16 @@ class Inputs:
         return ""
 
 
-def moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
-    """Inputs after they moved at their rates for `duration`."""
-    later = inputs.copy()
-    for name in (*_kernel.INPUT_QUANTITIES, "limit_scale"):
-        later[name] += later[f"{name}_rate"] * duration
+def moved_on(record: Floats, duration: float) -> Floats:
+    """A record (1, width) after its inputs moved at their rates for `duration`."""
+    later = record.copy()
+    later[:, _MOVING] += duration * record[:, _RATES]
     return later
+
+
+def limit_scale(record: Floats) -> float:
+    """Friction limits relative to the model's."""
+    return float(record[0, place("limit_scale")])
 
 
 def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
