@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-import sysconfig
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from rom.errors import SlipmodeError
 from runner.channels import EVENTS, FULL, Channel, Level
 from runner.planes import (
     AXIS_REACH,
@@ -25,8 +25,6 @@ from runner.planes import (
     planes,
     time_column,
 )
-
-VIEWER = shutil.which("rerun", path=sysconfig.get_path("scripts"))  # also off the PATH
 
 _SCENE = "/scene"
 
@@ -54,6 +52,26 @@ _MOTION_PLOTS = (
     ("/contact", "displacement", "Contact displacement"),
     ("/contact", "friction_force", "Friction force"),
 )
+
+
+@dataclass(frozen=True)
+class Playing:
+    """How a viewer plays a recording once it has opened it.
+
+    Parameters
+    ----------
+    speed : float
+        Simulated seconds per second.
+    loop : bool
+        Whether it begins again at the end.
+    """
+
+    speed: float = 1.0
+    loop: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.speed < math.inf:
+            raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
 @dataclass(frozen=True)
@@ -139,7 +157,9 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     stream.log(_SCENE, document, static=True)
 
 
-def blueprint(channels: Sequence[Channel], extent: Extent) -> rrb.Blueprint:
+def blueprint(
+    channels: Sequence[Channel], extent: Extent, playing: Playing | None = None
+) -> rrb.Blueprint:
     """Layout of the views of the channels that are present.
 
     Parameters
@@ -148,6 +168,8 @@ def blueprint(channels: Sequence[Channel], extent: Extent) -> rrb.Blueprint:
         What is recorded.
     extent : Extent
         How far they reach, as `Paths.draw` returns it; ``Extent()`` while unknown.
+    playing : Playing, optional
+        By default a viewer does as it does with any recording.
     """
     drawings = {plane.entity: _drawing(plane, extent) for plane in planes(channels)}
 
@@ -169,8 +191,20 @@ def blueprint(channels: Sequence[Channel], extent: Extent) -> rrb.Blueprint:
     shares, contents = zip(*filled, strict=True)
     return rrb.Blueprint(
         rrb.Horizontal(*contents, column_shares=shares),
-        rrb.TimePanel(timeline=TIMELINE, state="collapsed"),
+        _time_panel(playing),
         collapse_panels=True,
+    )
+
+
+def _time_panel(playing: Playing | None) -> rrb.TimePanel:
+    if playing is None:
+        return rrb.TimePanel(timeline=TIMELINE, state="collapsed")
+    return rrb.TimePanel(
+        timeline=TIMELINE,
+        state="collapsed",
+        play_state="playing",
+        playback_speed=playing.speed,
+        loop_mode="all" if playing.loop else "off",
     )
 
 
