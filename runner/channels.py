@@ -29,6 +29,7 @@ Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"
 FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
+OTHER = "/other"  # in front of what other programs recorded, whose topics may be called like ours
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
 _AMPLITUDE_UNIT = "kg^0.5 m"

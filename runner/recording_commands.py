@@ -105,7 +105,8 @@ def _replay(options: argparse.Namespace) -> int:
     if options.speed is not None or options.loop:
         playing = Playing(1.0 if options.speed is None else options.speed, options.loop)
     selection = Selection(_topics(options), options.start, options.end)
-    replay(options.file, options.save, options.screenshot, selection, playing)
+    for note in replay(options.file, options.save, options.screenshot, selection, playing):
+        print(note, file=sys.stderr)
     for path in written:
         print(path)
     return 0

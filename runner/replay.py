@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from rom.errors import SlipmodeError
+from runner.foreign import as_curves, is_foreign, read_foreign
 from runner.load import RecordingData, read
 from runner.mcapfile.source import naming
 from runner.rerun_sink import RerunSink
@@ -23,13 +24,15 @@ def replay(
     screenshot: str | Path | None = None,
     selection: Selection = _EVERYTHING,
     playing: Playing | None = None,
-) -> None:
+) -> list[str]:
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
+
+    Of a damaged recording what is whole is shown; of one of another program the numbers.
 
     Parameters
     ----------
     path : path
-        An MCAP file written by slipmode.
+        An MCAP file.
     save : path, optional
         Write an .rrd file, views included, instead of opening the viewer.
     screenshot : path, optional
@@ -39,6 +42,11 @@ def replay(
     playing : Playing, optional
         Speed and repetition, also of the .rrd file when it is opened.
 
+    Returns
+    -------
+    list of str
+        What is not shown, a line each: the loss of a damaged file, channels without numbers.
+
     Raises
     ------
     SlipmodeError
@@ -46,7 +54,8 @@ def replay(
     OSError
         If `save` or `screenshot` cannot be written.
     """
-    data = read(path)
+    data = read_foreign(path) if is_foreign(path) else read(path)
+    notes = _not_shown(path, data)
     with naming(path):
         data = selection.of(data)
     if save is not None:
@@ -59,6 +68,17 @@ def replay(
         Path(screenshot).write_bytes(picture)
     if save is None and screenshot is None:
         _convert(data, _window(), playing)
+    return notes
+
+
+def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
+    notes = []
+    if data.damage:
+        rest = "slipmode recover finds what is whole behind that"
+        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
+    if data.left_out:
+        notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
+    return notes
 
 
 def _window() -> Viewer:
@@ -69,9 +89,10 @@ def _window() -> Viewer:
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:
-    channels = [channel for channel, _, _ in data.channels.values()]
+    shown = as_curves(data.channels) if data.foreign else data.channels
+    channels = [channel for channel, _, _ in shown.values()]
     with RerunSink(target, data.header, channels, playing) as sink:
-        for topic, (_, time, values) in data.channels.items():
+        for topic, (_, time, values) in shown.items():
             sink.write(topic, time, values)
         for event in data.events:
             sink.event(event.time, event.level, event.message)

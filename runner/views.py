@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
-from runner.channels import EVENTS, FULL, Channel, Level
+from runner.channels import EVENTS, FULL, OTHER, Channel, Level
 from runner.planes import (
     AXIS_REACH,
     COLORS,
@@ -84,7 +84,9 @@ class Series:
 
 
 def series(channel: Channel) -> list[Series]:
-    """Plots of a channel: one entity for each quantity."""
+    """Plots of a channel: one entity for each quantity, or for a number of other programs."""
+    if channel.topic.startswith(OTHER):
+        return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
         columns.setdefault(_quantity(name), []).append(column)
@@ -106,16 +108,26 @@ def _quantity(name: str) -> str:
 def _legend(channel: Channel, column: int) -> str:
     field = channel.fields[column]
     mode, _, part = field.name.partition("_")
+    if channel.topic.startswith(OTHER):
+        return f"{field.name} [{field.unit}]" if field.unit else field.name
     if part == "abs":
         text = f"|{mode}|"
     elif mode in ("A", "B"):
         text = f"{part.capitalize()} {mode}"
-    elif "/contact/" in channel.topic:
+    elif _of_contact(channel):
         text = f"{field.name} contact {channel.topic.split('/')[-1]}"
         text += ", full order" if channel.topic.startswith(FULL) else ""
     else:
         text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
     return f"{text} [{field.unit}]"
+
+
+def _of_contact(channel: Channel) -> bool:
+    return channel.topic.removeprefix(FULL).startswith("/contact/")
+
+
+def _entity(topic: str) -> str:
+    return "/".join(map(rr.escape_entity_path_part, topic.split("/")))
 
 
 def send_series(
@@ -140,19 +152,21 @@ def send_event(
 
 
 def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
-    """Write what does not change: legends with units, and the scene."""
+    """Write what does not change: legends with units, and the scene, if there is one."""
     for channel in channels:
-        shift = int(channel.topic.split("/")[-1]) if "/contact/" in channel.topic else 0
+        shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
             colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
             style = rr.SeriesLines(
                 names=plot.names,
-                colors=colors,
+                colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[1.5] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
             stream.log(plot.entity, style, static=True)
+    if not scene_text:
+        return
     document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
     stream.log(_SCENE, document, static=True)
 
@@ -178,15 +192,23 @@ def blueprint(
 
     motion = _plots(channels, _MOTION_PLOTS, extent.window) + drawn(TRAJECTORY)
     rows = [rrb.Horizontal(*row) for row in (drawn(PHASE_PLANE), drawn(LOOP)) if row]
-    texts = [
-        rrb.TextDocumentView(origin=_SCENE, name="Scene"),
+    others = _others(channels)
+    texts: list[rrb.View] = [
         rrb.TextLogView(
             origin=EVENTS,
             name="Events",
             columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
-        ),
+        )
     ]
-    columns = ((5, _plots(channels, _SLOW_PLOTS)), (4, motion), (7, rows), (4, texts))
+    if not others:
+        texts.insert(0, rrb.TextDocumentView(origin=_SCENE, name="Scene"))
+    columns = (
+        (16, others),
+        (5, _plots(channels, _SLOW_PLOTS)),
+        (4, motion),
+        (7, rows),
+        (4, texts),
+    )
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
     shares, contents = zip(*filled, strict=True)
     return rrb.Blueprint(
@@ -194,6 +216,19 @@ def blueprint(
         _time_panel(playing),
         collapse_panels=True,
     )
+
+
+def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
+    """Plots of what other programs recorded, one for each of their channels."""
+    sources: dict[str, list[str]] = {}
+    for channel in channels:
+        if channel.topic.startswith(OTHER):
+            sources.setdefault(channel.description, []).append(_entity(channel.topic))
+    plots = [
+        rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.RightBottom)
+        for source, entities in sources.items()
+    ]
+    return [rrb.Grid(*plots)] if plots else []
 
 
 def _time_panel(playing: Playing | None) -> rrb.TimePanel:
