@@ -14,7 +14,7 @@ from runner.viewer import windowless_viewer
 _PACKAGES = (
     "mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri libegl1 libxkbcommon0 fonts-dejavu-core"
 )
-_NOTICE_TIME = 3.0  # [s] for which a new viewer says across its views where it listens
+_NOTICE_TIME = 4.0  # [s] for which a new viewer says across its views where it listens
 _SETTLING_TIME = 20.0  # [s] at most, until the picture stands still
 
 
