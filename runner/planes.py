@@ -9,7 +9,8 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from runner.channels import Channel
+from runner import torus_view
+from runner.channels import PHASES, TORUS, Channel
 from runner.envelope import DENSE_SAMPLES
 
 TIMELINE = "time"
@@ -24,7 +25,7 @@ _LOOPS = 3  # of the first contacts: more would be too small to read
 _KEPT_SAMPLES = 8192
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
-_ELASTIC = "/elastic"
+_ELASTIC, _FIRST = "/elastic", "/contact/0"
 _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
 _AXIS_LABEL = 1.15
 
@@ -143,6 +144,8 @@ class Paths:
         }
         if _ELASTIC in self._channels:
             self._samples[_ELASTIC] = _Latest()
+        if torus_view.has_torus(channels):
+            self._samples |= {topic: _Latest() for topic in (PHASES, TORUS)}
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Keep samples of a channel that some plane shows, or that tells where motion is."""
@@ -167,10 +170,30 @@ class Paths:
             scales[plane.entity] = (float(scale[0]), float(scale[1]))
             if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
                 window = _latest_window(time_ns)
+        if torus := self._draw_torus(stream):
+            scales[TORUS] = torus
         elastic = self._samples.get(_ELASTIC)
         if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
             window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
         return Extent(scales, window)
+
+    def _draw_torus(self, stream: rr.RecordingStream) -> tuple[float, float] | None:
+        """Draw contact motion over both phases, of the last window; return its extent."""
+        if TORUS not in self._samples:
+            return None
+        torus, phases, motion = (self._samples[topic].rows() for topic in (TORUS, PHASES, _FIRST))
+        if not (len(torus) and len(phases) and len(motion)):
+            return None
+        count = min(len(phases), len(motion))
+        phases, motion = phases[-count:], motion[-count:]
+        last = _stretch_starts(motion[:, 0].astype(np.int64))[-1]
+        phases, motion = phases[last:, 1:], motion[last:]
+        shown = _shown(len(motion))
+        index = [time_column(motion[shown, 0].astype(np.int64))]
+        x = motion[:, 1 + self._channels[_FIRST].names.index("x")]
+        latest = torus[torus[:, 0] == torus[-1, 0], 1:]
+        scale = torus_view.draw(stream, latest, phases, x, index, shown, _TRAIL_SAMPLES)
+        return scale, scale
 
     def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Times and points, shape (n, 2), of samples that both axes have."""
@@ -256,7 +279,7 @@ def _draw_path(
         draw_order=1.0,
     )
     stream.log(f"{plane.entity}/path", whole, static=True)
-    shown = np.linspace(0, len(points) - 1, min(len(points), _MOVING_POINTS)).astype(int)
+    shown = _shown(len(points))
     index = [time_column(time_ns[shown])]
     if plane.trail:
         trails = [points[max(starts[i], i + 1 - plane.trail) : i + 1] for i in shown]
@@ -270,6 +293,11 @@ def _draw_path(
     )
     stream.log(f"{plane.entity}/now", mark, static=True)
     stream.send_columns(f"{plane.entity}/now", index, rr.Points2D.columns(positions=points[shown]))
+
+
+def _shown(count: int) -> NDArray[np.int64]:
+    """Which of some samples the moving point visits."""
+    return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
 
 
 def _latest_window(time_ns: NDArray[np.int64]) -> tuple[int, int]:

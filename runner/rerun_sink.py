@@ -55,6 +55,7 @@ class RerunSink(Sink):
         self._paths = Paths(channels)
         self._envelopes = {topic: Envelope() for topic in self._channels}
         self._stream = rr.RecordingStream("slipmode")
+        self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
         self._open(views.blueprint(channels, Extent(), playing))
@@ -67,6 +68,8 @@ class RerunSink(Sink):
         time_ns, rows = checked_batch(channel, time, values)
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
+        if len(rows):
+            self._filled.add(topic)
         envelope = self._envelopes[topic]
         before = envelope.thinned
         self._send(channel, *envelope.extend(time_ns, rows))
@@ -80,14 +83,15 @@ class RerunSink(Sink):
         views.send_event(self._stream, time_ns, level, message)
 
     def close(self) -> None:
-        """Draw paths and loops, whose extent is known only now, and complete the file."""
+        """Draw planes and surfaces, whose extent is known only now, and complete the file."""
         if self._closed:
             return
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
         extent = self._paths.draw(self._stream)
-        blueprint = views.blueprint(list(self._channels.values()), extent, self._playing)
+        filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
+        blueprint = views.blueprint(filled, extent, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True

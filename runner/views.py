@@ -12,7 +12,8 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
-from runner.channels import EVENTS, FULL, OTHER, Channel, Level
+from runner import torus_view
+from runner.channels import EVENTS, FULL, OTHER, PHASES, TORUS, Channel, Level
 from runner.planes import (
     AXIS_REACH,
     COLORS,
@@ -87,6 +88,8 @@ def series(channel: Channel) -> list[Series]:
     """Plots of a channel: one entity for each quantity, or for a number of other programs."""
     if channel.topic.startswith(OTHER):
         return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
+    if channel.topic in (PHASES, TORUS):  # shown together, not over time
+        return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
         columns.setdefault(_quantity(name), []).append(column)
@@ -191,7 +194,11 @@ def blueprint(
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
     motion = _plots(channels, _MOTION_PLOTS, extent.window) + drawn(TRAJECTORY)
-    rows = [rrb.Horizontal(*row) for row in (drawn(PHASE_PLANE), drawn(LOOP)) if row]
+    rows: list[rrb.View | rrb.Container] = [
+        rrb.Horizontal(*row) for row in (drawn(PHASE_PLANE), drawn(LOOP)) if row
+    ]
+    if torus_view.has_torus(channels):
+        rows.append(torus_view.view(extent.scales.get(TORUS, (None,))[0]))
     others = _others(channels)
     texts: list[rrb.View] = [
         rrb.TextLogView(
