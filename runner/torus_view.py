@@ -26,16 +26,15 @@ def has_torus(channels: Sequence[Channel]) -> bool:
     return {TORUS, PHASES} <= {channel.topic for channel in channels}
 
 
-def view(scale: float | None) -> rrb.Spatial3DView:
-    """The surface from above a corner; the scale, once known, is the largest displacement."""
+def view() -> rrb.Spatial3DView:
+    """The surface from above a corner."""
     middle = 0.5 * _TURN
-    height = "x" if scale is None else f"x / {scale:.3g} m"
     return rrb.Spatial3DView(
         origin=TORUS,
-        name=f"contact 0: {height} over the phases of both carriers; colour: f",
+        name="Contact 0 over the phases of both carriers",
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            position=(middle - 3.8, middle - 7.4, 6.2),
+            position=(middle - 3.4, middle - 6.7, 5.6),
             look_target=(middle, middle, -0.4),
             eye_up=(0, 0, 1),
         ),
@@ -84,7 +83,7 @@ def draw(
     index: Sequence[rr.TimeColumn],
     shown: NDArray[np.int64],
     trail: int,
-) -> float:
+) -> None:
     """Draw the surface, and samples of x [m] at some phases (n, 2) moving on it.
 
     Parameters
@@ -93,11 +92,6 @@ def draw(
         Times of the samples `shown`.
     trail : int
         How many samples trail the moving point.
-
-    Returns
-    -------
-    float
-        Largest displacement of the surface [m].
     """
     vertices, f, triangles = surface(torus)
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
@@ -110,7 +104,7 @@ def draw(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
-    _draw_frame(stream, limit)
+    _draw_frame(stream, scale, limit)
     points = np.column_stack((phases, x)) * upright
     starts = _turn_starts(phases)
     trails = [points[max(starts[i], i + 1 - trail) : i + 1] for i in shown]
@@ -120,10 +114,9 @@ def draw(
     mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
-    return scale
 
 
-def _draw_frame(stream: rr.RecordingStream, limit: float) -> None:
+def _draw_frame(stream: rr.RecordingStream, scale: float, limit: float) -> None:
     low = -_HEIGHT
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))
@@ -139,8 +132,8 @@ def _draw_frame(stream: rr.RecordingStream, limit: float) -> None:
         "2π": (_TURN, 0, low),
         "phase B": (_TURN + 0.4, 0.5 * _TURN, low),
         "2π ": (_TURN, _TURN, low),
-        "x": (0, 0, -low),
-        f"f: {-limit:.3g} N blue, {limit:.3g} N orange": (0.5 * _TURN, _TURN, -1.3 * low),
+        f"x = {scale:.3g} m": (0, 0, -low),
+        f"blue f = {-limit:.3g} N, orange {limit:.3g} N": (0.5 * _TURN, _TURN, -1.3 * low),
     }
     marks = rr.Points3D(
         list(labels.values()),

@@ -156,7 +156,11 @@ def send_event(
 
 def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
     """Write what does not change: legends with units, and the scene, if there is one."""
-    for channel in channels:
+    listed = list(channels)
+    compared = any(channel.topic.startswith(FULL) for channel in listed)
+    for channel in listed:
+        # Beneath the thin line of a full-order motion, the reduced one shows by its width.
+        width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
         shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
@@ -164,7 +168,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
             style = rr.SeriesLines(
                 names=plot.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
-                widths=[1.5] * len(colors),
+                widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
             stream.log(plot.entity, style, static=True)
@@ -188,17 +192,19 @@ def blueprint(
     playing : Playing, optional
         By default a viewer does as it does with any recording.
     """
-    drawings = {plane.entity: _drawing(plane, extent) for plane in planes(channels)}
+    drawings = {plane.entity: _drawing(plane) for plane in planes(channels)}
 
     def drawn(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
     motion = _plots(channels, _MOTION_PLOTS, extent.window) + drawn(TRAJECTORY)
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row) for row in (drawn(PHASE_PLANE), drawn(LOOP)) if row
+        rrb.Horizontal(*row)
+        for row in map(drawn, (PHASE_PLANE, f"{LOOP}/contact", f"{LOOP}{FULL}"))
+        if row
     ]
     if torus_view.has_torus(channels):
-        rows.append(torus_view.view(extent.scales.get(TORUS, (None,))[0]))
+        rows.append(torus_view.view())
     others = _others(channels)
     texts: list[rrb.View] = [
         rrb.TextLogView(
@@ -273,11 +279,11 @@ def _plots(
     ]
 
 
-def _drawing(plane: Plane, extent: Extent) -> rrb.View:
+def _drawing(plane: Plane) -> rrb.View:
     reach = (-AXIS_REACH, AXIS_REACH)
     return rrb.Spatial2DView(
         origin=plane.entity,
-        name=plane.name(extent.scales.get(plane.entity)),
+        name=plane.title,
         visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
     )
 
