@@ -100,7 +100,7 @@ def reconstruct(
     felt = part.contact_segments(segments, pull)
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
-    problem = contact_problem(model.reduced, model.law, model.near, answer.orders)
+    problem = contact_problem(model.reduced, model.law, answer.orders)
     status = _kernel.lib.sm_contact_motion(
         *(ctypes.byref(problem), len(felt), felt.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
