@@ -44,12 +44,17 @@ class StoppedError(SlipmodeError):
         Where the component stands [s].
     outputs : (steps, outputs) ndarray
         Outputs of the steps of the same call that succeeded.
+    left_table : bool
+        Whether an amplitude leaves the friction table; a larger one helps then.
     """
 
-    def __init__(self, message: str, time: float, outputs: Floats) -> None:
+    def __init__(
+        self, message: str, time: float, outputs: Floats, left_table: bool = False
+    ) -> None:
         super().__init__(message)
         self.time = time
         self.outputs = outputs
+        self.left_table = left_table
 
 
 class Steppable(Protocol):
@@ -333,7 +338,7 @@ class Component:
         elif status == _kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
-        return StoppedError(message, now["time"], outputs)
+        return StoppedError(message, now["time"], outputs, status == _kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
         """Which amplitude leaves the table during a step, and when, found by bisection."""

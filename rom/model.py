@@ -20,11 +20,12 @@ from tqdm import tqdm
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh, limits
 from rom.harmonics import Harmonics
+from rom.magnitude import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from rom.matrices import Floats
 from rom.near import NearResonance, Order, near_resonances, tabulated_orders
 from rom.reduction import Reduced
 from rom.refinement import Columns, Sampling, refine
-from rom.resolution import choose_resolution
+from rom.resolution import choose_resolution, least_force
 from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
@@ -228,9 +229,12 @@ def tabulate(
         If the tolerance cannot be reached.
     """
     limit = np.asarray(amplitude, dtype=float)
-    if limit.shape != (len(reduced.modes),) or not np.all(np.isfinite(limit) & (limit > 0)):
+    if limit.shape != (len(reduced.modes),) or not np.all(
+        (limit >= SMALLEST_PRODUCT) & (limit <= LARGEST_PRODUCT)
+    ):
         raise SlipmodeError(
-            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, got {amplitude}"
+            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, "
+            f"{SMALLEST_PRODUCT:g} to {LARGEST_PRODUCT:g}, got {amplitude}"
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
@@ -254,6 +258,7 @@ def tabulate(
         orders=tuple(tabulated_orders(near, limit.size)),
         drives=(*range(limit.size), *(term.mode for term in near)),
         swing=2.0 * reduced.carrier * limit,
+        least=least_force(reduced, limit),
         loss=_structural_loss(reduced),
         carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
     )
