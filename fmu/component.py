@@ -247,7 +247,7 @@ class Component:
         elif status == _kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
-        return StoppedError(message, now["time"], outputs)
+        return StoppedError(message, now["time"], outputs, status == _kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
         """Which amplitude leaves the table during a step, and when, found by bisection."""

@@ -21,12 +21,17 @@ class StoppedError(SlipmodeError):
         Where the component stands [s].
     outputs : (steps, outputs) ndarray
         Outputs of the steps of the same call that succeeded.
+    left_table : bool
+        Whether an amplitude leaves the friction table; a larger one helps then.
     """
 
-    def __init__(self, message: str, time: float, outputs: Floats) -> None:
+    def __init__(
+        self, message: str, time: float, outputs: Floats, left_table: bool = False
+    ) -> None:
         super().__init__(message)
         self.time = time
         self.outputs = outputs
+        self.left_table = left_table
 
 
 class Steppable(Protocol):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
-import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, astuple, dataclass, replace
@@ -20,22 +18,22 @@ from tqdm import tqdm
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh, limits
 from rom.harmonics import Harmonics
+from rom.magnitude import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from rom.matrices import Floats
+from rom.model_content import check_arrays, check_header
 from rom.near import NearResonance, Order, near_resonances, tabulated_orders
+from rom.quality import Quality
 from rom.reduction import Reduced
 from rom.refinement import Columns, Sampling, refine
-from rom.resolution import choose_resolution
+from rom.resolution import choose_resolution, least_force
 from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 
 FORMAT = 9  # of the file; raised whenever tables computed before must not be used any more
 
-# What numpy and zipfile raise on an archive that is none, or was damaged.
-_UNREADABLE = (
-    *(OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, NotImplementedError),
-    *(RuntimeError, zipfile.BadZipFile, zlib.error),
-)
+# Damaged files make zipfile, zlib and numpy raise nearly anything.
+_UNREADABLE = Exception
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
     *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
@@ -50,32 +48,6 @@ REDUCED_ARRAYS = (
 )
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
-
-
-@dataclass(frozen=True)
-class Quality:
-    """What the table was measured to be worth, relative to the largest |S_j|.
-
-    Attributes
-    ----------
-    tolerance : float
-        What was asked for.
-    interpolation : float
-        Largest error at 64 points between the nodes.
-    resolution : float
-        Change on doubling steps and lines of the contact problem.
-    periodicity : float
-        Largest distance from a periodic contact motion.
-    steps, lines : int
-        Discretisation of the torus.
-    """
-
-    tolerance: float
-    interpolation: float
-    resolution: float
-    periodicity: float
-    steps: int
-    lines: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +103,8 @@ class Model:
         Raises
         ------
         SlipmodeError
-            If the file is missing, of another version, or damaged (its hash does not fit).
+            If the file is missing, of another version, damaged (its hash does not fit), or no
+            model all the same.
         """
         path = Path(path)
         try:
@@ -142,20 +115,26 @@ class Model:
         except FileNotFoundError:
             raise SlipmodeError(f"{path}: no such model file") from None
         except _UNREADABLE as error:
-            raise SlipmodeError(f"{path}: not a readable model file ({error})") from None
+            shown = " ".join(str(error).split())
+            raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(
                 f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
             )
         if _digest(header, content) != expected:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
+        try:
+            check_header(header)
+            check_arrays(header, content)
+            limit = [float(value) for value in content["limit"]]
+            law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{path}: {error}") from None
         reduced = Reduced(
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        limit = [float(value) for value in content["limit"]]
-        law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
         table = Table(content["node_a"], content["node_b"], content["values"], len(reduced.modes))
         near = tuple(NearResonance(*term) for term in header["near"])
         quality = Quality(**header["quality"])
@@ -228,9 +207,12 @@ def tabulate(
         If the tolerance cannot be reached.
     """
     limit = np.asarray(amplitude, dtype=float)
-    if limit.shape != (len(reduced.modes),) or not np.all(np.isfinite(limit) & (limit > 0)):
+    if limit.shape != (len(reduced.modes),) or not np.all(
+        (limit >= SMALLEST_PRODUCT) & (limit <= LARGEST_PRODUCT)
+    ):
         raise SlipmodeError(
-            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, got {amplitude}"
+            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, "
+            f"{SMALLEST_PRODUCT:g} to {LARGEST_PRODUCT:g}, got {amplitude}"
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
@@ -254,6 +236,7 @@ def tabulate(
         orders=tuple(tabulated_orders(near, limit.size)),
         drives=(*range(limit.size), *(term.mode for term in near)),
         swing=2.0 * reduced.carrier * limit,
+        least=least_force(reduced, limit),
         loss=_structural_loss(reduced),
         carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
     )

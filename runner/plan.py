@@ -18,6 +18,7 @@ from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
 from runner.fast_motion import ORDERS, measure_truncation
+from runner.pace import check_pace
 from runner.scene import Scene, Window
 from runner.schedule import Schedule, make_schedule
 
@@ -99,6 +100,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    check_pace(scene, schedule, modes, reduced)
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
