@@ -25,7 +25,7 @@ def check_header(header: Mapping[str, Any]) -> None:
     SlipmodeError
         Naming the entry.
     """
-    modes = header.get("modes")
+    modes: Any = header.get("modes")
     valid = {
         "formulation": header.get("formulation") in get_args(Formulation),
         "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
@@ -84,7 +84,8 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
         raise SlipmodeError("frequency, carrier: must be > 0")
 
 
-# The axes of each array: DOFs, modes, Contacts, Passive modes, Q all modes, nodes A and B, columns K
+# Axes of each array: DOFs n, modes m, contacts c, passive modes p, all modes q, nodes a and b,
+# columns k.
 _ARRAYS = {
     **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
     **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
