@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
 from fmu.stepping import Floats, StoppedError
 from rom import Model, SlipmodeError, _kernel
-from rom.amplitude import felt_shift, slow_flow
+from rom.amplitude import slow_flow
 from rom.answer_plane import answer_plane
 from rom.torus import contact_problem
 
@@ -303,7 +303,7 @@ def _create(
         motion.orders_count = len(plane.orders)
         motion.orders = plane.orders.ctypes.data
         motion.pull, motion.answer = plane.pull.ctypes.data, plane.elastic.ctypes.data
-    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    flow = slow_flow(model, force)
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()
     status = _kernel.lib.sm_component_create(

@@ -25,7 +25,7 @@ def check_header(header: Mapping[str, Any]) -> None:
     SlipmodeError
         Naming the entry.
     """
-    modes: Any = header.get("modes")
+    modes = header.get("modes", [])
     valid = {
         "formulation": header.get("formulation") in get_args(Formulation),
         "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
@@ -52,15 +52,9 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     """
     modes, near, orders = (len(header[name]) for name in ("modes", "near", "orders"))
     sizes = {
-        name: content[array].shape[axis] if content[array].ndim > axis else -1
-        for name, array, axis in (
-            ("n", "mode_shapes", 0),
-            ("c", "stiffness", 0),
-            ("p", "passive_frequency", 0),
-            ("a", "node_a", 0),
-            ("b", "node_b", 0),
-        )
-        if array in content
+        axis: len(content[name])
+        for axis, name in _MEASURED.items()
+        if name in content and content[name].ndim > 0
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + near + 1)}
@@ -73,19 +67,22 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
             raise SlipmodeError(f"{name}: has another shape or type than the model")
         if not np.all(np.abs(array) <= LARGEST_PRODUCT):
             raise SlipmodeError(f"{name}: must be at most {LARGEST_PRODUCT:g} in magnitude")
-    for name, axis_modes in (("node_a", modes >= 1), ("node_b", modes == 2)):
+    for name in ("node_a", "node_b")[:modes]:
         node = content[name]
-        rises = (
-            node.size >= 4 and bool(np.all(np.diff(node) > 0)) if axis_modes else node.size == 1
-        )
-        if node[0] != 0.0 or not rises:
+        if node.size < 4 or node[0] != 0.0 or np.any(np.diff(node) <= 0):
             raise SlipmodeError(f"{name}: must rise from 0")
+    if modes == 1 and content["node_b"].tolist() != [0.0]:
+        raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
 
 
-# Axes of each array: DOFs n, modes m, contacts c, passive modes p, all modes q, nodes a and b,
-# columns k.
+# The axes of each array: n DOFs, m modes, c contacts, p passive modes, q all modes, a and b nodes,
+# k columns; and the arrays that some are measured by.
+_MEASURED = {
+    **{"n": "mode_shapes", "c": "stiffness", "p": "passive_frequency"},
+    **{"a": "node_a", "b": "node_b"},
+}
 _ARRAYS = {
     **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
     **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),

@@ -30,6 +30,8 @@ class SlowTrajectory:
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
     direct : DirectForce, optional
         What the forces do past their own mode. Default: nothing.
+    jump : (steps, modes) complex ndarray, optional
+        What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
     """
 
     time: Floats
@@ -40,6 +42,13 @@ class SlowTrajectory:
     force: Complexes
     force_rate: Complexes
     direct: DirectForce | None = None
+    jump: Complexes | None = None
+
+    @property
+    def amplitude_start(self) -> Complexes:
+        """Amplitudes at the start of each step, past its jump, (steps, modes)."""
+        before = self.amplitude[:-1]
+        return before if self.jump is None else before + self.jump
 
     @property
     def shift(self) -> Complexes | float:
@@ -73,6 +82,7 @@ class SlowTrajectory:
             self.force[within],
             self.force_rate[within],
             self.direct,
+            None if self.jump is None else self.jump[within],
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
@@ -81,7 +91,7 @@ class SlowTrajectory:
         rates = self.frequency_rate
         start = amplitude_rate(
             model,
-            self.amplitude[:-1],
+            self.amplitude_start,
             self.frequency,
             self.force,
             rates,
@@ -110,7 +120,7 @@ class SlowTrajectory:
         segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
         segments["start"], segments["duration"] = self.time[:-1], duration
         modes = slice(0, model.modes)
-        segments["amplitude_start"][:, modes] = self.amplitude[:-1]
+        segments["amplitude_start"][:, modes] = self.amplitude_start
         segments["amplitude_end"][:, modes] = self.amplitude[1:]
         start, end = self.amplitude_rates(model)
         segments["rate_start"][:, modes] = start

@@ -122,7 +122,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen, schedule, amplitude),
+        *check_assumptions(structure, excited, seen),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
@@ -191,7 +191,7 @@ def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
     frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
     direct = DirectForce.of(reduced, excited.force)
-    at_rest = direct.amplitude_at_rest(reduced, force[0], np.array(frequency))
+    at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
