@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator, Sequence
@@ -54,7 +55,7 @@ class RerunSink(Sink):
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = Paths(channels)
         self._envelopes = {topic: Envelope() for topic in self._channels}
-        self._stream = rr.RecordingStream("slipmode")
+        self._stream = rr.RecordingStream(_application(header, channels, playing))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
@@ -139,3 +140,12 @@ class RerunSink(Sink):
             reason = str(error).splitlines()[0]
             where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
+
+
+def _application(
+    header: Header, channels: Sequence[Channel], playing: views.Playing | None
+) -> str:
+    """Name under which a viewer keeps the layout of views: that of one recording alone."""
+    topics = [channel.topic for channel in channels]
+    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
+    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

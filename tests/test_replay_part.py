@@ -99,7 +99,7 @@ def test_a_replay_without_a_display_says_what_to_do(whole, capsys, monkeypatch):
     assert "--save and --screenshot need no window" in line
 
 
-@pytest.mark.parametrize("loop", [False, True])
+@pytest.mark.parametrize("loop", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_the_viewer_plays_at_the_speed_asked_for(whole, tmp_path, loop):
     out = tmp_path / "part.rrd"
     options = ["--speed", "200", *(["--loop"] if loop else []), "--start", "100", "--end", "300"]
