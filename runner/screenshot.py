@@ -16,7 +16,7 @@ from runner.viewer import windowless_viewer
 _PACKAGES = (
     "mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri libegl1 libxkbcommon0 fonts-dejavu-core"
 )
-_COLORS = 128  # of plots on a plain ground; a third of the bytes of all colours
+_COLORS = 192  # of plots on a plain ground; a third of the bytes of all colours
 _NOTICE_TIME = 4.0  # [s] for which a new viewer says across its views where it listens
 _SETTLING_TIME = 20.0  # [s] at most, until the picture stands still
 
@@ -58,7 +58,7 @@ def _small(picture: bytes) -> bytes:
     """The same PNG with fewer colours."""
     with Image.open(BytesIO(picture)) as image:
         few = image.convert("RGB").quantize(
-            _COLORS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE
+            _COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
         )
     small = BytesIO()
     few.save(small, "PNG", optimize=True)
