@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from runner import views
 from runner.channels import EVENTS, Channel, Level
 from runner.envelope import Envelope
-from runner.planes import Extent, Paths
+from runner.planes import Paths
 from runner.record import Header, Sink, checked_batch, create_file, find_channel, nanoseconds
 from runner.viewer import Viewer
 
@@ -59,7 +59,7 @@ class RerunSink(Sink):
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
-        self._open(views.blueprint(channels, Extent(), playing))
+        self._open(views.blueprint(channels, playing=playing))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
 
@@ -90,9 +90,9 @@ class RerunSink(Sink):
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        extent = self._paths.draw(self._stream)
+        window = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        blueprint = views.blueprint(filled, extent, self._playing)
+        blueprint = views.blueprint(filled, window, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True

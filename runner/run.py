@@ -285,6 +285,7 @@ class _Pass:
         self._rows = [outputs]
         trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
         of_contacts = window in self._plan.scene.contact
+        on_torus = of_contacts and self._model.modes == 2
         summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
@@ -292,10 +293,10 @@ class _Pass:
             batch = times[start : start + _SAMPLES_PER_BATCH]
             motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
             self._record_motion(motion, of_contacts)
-            if of_contacts and self._model.modes == 2:
+            if on_torus:
                 self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
             self.samples += batch.size
-        if of_contacts and self._model.modes == 2:
+        if on_torus:
             torus = torus_motion(self._model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 
