@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
+from rom.magnitude import ALLOWED, LARGEST, SMALLEST, fits
 from rom.matrices import Floats
 
 Formulation = Literal["consistent", "paper"]
@@ -86,7 +88,7 @@ class Reduced:
     passive_damper: Floats
     damping_coupling: Floats
 
-    @property
+    @cached_property
     def coupling(self) -> Complexes:
         """L_j at the carrier of its mode, (modes, N_c)."""
         return self.coupling_at(self.carrier)
@@ -130,7 +132,7 @@ class Reduced:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
 
-    @property
+    @cached_property
     def all_shapes(self) -> Floats:
         """Shapes of the retained and of the passive modes, (n, modes + passive)."""
         return np.hstack((self.mode_shapes, self.passive_shapes))
@@ -176,10 +178,11 @@ class Reduced:
         """The same model with its contact problem at other carrier frequencies [rad/s]."""
         frequencies = np.asarray(carrier, dtype=float)
         if frequencies.shape != self.frequency.shape or not np.all(
-            np.isfinite(frequencies) & (frequencies > 0)
+            (frequencies >= SMALLEST) & (frequencies <= LARGEST)
         ):
             raise SlipmodeError(
-                f"carrier: must be {self.frequency.size} finite numbers > 0 [rad/s], got {carrier}"
+                f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
+                f"[rad/s], got {carrier}"
             )
         return replace(self, carrier=frequencies)
 
@@ -208,6 +211,8 @@ def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
             vector[dof] = amplitude
     else:
         vector = np.asarray(force, dtype=float)
-    if vector.shape != (n_dofs,) or not np.all(np.isfinite(vector)):
-        raise SlipmodeError(f"force: must be {n_dofs} finite numbers, one per DOF [N]")
+    if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
+        raise SlipmodeError(
+            f"force: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED} [N]"
+        )
     return vector

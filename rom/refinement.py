@@ -39,6 +39,8 @@ class Columns:
     swing : (modes,) ndarray
         2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
         would take, not the power itself, which weak friction leaves to the rounding.
+    least : (modes,) ndarray
+        Below it |S_j| is rounding, which cannot be tabulated relative to itself.
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
@@ -48,12 +50,14 @@ class Columns:
     orders: tuple[Order, ...]
     drives: tuple[int, ...]
     swing: Floats
+    least: Floats
     loss: Floats
     carried: int = 0
 
     def error(self, difference: Floats, S: Complexes) -> Floats:
         """Largest |difference| over the tabulated columns, relative to their scales."""
         largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
+        largest = np.maximum(largest, self.least)
         scale = np.append(largest[list(self.drives)], self.swing @ largest)
         return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
 

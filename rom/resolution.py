@@ -41,6 +41,13 @@ class Resolution:
     error: float
 
 
+def least_force(reduced: Reduced, limit: Floats) -> Floats:
+    """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    return np.asarray(_LEAST_SHARE * frictionless)
+
+
 def choose_resolution(
     reduced: Reduced,
     law: Friction,
@@ -62,11 +69,10 @@ def choose_resolution(
         grid = Discretisation(steps, lines)
         return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near).S
 
-    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    least = least_force(reduced, limit)
 
     def change(coarse: Complexes, fine: Complexes) -> float:
-        scale = np.maximum(np.abs(fine).max(axis=0), _LEAST_SHARE * frictionless)
+        scale = np.maximum(np.abs(fine).max(axis=0), least)
         return float((np.abs(fine - coarse).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
 
     lines = 1

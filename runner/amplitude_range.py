@@ -20,6 +20,7 @@ from runner.schedule import Schedule
 _TOLERANCE = 0.05  # of the coarse table
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _LARGEST_GROWTH = 2.0**40
+_STRONGEST = 1e4  # amplification by resonance that a first guess reckons with
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -102,9 +103,9 @@ def dry_run(
     Raises
     ------
     SlipmodeError
-        If the amplitudes grow without bound.
+        If the amplitudes grow without bound, or a step cannot be taken on any table.
     """
-    limit = _first_guess(excited)
+    limit = _first_guess(excited, schedule)
     largest = _LARGEST_GROWTH * limit
     while True:
         coarse, _ = cached_model(
@@ -139,16 +140,22 @@ def _felt(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.abs(felt_shift(excited.reduced, excited.force) * factor) * largest)
 
 
-def _first_guess(excited: Excited) -> Floats:
-    """Four times the amplitude at which the first contact slips."""
+def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
+    """Four times the amplitude at which the first contact slips, where forces lead near it.
+
+    No less than each force does statically, nor out of reach of the strongest.
+    """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
     pull = 2.0 * np.abs(excited.reduced.coupling)
     slip = np.full(pull.shape, np.inf)
     np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
-    slip[slip == 0.0] = np.inf
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))
-    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
+    frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
+    start, end = excited.modal_forces(schedule)
+    force = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
+    static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
+    return np.asarray(np.clip(4.0 * first, static, _STRONGEST * static.max()))
 
 
 def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
@@ -158,6 +165,8 @@ def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> t
         outputs = component.run(schedule.durations, schedule.inputs(component.input_names))
         complete = True
     except StoppedError as stop:
+        if not stop.left_table:
+            raise SlipmodeError(f"run: {stop}") from None
         outputs, complete = stop.outputs, False
     modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
     start = np.abs(np.array(excited.amplitude))

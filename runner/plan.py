@@ -18,6 +18,7 @@ from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
 from runner.fast_motion import ORDERS, measure_truncation
+from runner.pace import check_pace
 from runner.scene import Scene, Window
 from runner.schedule import Schedule, make_schedule
 
@@ -99,6 +100,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    check_pace(scene, schedule, modes, reduced)
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
@@ -120,7 +122,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen, schedule, amplitude),
+        *check_assumptions(structure, excited, seen),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
@@ -189,7 +191,7 @@ def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
     frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
     direct = DirectForce.of(reduced, excited.force)
-    at_rest = direct.amplitude_at_rest(reduced, force[0], np.array(frequency))
+    at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 

@@ -115,19 +115,15 @@ SHARED = (
 )
 
 
-def test_a_force_on_both_modes_that_jumps_is_named_with_what_it_leaves():
-    found = {}
-    for amplitude in (
-        "1.0",
-        "[[0.0, 0.0], [50.0, 1.0]]",
-        "[[0.0, 0.0], [50.0, 0.0], [50.0, 1.0]]",
-    ):
-        decisions = make_plan(parse_scene(SHARED.format(amplitude), ".")).decisions
-        found[amplitude] = [d for d in decisions if d.level == "warning"]
-    at_once, rising, (jumping,) = found.values()
-    assert at_once == rising == []
-    assert (jumping.subject, jumping.choice) == ("mode A", "shaken by a jump")
-    assert "free vibration of 1.0% of its largest amplitude" in jumping.reason
+def test_a_force_on_both_modes_that_jumps(tmp_path):
+    """The modes go on as they were, and contacts that stick leave nothing but that."""
+    text = SHARED.format("[[0.0, 0.3], [50.0, 0.3], [50.0, 1.0]]")
+    scene = parse_scene(text.replace("limit = 2.0", "limit = 1e9"), ".")
+    assert all(decision.level == "info" for decision in make_plan(scene).decisions)
+    found = validate(scene, tmp_path)
+    errors = {line.subject: line.error for line in found.comparisons}
+    # measured 2.8e-4; without what the force of B leaves of mode A 8.1e-3
+    assert errors["modal displacement"] < 3.2e-4
 
 
 def test_from_rest_under_a_force_on_both_modes(tmp_path):
