@@ -20,7 +20,7 @@ from rom.quality import Quality
 from rom.reduction import Reduced
 from rom.tables import Table
 
-FORMAT = 9  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 10  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
