@@ -1,0 +1,71 @@
+"""How the cost of a contact step grows with the number of contacts.
+
+python -m runner.report.hard.growth
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+import rom
+from rom.torus import Discretisation, contact_harmonics
+from runner.report.hard.contacts import many_contacts
+from runner.report.hard.hard_case import HardCase
+
+_CONTACTS = (1, 2, 10, 30, 100)
+_STEPS = 64  # per period
+_POINTS = 16  # amplitudes, from sticking to slipping: two groups of lanes
+_REPEATS = 3
+# 2 where one contact after the other begins or ceases to slip; a factorisation at every stage
+# would make it 3. In between, caches that the matrices of 100 contacts no longer fit.
+_BOUND = 2.5
+
+
+def cost(contacts: int) -> float:
+    """CPU time of a step of all contacts at one amplitude [s], Coulomb friction."""
+    case = many_contacts(contacts)
+    reduced = rom.reduce(case.structure, (0,), carrier=case.frequency)
+    amplitudes = np.linspace(0.25, 4.0, _POINTS)[:, np.newaxis]
+    grid = Discretisation(_STEPS, 1)
+    spent = []
+    for _ in range(_REPEATS):
+        started = time.process_time()
+        solved = contact_harmonics(reduced, case.law, amplitudes, grid, tolerance=1e-4)
+        spent.append((time.process_time() - started) / (_STEPS * int(solved.periods.sum())))
+    return min(spent)
+
+
+def exponent(few: int, many: int) -> float:
+    """P of cost proportional to N_c^p between two numbers of contacts."""
+    return math.log(cost(many) / cost(few)) / math.log(many / few)
+
+
+def growth_cases() -> list[HardCase]:
+    """One: from 30 to 100 contacts, where nothing but them counts."""
+    return [
+        HardCase(
+            "30 to 100 contacts",
+            "work that grows with the cube of their number",
+            "exponent of the cost of a step",
+            _BOUND,
+            partial(exponent, 30, 100),
+        )
+    ]
+
+
+if __name__ == "__main__":
+    costs = {contacts: cost(contacts) for contacts in _CONTACTS}
+    print("contacts  step [us]  exponent since the line before")
+    for contacts, seconds in costs.items():
+        earlier = next((few for few, many in pairwise(_CONTACTS) if many == contacts), None)
+        grown = (
+            f"{math.log(seconds / costs[earlier]) / math.log(contacts / earlier):.2f}"
+            if earlier
+            else ""
+        )
+        print(f"{contacts:8}  {seconds * 1e6:9.2f}  {grown}")
