@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD, force_factors
+from fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
+from fmu.inputs import force_factors
 from fmu.variable import Kind, Variable
 from fmu.variables import PARAMETERS, states
 from rom import Model, _kernel

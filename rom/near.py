@@ -83,10 +83,13 @@ def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
     return tuple(found[:MOST])
 
 
-def is_resonant(mode: int, order: Order, near: Sequence[NearResonance]) -> bool:
-    """Whether a stored harmonic is the carrier of a mode or near it: the slow flow answers it."""
-    return order == CARRIERS[mode] or any(
-        (term.mode, term.stored_order) == (mode, order) for term in near
+def resonant_modes(modes: int, order: Order, near: Sequence[NearResonance]) -> tuple[int, ...]:
+    """Modes whose slow flow answers a stored harmonic: its carrier, or near it."""
+    return tuple(
+        mode
+        for mode in range(modes)
+        if order == CARRIERS[mode]
+        or any((term.mode, term.stored_order) == (mode, order) for term in near)
     )
 
 

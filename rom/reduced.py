@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -87,7 +88,7 @@ class Reduced:
     passive_damper: Floats
     damping_coupling: Floats
 
-    @property
+    @cached_property
     def coupling(self) -> Complexes:
         """L_j at the carrier of its mode, (modes, N_c)."""
         return self.coupling_at(self.carrier)
@@ -131,7 +132,7 @@ class Reduced:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
 
-    @property
+    @cached_property
     def all_shapes(self) -> Floats:
         """Shapes of the retained and of the passive modes, (n, modes + passive)."""
         return np.hstack((self.mode_shapes, self.passive_shapes))

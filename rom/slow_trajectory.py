@@ -130,10 +130,10 @@ class SlowTrajectory:
         segments["frequency_rate"][:, modes] = self.frequency_rate
         return segments
 
-    def contact_segments(self, model: Model, pull: Complexes) -> np.ndarray:
+    def contact_segments(self, segments: np.ndarray, pull: Complexes) -> np.ndarray:
         """The same as the contacts feel it; `pull` (steps + 1, orders, N_c) must outlive it."""
-        segments = self.segments(model)
-        modes = slice(0, model.modes)
+        segments = segments.copy()
+        modes = slice(0, self.amplitude.shape[1])
         moving = self.shift * self.force_rate
         force_end = self.force + self.force_rate * np.diff(self.time)[:, np.newaxis]
         segments["amplitude_start"][:, modes] += self.shift * self.force

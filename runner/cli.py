@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, replay, scenes, fmu, report, and those for recordings."""
+"""The command line: slipmode run, plan, scenes, fmu, report, and those for recordings."""
 
 from __future__ import annotations
 
@@ -71,16 +71,6 @@ def _plan(options: argparse.Namespace) -> int:
     for decision in plan.decisions:
         if decision.level != "info":
             print(f"warning: {decision.subject} {decision.choice}: {decision.reason}")
-    return 0
-
-
-def _replay(options: argparse.Namespace) -> int:
-    from runner.replay import replay
-
-    replay(options.file, save=options.save, screenshot=options.screenshot)
-    for written in (options.save, options.screenshot):
-        if written:
-            print(written)
     return 0
 
 
@@ -170,17 +160,6 @@ def _parser() -> argparse.ArgumentParser:
 
     plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
     _scene_argument(plan)
-
-    replay = _command(
-        commands,
-        "replay",
-        _replay,
-        "show a recording in Rerun",
-        "replay logs/two-mode.mcap --save two-mode.rrd",
-    )
-    replay.add_argument("file", type=Path, help="an .mcap recording")
-    replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
-    replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
 
     add_recording_commands(partial(_command, commands))
 

@@ -24,6 +24,7 @@ from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
 from runner.scene import Scene, Window, load_scene
+from runner.torus_motion import carrier_phases, torus_motion
 from runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 256
@@ -158,6 +159,7 @@ def _open(
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
         listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
+        listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))
     header = Header(
@@ -282,7 +284,12 @@ class _Pass:
             batch = times[start : start + _SAMPLES_PER_BATCH]
             motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
             self._record_motion(motion, of_contacts)
+            if of_contacts and self._model.modes == 2:
+                self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
             self.samples += batch.size
+        if of_contacts and self._model.modes == 2:
+            torus = torus_motion(self._model, trajectory, window.end)
+            self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 
     def _record_motion(self, motion: Motion, of_contacts: bool) -> None:
         if of_contacts:

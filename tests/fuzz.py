@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 
-from rom.model import _digest
+from rom.model import digest
 
 VALUES = (
     *("0", "-1", "1", "2", "7", "0.5", "-0.0", "1e-30", "1e30", "-1e30", "1e-300", "1e300"),
@@ -134,7 +134,7 @@ def mutated_model(data, random):
             case _:
                 header = _other_header(header, random)
     if random.random() < 0.9:
-        header["hash"] = _digest(header, entries)
+        header["hash"] = digest(header, entries)
     buffer = io.BytesIO()
     np.savez(buffer, header=np.array(json.dumps(header)), **entries)
     return _one_entry_damaged(buffer, random) if random.random() < 0.1 else buffer.getvalue()

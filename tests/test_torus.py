@@ -163,7 +163,7 @@ def test_second_order_in_the_steps_even_where_contacts_stick():
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_spectral_in_the_lines(formulation):
-    """Doubling the lines gains ever more than any fixed low power: 1e-2 to 1e-13 in 4 to 32."""
+    """Doubling the lines gains ever more than any fixed low power."""
     law, weak_over_strong = Tanh(LIMIT, alpha=0.2), [(2.5, 0.3)]
 
     def solve(lines):
@@ -171,10 +171,12 @@ def test_spectral_in_the_lines(formulation):
         return friction_functions(two_mode(formulation), law, weak_over_strong, grid, 1e-12)
 
     errors = [largest_error(solve(lines), solve(64)) for lines in (2, 4, 8, 16)]
-    gained = orders(errors)
-    assert np.all(np.diff(gained) > 2)  # measured 10, 12.5, 17.5: no power law
-    assert gained[0] > 8
-    assert errors[-1] < 1e-13
+    # measured at most 6e-3, 3e-5, 6e-10, 2e-15; where lines are too few the harmonics keep moving
+    # and the mean over the last periods hides part of the error, so the first gain says little
+    assert np.all(np.array(errors) < (1.2e-2, 6e-5, 1.2e-9, 1e-13))
+    gained = orders(errors)[1:]
+    assert np.all(gained > 10)  # measured 12.8, 15.6: no power law
+    assert np.all(np.diff(gained) > 2)
 
 
 # Invariances

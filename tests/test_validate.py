@@ -6,6 +6,7 @@ import pytest
 import rom
 from runner.load import read
 from runner.plan import make_plan
+from runner.planes import planes
 from runner.scene import load_scene, parse_scene
 from runner.validate import validate
 
@@ -131,3 +132,16 @@ def test_from_rest_under_a_force_on_both_modes(tmp_path):
     # measured 0.65 %, 1.00 %; with amplitudes that begin at 0: 1.06 %, 1.41 %
     assert errors["modal displacement"] < 7.3e-3
     assert errors["contact displacement"] < 1.13e-2
+
+
+def test_both_motions_are_shown_side_by_side(tmp_path):
+    found = validate("one-mode", tmp_path)
+    recorded = read(next(path for path in found.recordings if path.suffix == ".mcap"))
+    shown = [plane.entity for plane in planes([s.channel for s in recorded.channels.values()])]
+    assert shown == [
+        "/trajectory",
+        *(f"/loop{full}/contact/{number}" for full in ("", "/full") for number in range(2)),
+    ]
+    said = [event.message for event in recorded.events]
+    (line,) = [each for each in found.comparisons if each.subject == "friction force"]
+    assert f"friction force: {100 * line.error:.2g} % from full order" in said

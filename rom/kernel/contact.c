@@ -67,6 +67,7 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
     stepper->factor = memory + 2 * n * n;
     stepper->inertia = memory + 3 * n * n;
     stepper->massless = 1;
+    stepper->smooth = 0;
     stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
 }
 
@@ -94,6 +95,8 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
                              + SM_GAMMA * h * contact->stiffness[i];
     }
     stepper->massless = !contact->mass;
+    stepper->smooth = contact->law == SM_TANH;
+    for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
     for (int i = 0; i < n; i++)
         stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * n + i],
                                              contact->limit[i], contact->alpha);
@@ -104,8 +107,8 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 size_t sm_lanes_size(int contacts, int lanes) {
     const size_t n = (size_t)contacts, w = (size_t)lanes;
-    const size_t many = (n * n + sm_slipping_counts(n)) * w + n;
-    return 10 * n * w + (contacts > 2 ? many : 0);
+    const size_t many = sm_slipping_counts(n) * w + n;
+    return (10 + n) * n * w + (contacts > 2 ? many : 0);
 }
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {

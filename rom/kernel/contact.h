@@ -24,6 +24,7 @@ typedef struct {
     double *stiffness;   /* (N_c, N_c) K */
     double *inertia;     /* (N_c, N_c) M / (gamma h) */
     int massless;
+    int smooth;          /* tanh friction at every contact */
     double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
@@ -296,15 +297,6 @@ SM_INLINE void sm_stage_end(const int lanes, const sm_stepper *s, sm_lanes *m, i
         for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];
     else
         for (size_t k = 0; k < size; k++) m->x[k] = m->base[k] + last * m->v[k];
-}
-
-/* One stage: forcing in m->u; velocity into m->v. */
-SM_INLINE sm_status sm_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
-    sm_stage_begin(lanes, s, m, stage);
-    memcpy(m->v, m->stage_v[stage], (size_t)s->contacts * (size_t)lanes * sizeof(double));
-    const sm_status status = sm_solve_stage(lanes, s, m);
-    sm_stage_end(lanes, s, m, stage);
-    return status;
 }
 
 #endif

@@ -20,27 +20,32 @@ typedef struct {
 
 sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha);
 
+/* About the w >= 0 where c w + tanh w = eta >= 0. */
+SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
+    const double inv_c = 1.0 / f->c, knee = f->knee, delta = 1.0 - eta;
+    /* 1 - tanh w, joined smoothly between stick (delta) and slip (0) */
+    double gap = 0.5 * (delta + sqrt(delta * delta + 4.0 * knee * knee));
+    gap = gap > 1.999 ? 1.999 : gap;
+    const double from_stick = 0.5 * sm_log_rough((2.0 - gap) / gap);
+    const double from_slip = (gap - delta) * inv_c;
+    return delta > 0.0 ? from_stick : from_slip;
+}
+
 /* s v + limit tanh(v / alpha) = y, by Halley's method inside a bracket; d = dv/dy.
  * In scaled form F(w) = c w + tanh w - eta is increasing and concave for w > 0, so from the lower
  * end of the bracket the iteration converges whatever the data. */
 SM_INLINE void sm_resolve_tanh(const int lanes, const sm_resolvent *f, const double *restrict y,
                                double *restrict v, double *restrict d) {
-    const double c = f->c, inv_c = 1.0 / c, knee = f->knee, inv_limit = 1.0 / f->limit;
+    const double c = f->c, inv_c = 1.0 / c, inv_limit = 1.0 / f->limit;
     double eta[SM_LANES], w[SM_LANES], low[SM_LANES], high[SM_LANES], slope[SM_LANES];
     SM_SIMD
     for (int l = 0; l < lanes; l++) {
-        const double e = fabs(y[l]) * inv_limit, delta = 1.0 - e;
-        /* 1 - tanh w, joined smoothly between stick (delta) and slip (0) */
-        double gap = 0.5 * (delta + sqrt(delta * delta + 4.0 * knee * knee));
-        gap = gap > 1.999 ? 1.999 : gap;
-        const double from_stick = 0.5 * sm_log_rough((2.0 - gap) / gap);
-        const double from_slip = (gap - delta) * inv_c;
+        const double e = fabs(y[l]) * inv_limit, guess = sm_tanh_guess(f, e);
         const double slip_bound = (e - 1.0) * inv_c, stick_bound = e / (1.0 + c);
         low[l] = slip_bound > stick_bound ? slip_bound : stick_bound;
         high[l] = e * inv_c;
-        double guess = delta > 0.0 ? from_stick : from_slip;
-        guess = guess < low[l] ? low[l] : guess;
-        w[l] = guess > high[l] ? high[l] : guess;
+        const double raised = guess < low[l] ? low[l] : guess;
+        w[l] = raised > high[l] ? high[l] : raised;
         eta[l] = e;
     }
     for (int iteration = 0; iteration < 60; iteration++) {

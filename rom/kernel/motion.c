@@ -83,8 +83,9 @@ static void find_force(sm_march *march) {
     }
 }
 
-SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
-                         double from, double to, int steps_per_period) {
+SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
+                                    const sm_segment *segment, double from, double to,
+                                    int steps_per_period) {
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;

@@ -2,17 +2,19 @@
 
 #include <math.h>
 
-/* Periods without progress after which a change is put down to the discretisation: phases drift
- * from period to period, so the harmonics of a coarse grid keep moving by its error. */
-#define IDLE_PERIODS 40
+/* Half periods without progress after which a change is put down to the discretisation: phases
+ * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
+#define IDLE_HALVES 80
 #define PROGRESS 0.8
 
 void sm_progress_start(sm_progress *progress) {
-    progress->change = 0.0;
+    progress->change[0] = progress->change[1] = 0.0;
     progress->best = INFINITY;
     progress->idle = 0;
     progress->done = 0;
 }
+
+void sm_progress_restart(sm_progress *progress) { progress->change[0] = progress->change[1] = 0.0; }
 
 static double displacement(const sm_contact *contact, int mode, double amplitude) {
     const size_t n = (size_t)contact->contacts;
@@ -43,25 +45,29 @@ static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
     return own > 0.0 ? own : scales->largest;
 }
 
-double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, int contacts,
-                                 int orders_count, const int32_t *orders, const double *fresh,
-                                 const double *last, int first, double tolerance) {
-    progress->done = scales->largest == 0.0;
-    if (progress->done) return 0.0;
-    if (first) return INFINITY;
-    double now = 0.0;
-    for (int q = 0; q < orders_count; q++) {
+double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
+                            const int32_t *orders, const double *one, const double *other) {
+    double largest = 0.0;
+    for (int q = 0; q < orders_count && scales->largest > 0.0; q++) {
         const double scale = scale_of(scales, orders[2 * q], orders[2 * q + 1]);
         for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
-            now = fmax(now, fabs(fresh[k] - last[k]) / scale);
+            largest = fmax(largest, fabs(one[k] - other[k]) / scale);
     }
+    return largest;
+}
+
+double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double now,
+                                 int halves, double tolerance) {
+    progress->done = scales->largest == 0.0;
+    if (progress->done) return 0.0;
+    if (halves < 4) return INFINITY; /* the first whole period ended after two */
     /* the changes to come, as the geometric series that the last two began */
-    const double ratio = progress->change > 0.0 ? fmin(fmax(now / progress->change, 0.3), 0.97)
-                                                : 0.9;
+    double *change = &progress->change[halves % 2];
+    const double ratio = *change > 0.0 ? fmin(fmax(now / *change, 0.3), 0.97) : 0.9;
     const double distance = now * ratio / (1.0 - ratio);
-    progress->change = now;
+    *change = now;
     progress->idle = now < PROGRESS * progress->best ? 0 : progress->idle + 1;
     progress->best = fmin(progress->best, now);
-    progress->done = distance <= tolerance || progress->idle >= IDLE_PERIODS;
+    progress->done = distance <= tolerance || progress->idle >= IDLE_HALVES;
     return distance;
 }

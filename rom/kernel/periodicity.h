@@ -6,9 +6,10 @@
 
 /* How the harmonics of one point settle. */
 typedef struct {
-    double change; /* last change, relative to the displacement scale */
-    double best;   /* smallest change so far */
-    int idle;      /* periods since `best` last fell noticeably */
+    double change[2]; /* last change over a period, relative to the displacement scale; the
+                         first after even halves, the second after odd ones */
+    double best;      /* smallest change so far */
+    int idle;         /* half periods since `best` last fell noticeably */
     int done;
 } sm_progress;
 
@@ -19,12 +20,16 @@ typedef struct {
 } sm_scales;
 
 void sm_progress_start(sm_progress *progress);
+/* What follows does not continue the series of changes. */
+void sm_progress_restart(sm_progress *progress);
 sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
                                  const double *smallest_scale);
-/* Distance from periodicity after a period that turned the harmonics `last` into `fresh`, both
- * (orders_count, N_c, 2); sets progress->done. `first` is the first period: nothing to compare. */
-double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, int contacts,
-                                 int orders_count, const int32_t *orders, const double *fresh,
-                                 const double *last, int first, double tolerance);
+/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
+double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
+                            const int32_t *orders, const double *one, const double *other);
+/* Distance from periodicity after so many half periods, when the harmonics of a whole period
+ * differ by `change` from those of the period before; sets progress->done. */
+double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
+                                 int halves, double tolerance);
 
 #endif

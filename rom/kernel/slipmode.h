@@ -86,8 +86,10 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *   mean_square (points, N_c) of the displacement: what the harmonics asked for leave out is
  *              mean_square - 2 sum |P_nm|^2
  *   residual   (points) estimated distance from periodicity when the march ended; larger than
- *              the tolerance where max_periods, or the accuracy of the grid, was reached first
- *   periods    (points) periods marched */
+ *              the tolerance where max_periods was reached first, or where the harmonics keep
+ *              moving by the error of the grid: they are means then, and this is the distance of
+ *              the last ones from them
+ *   periods    (points) periods marched, the last one perhaps by half */
 SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
                                     int32_t lines, double tolerance, const double *smallest_scale,
                                     int32_t max_periods, size_t points, const double *amplitudes,

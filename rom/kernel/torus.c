@@ -3,7 +3,8 @@
  * Along t_B = t_B0 + (omega_B / omega_A) t_A the partial differential equation is ordinary.
  * `lines` phase lines with t_B0 = 2 pi p / lines are marched period by period of mode A, side by
  * side in lanes; P_nm is the plain mean of x exp(-i (n t_A + m t_B)) over steps and lines,
- * spectrally accurate in t_B. The march ends when the harmonics repeat.
+ * spectrally accurate in t_B. After every half period the harmonics of the last whole one are
+ * compared with those a period before; the march ends when they repeat.
  */
 #include "check.h"
 #include "torus_group.h"
@@ -63,26 +64,43 @@ static sm_status check_points(const sm_contact *contact, size_t points, const do
     return SM_OK;
 }
 
-/* After a period: stores the harmonics of unfinished points; whether any goes on. */
+/* The answer of a point whose harmonics keep moving, by the error of the grid, while the phases
+ * drift: their mean since they last came noticeably closer to periodicity; and the distance of the
+ * last ones from it. */
+static double settle_for_mean(const sm_torus_grid *grid, const sm_scales *scales, int idle,
+                              const double *fresh, const double *sum, double *mean) {
+    for (size_t k = 0; k < grid->per_point; k++) mean[k] = sum[k] / idle;
+    return sm_relative_distance(scales, grid->contact->contacts, grid->orders_count, grid->orders,
+                                fresh, mean);
+}
+
+/* After so many halves: stores the harmonics of unfinished points; whether any goes on. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
-                 size_t first, size_t count, int period) {
+                 size_t first, size_t count, int halves) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     int open = 0;
     for (size_t p = 0; p < count; p++) {
-        if (g->track[p].done) continue; /* its answer is already stored */
+        sm_progress *track = &g->track[p];
+        if (track->done) continue; /* its answer is already stored */
         const size_t point = first + p;
-        double *fresh = g->fresh + p * per_point, *last = g->last + p * per_point;
+        double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
+        double *sum = g->idle_sum + p * per_point, *answer = task->harmonics + point * per_point;
         const sm_scales scales = sm_displacement_scales(
             grid->contact, task->amplitudes + point * modes, task->smallest_scale);
-        task->residual[point] = sm_distance_from_periodic(
-            &g->track[p], &scales, grid->contact->contacts, grid->orders_count, grid->orders,
-            fresh, last, period == 1, task->tolerance);
-        task->periods[point] = period;
+        const double change = sm_relative_distance(&scales, grid->contact->contacts,
+                                                   grid->orders_count, grid->orders, fresh, last);
+        task->residual[point] = sm_distance_from_periodic(track, &scales, change, halves,
+                                                          task->tolerance);
+        task->periods[point] = (halves + 1) / 2;
+        for (size_t k = 0; k < per_point; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
         memcpy(last, fresh, sizeof(double) * per_point);
-        memcpy(task->harmonics + point * per_point, fresh, sizeof(double) * per_point);
+        memcpy(answer, fresh, sizeof(double) * per_point);
+        if (track->done && task->residual[point] > task->tolerance)
+            task->residual[point] =
+                settle_for_mean(grid, &scales, track->idle, fresh, sum, answer);
         sm_torus_group_mean_square(grid, g, p,
                                    task->mean_square + point * (size_t)grid->contact->contacts);
-        open |= !g->track[p].done;
+        open |= !track->done;
     }
     return open;
 }
@@ -92,11 +110,12 @@ static sm_status solve_group(const sm_torus_grid *grid, sm_torus_group *g, const
     const size_t left = task->points - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
     sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
-    for (int period = 1; period <= task->max_periods; period++) {
-        const sm_status status = sm_torus_group_period(grid, g);
+    for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
+        const int half = (halves - 1) % 2;
+        const sm_status status = sm_torus_group_half(grid, g, half);
         if (status != SM_OK) return status;
-        if (!store(grid, g, task, first, count, period)) return SM_OK;
-        sm_torus_group_next(grid, g, count);
+        if (!store(grid, g, task, first, count, halves)) return SM_OK;
+        sm_torus_group_next(grid, g, count, half);
     }
     return SM_OK;
 }

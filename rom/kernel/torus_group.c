@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "torus_march.h"
 
 static size_t whole_lines(size_t doubles) { return (doubles + 7) & ~(size_t)7; }
 
@@ -13,7 +14,7 @@ static double order_rate(const sm_torus_grid *grid, int q) {
 }
 
 static void fill_angles(sm_torus_grid *grid) {
-    for (int k = 0; k < grid->steps; k++) {
+    for (int k = 0; k < grid->steps + SM_TOGETHER; k++) {
         for (int stage = 0; stage < 2; stage++) {
             const double t = SM_TWO_PI * (k + (stage == 0 ? SM_GAMMA : 1.0)) / grid->steps;
             double *c = grid->carrier + (k * 2 + stage) * 4;
@@ -59,9 +60,10 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
                              int steps, int lines, int orders_count, const int32_t *orders) {
     const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
-    const size_t carrier = (size_t)steps * 8, weight = (size_t)steps * count * 2;
+    const size_t rows = (size_t)steps + SM_TOGETHER;
+    const size_t carrier = rows * 8, weight = rows * count * 2;
     const size_t stepper = whole_lines(sm_stepper_size(contact->contacts));
-    const size_t turn = contact->answer ? (size_t)steps * count * 4 : 0;
+    const size_t turn = contact->answer ? rows * count * 4 : 0;
     const size_t relaxation = contact->answer ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
@@ -100,8 +102,9 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t harmonics = whole_lines(points * grid->per_point);
     const size_t speed = whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
-    g->memory = calloc(lanes + 4 * wide + sums + squares + pull + 3 * harmonics + points * speed
-                           + line_state,
+    const size_t row = (size_t)n * SM_LANES;
+    g->memory = calloc(lanes + 4 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
+                           + 8 * harmonics + points * speed + line_state,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
     g->track = calloc(points, sizeof(sm_progress));
@@ -114,12 +117,16 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->b = g->a + wide;
     g->phase = g->b + wide;
     g->sums = g->phase + 2 * wide;
-    g->squares = g->sums + sums;
-    g->pull = grid->feedback ? g->squares + squares : NULL;
-    g->fresh = g->squares + squares + pull;
-    g->last = g->fresh + harmonics;
-    g->answered = g->last + harmonics;
-    memory = g->answered + harmonics;
+    g->pull = grid->feedback ? g->sums + sums : NULL;
+    g->squares[0] = g->sums + sums + pull;
+    g->squares[1] = g->squares[0] + squares;
+    g->forcing = g->squares[1] + squares;
+    g->moved = g->forcing + 2 * SM_TOGETHER * row;
+    memory = g->moved + SM_TOGETHER * row;
+    double **arrays[] = {&g->half[0], &g->half[1], &g->fresh,   &g->last[0],
+                         &g->last[1], &g->idle_sum, &g->answered, &g->answer};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++, memory += harmonics)
+        *arrays[k] = memory;
     for (size_t p = 0; p < points; p++, memory += speed)
         sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
     g->line_state = memory;
@@ -139,7 +146,9 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
-    memset(g->answered, 0, (size_t)grid->points_per_group * grid->per_point * sizeof(double));
+    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
+    memset(g->answered, 0, harmonics);
+    memset(g->half[1], 0, harmonics);
     if (g->pull)
         memset(g->pull, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
@@ -158,86 +167,7 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     }
 }
 
-/* ---- one period ---------------------------------------------------------------------- */
-
-/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane. */
-SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
-                            const double *restrict a, const double *restrict b,
-                            const double *restrict phase, double *restrict u) {
-    const int n = contact->contacts;
-    for (int i = 0; i < n; i++) {
-        const double *L = contact->coupling + 2 * i;
-        const double from_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
-        SM_SIMD
-        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * a[l];
-        if (contact->modes == 1) continue;
-        L = contact->coupling + 2 * (n + i);
-        /* Re(L exp(i (t_B0 + ratio t_A))) = p cos t_B0 - q sin t_B0 */
-        const double p = -2.0 * (L[0] * carrier[2] - L[1] * carrier[3]);
-        const double q = -2.0 * (L[1] * carrier[2] + L[0] * carrier[3]);
-        SM_SIMD
-        for (int l = 0; l < lanes; l++)
-            u[i * lanes + l] += b[l] * (p * phase[l] - q * phase[lanes + l]);
-    }
-}
-
-/* u += Re sum_q pull_q exp(i (n + m ratio) t_A). */
-SM_INLINE void add_pull(const int lanes, const sm_torus_grid *grid, const double *turn,
-                        const double *pull, double *restrict u) {
-    const int n = grid->contact->contacts;
-    for (int q = 0; q < grid->orders_count; q++)
-        for (int i = 0; i < n; i++) {
-            const double *restrict re = pull + ((size_t)q * (size_t)n + (size_t)i) * 2 * lanes;
-            const double *restrict im = re + lanes;
-            const double c = turn[2 * q], s = turn[2 * q + 1];
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) u[i * lanes + l] += re[l] * c - im[l] * s;
-        }
-}
-
-SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, const double *weight,
-                             const double *all_x, double *sums) {
-    const int n = grid->contact->contacts;
-    for (int q = 0; q < grid->orders_count; q++)
-        for (int i = 0; i < n; i++) {
-            double *restrict sum = sums + ((size_t)q * (size_t)n + (size_t)i) * 2 * lanes;
-            const double *restrict x = all_x + (size_t)i * lanes;
-            const double re = weight[2 * q], im = weight[2 * q + 1];
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) {
-                sum[l] += re * x[l];
-                sum[lanes + l] += im * x[l];
-            }
-        }
-}
-
-SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict x,
-                           double *restrict squares) {
-    for (int i = 0; i < contacts; i++) {
-        SM_SIMD
-        for (int l = 0; l < lanes; l++)
-            squares[i * lanes + l] += x[i * lanes + l] * x[i * lanes + l];
-    }
-}
-
-/* One block of lanes through a period of mode A. */
-SM_HOT static sm_status march_block(const sm_torus_grid *grid, sm_lanes *m, const double *a,
-                                    const double *b, const double *phase, const double *pull,
-                                    double *sums, double *squares) {
-    const size_t per_step = (size_t)grid->orders_count * 2;
-    for (int k = 0; k < grid->steps; k++) {
-        for (int stage = 0; stage < 2; stage++) {
-            const size_t at = (size_t)(2 * k + stage);
-            load_forcing(SM_LANES, grid->contact, grid->carrier + 4 * at, a, b, phase, m->u);
-            if (pull) add_pull(SM_LANES, grid, grid->turn + per_step * at, pull, m->u);
-            const sm_status status = sm_stage(SM_LANES, &grid->stepper, m, stage);
-            if (status != SM_OK) return status;
-        }
-        add_harmonics(SM_LANES, grid, grid->weight + per_step * (size_t)k, m->x, sums);
-        add_squares(SM_LANES, grid->contact->contacts, m->x, squares);
-    }
-    return SM_OK;
-}
+/* ---- half a period --------------------------------------------------------------------- */
 
 /* exp(i m angle) from (cos, sin) of the angle, for a small integer m. */
 static void power(double c, double s, int m, double *re, double *im) {
@@ -252,13 +182,13 @@ static void power(double c, double s, int m, double *re, double *im) {
     *im = pi;
 }
 
-/* Mean over lines: fresh = sum over lanes of sums exp(-i m t_B0) / lines. */
-static void collect(const sm_torus_grid *grid, sm_torus_group *g) {
+/* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
+static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double *harmonics) {
     const size_t n = (size_t)grid->contact->contacts;
-    memset(g->fresh, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
+    memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
-        double *point = g->fresh + (size_t)(lane / grid->lines) * grid->per_point;
+        double *point = harmonics + (size_t)(lane / grid->lines) * grid->per_point;
         const double *phase = g->phase + block * 2 * SM_LANES;
         const double *sums = g->sums + block * SM_LANES * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
@@ -274,23 +204,18 @@ static void collect(const sm_torus_grid *grid, sm_torus_group *g) {
     }
 }
 
-sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t block_sums = SM_LANES * grid->per_point;
-    const size_t block_squares = SM_LANES * (size_t)grid->contact->contacts;
-    memset(g->sums, 0, sizeof(double) * (size_t)g->blocks * block_sums);
-    memset(g->squares, 0, sizeof(double) * (size_t)g->blocks * block_squares);
+sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
+    const size_t wide = (size_t)g->blocks * SM_LANES;
+    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
+    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
+    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
     for (int block = 0; block < g->blocks; block++) {
-        const size_t at = (size_t)block * SM_LANES;
-        const sm_status status = march_block(
-            grid, &g->lanes[block], g->a + at, g->b + at, g->phase + 2 * at,
-            g->pull ? g->pull + (size_t)block * block_sums : NULL,
-            g->sums + (size_t)block * block_sums, g->squares + (size_t)block * block_squares);
+        const sm_status status = sm_torus_march(grid, g, block, half);
         if (status != SM_OK) return status;
     }
-    collect(grid, g);
-    return sm_all_finite(g->fresh, (size_t)grid->points_per_group * grid->per_point)
-               ? SM_OK
-               : SM_NOT_FINITE;
+    collect(grid, g, g->half[half]);
+    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
+    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
 }
 
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
@@ -298,8 +223,10 @@ void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group 
     const int n = grid->contact->contacts, lines = grid->lines;
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
-        for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++)
-            sum += g->squares[(lane / SM_LANES * n + i) * SM_LANES + lane % SM_LANES];
+        for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
+            const int at = (lane / SM_LANES * n + i) * SM_LANES + lane % SM_LANES;
+            sum += g->squares[0][at] + g->squares[1][at];
+        }
         mean_square[i] = sum / ((double)grid->steps * lines);
     }
 }
@@ -341,7 +268,7 @@ static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t poin
         exchange_lines(grid, g, p, 0);
         if (sm_accelerate(&g->faster[p], angle, angle + grid->lines, g->line_state)) {
             exchange_lines(grid, g, p, 1);
-            g->track[p].change = 0.0; /* what follows does not continue the series */
+            sm_progress_restart(&g->track[p]);
         }
     }
 }
@@ -354,37 +281,50 @@ static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
     }
 }
 
-/* pull = 2 H_q P_q exp(i m t_B0): the force of the modes' non-resonant answer to x_c. */
+/* answer = 2 H_q P_q: the force of the modes' non-resonant answer to x_c. */
+static void set_answer(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t n = (size_t)grid->contact->contacts;
+    for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
+        const double *H = grid->feedback + k % (size_t)grid->orders_count * n * n * 2;
+        for (size_t i = 0; i < n; i++, H += 2 * n) {
+            const double *P = g->answered + k * n * 2;
+            double *force = g->answer + (k * n + i) * 2;
+            force[0] = force[1] = 0.0;
+            for (size_t j = 0; j < 2 * n; j += 2) {
+                force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
+                force[1] += 2.0 * (H[j] * P[j + 1] + H[j + 1] * P[j]);
+            }
+        }
+    }
+}
+
+/* pull = answer exp(i m t_B0) */
 static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts;
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
-        const double *point = g->answered + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *point = g->answer + (size_t)(lane / grid->lines) * grid->per_point;
         const double *phase = g->phase + block * 2 * SM_LANES;
         double *pull = g->pull + block * SM_LANES * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
             double re, im;
             power(phase[l], phase[SM_LANES + l], grid->orders[2 * q + 1], &re, &im);
             for (size_t i = 0; i < n; i++) {
-                const double *H = grid->feedback + ((size_t)q * n + i) * n * 2;
-                double f_re = 0.0, f_im = 0.0;
-                for (size_t k = 0; k < n; k++) {
-                    const double *P = point + ((size_t)q * n + k) * 2;
-                    f_re += 2.0 * (H[2 * k] * P[0] - H[2 * k + 1] * P[1]);
-                    f_im += 2.0 * (H[2 * k] * P[1] + H[2 * k + 1] * P[0]);
-                }
-                double *value = pull + ((size_t)q * n + i) * 2 * SM_LANES + l;
-                value[0] = f_re * re - f_im * im;
-                value[SM_LANES] = f_re * im + f_im * re;
+                const size_t at = ((size_t)q * n + i) * 2;
+                pull[at * SM_LANES + l] = point[at] * re - point[at + 1] * im;
+                pull[(at + 1) * SM_LANES + l] = point[at] * im + point[at + 1] * re;
             }
         }
     }
 }
 
-void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
-    turn_phases(grid, g);
-    accelerate(grid, g, points);
+void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
+    if (half == 1) {
+        turn_phases(grid, g);
+        accelerate(grid, g, points);
+    }
     if (!g->pull) return;
     relax(grid, g);
+    set_answer(grid, g);
     set_pull(grid, g);
 }

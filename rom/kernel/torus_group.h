@@ -7,6 +7,8 @@
 #include "exact_sum.h"
 #include "periodicity.h"
 
+#define SM_TOGETHER 4 /* steps whose sums over the harmonics are formed together */
+
 /* What all groups share: the discretisation of the torus and the angles at its steps. */
 typedef struct {
     const sm_contact *contact;
@@ -15,6 +17,7 @@ typedef struct {
     const int32_t *orders;
     double ratio;            /* omega_B / omega_A */
     sm_stepper stepper;
+    /* at all steps, and SM_TOGETHER beyond: */
     double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
     double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
     double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
@@ -30,10 +33,15 @@ typedef struct {
     double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane */
     double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
     double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
-    double *squares;         /* (blocks, N_c, SM_LANES): sum of x^2 over the steps */
     double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
-    double *fresh, *last;    /* (points_per_group, orders, N_c, 2) harmonics of two periods */
+    double *squares[2];      /* (blocks, N_c, SM_LANES): sum of x^2 over the steps of each half */
+    double *half[2];         /* (points_per_group, orders, N_c, 2) harmonics of half a period */
+    double *fresh;           /* the same shape: of the last whole period */
+    double *last[2];         /* the same shape: of those that ended with each half before */
+    double *idle_sum;        /* the same shape: sum over the halves without progress */
     double *answered;        /* the same shape: harmonics that the modes answer to */
+    double *answer;          /* the same shape: force of that answer on the contacts */
+    double *forcing, *moved; /* (2 SM_TOGETHER, N_c, SM_LANES), (SM_TOGETHER, N_c, SM_LANES) */
     sm_progress *track;      /* (points_per_group) */
     sm_acceleration *faster; /* (points_per_group) */
     double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
@@ -50,13 +58,15 @@ void sm_torus_group_release(sm_torus_group *group);
 /* Contacts at rest, for points `first` on of `points`. */
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
                           size_t points, const double *amplitudes);
-/* One period of mode A; the harmonics over it are in `fresh`. */
-sm_status sm_torus_group_period(const sm_torus_grid *grid, sm_torus_group *group);
+/* The first or second half of a period of mode A; the harmonics over this and the half before
+ * are in `fresh`. */
+sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *group, int half);
 /* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
                                 double *mean_square);
-/* Between periods: turn the phases, move the lines of unfinished points closer to periodicity,
- * let the retained modes answer to the harmonics in `fresh`. */
-void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points);
+/* After a half: let the retained modes answer to the harmonics in `fresh`; after the second, turn
+ * the phases and move the lines of unfinished points closer to periodicity. */
+void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points,
+                         int half);
 
 #endif

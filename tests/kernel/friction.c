@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "driver.h"
-#include "contact.h"
+#include "smooth_stage.h"
 #include "fixtures.h"
 
 #define STEPS 48
