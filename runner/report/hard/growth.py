@@ -1,13 +1,10 @@
-"""How the cost of a contact step grows with the number of contacts.
-
-python -m runner.report.hard.growth
-"""
+"""How the cost of a contact step grows with the number of contacts."""
 
 from __future__ import annotations
 
 import math
 import time
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -26,6 +23,7 @@ _REPEATS = 3
 _BOUND = 2.5
 
 
+@cache
 def cost(contacts: int) -> float:
     """CPU time of a step of all contacts at one amplitude [s], Coulomb friction."""
     case = many_contacts(contacts)
@@ -46,26 +44,14 @@ def exponent(few: int, many: int) -> float:
 
 
 def growth_cases() -> list[HardCase]:
-    """One: from 30 to 100 contacts, where nothing but them counts."""
+    """From each number of contacts to the next."""
     return [
         HardCase(
-            "30 to 100 contacts",
+            f"{few} to {many} contacts",
             "work that grows with the cube of their number",
             "exponent of the cost of a step",
             _BOUND,
-            partial(exponent, 30, 100),
+            partial(exponent, few, many),
         )
+        for few, many in pairwise(_CONTACTS)
     ]
-
-
-if __name__ == "__main__":
-    costs = {contacts: cost(contacts) for contacts in _CONTACTS}
-    print("contacts  step [us]  exponent since the line before")
-    for contacts, seconds in costs.items():
-        earlier = next((few for few, many in pairwise(_CONTACTS) if many == contacts), None)
-        grown = (
-            f"{math.log(seconds / costs[earlier]) / math.log(contacts / earlier):.2f}"
-            if earlier
-            else ""
-        )
-        print(f"{contacts:8}  {seconds * 1e6:9.2f}  {grown}")
