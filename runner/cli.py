@@ -8,9 +8,13 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rom.errors import SlipmodeError
 from runner.recording_commands import add_recording_commands
+
+if TYPE_CHECKING:
+    from runner.viewer import Viewer
 
 _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
@@ -41,7 +45,8 @@ def _fail(message: str) -> int:
 def _run(options: argparse.Namespace) -> int:
     from runner.run import run
 
-    recording = run(options.scene, options.output, fmu=options.fmu, progress=True)
+    live = None if options.live is None else _viewer(options.live or None)
+    recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
@@ -57,6 +62,17 @@ def _run(options: argparse.Namespace) -> int:
         program = "slipmode" if shutil.which("slipmode") else sys.argv[0]
         print(f"look at it:  {program} replay {recording.mcap}")
     return 0
+
+
+def _viewer(url: str | None) -> Viewer | None:
+    """Where to show a run; None, and a line that says why, if there is no viewer."""
+    from runner.viewer import find_viewer
+
+    try:
+        return find_viewer(url)
+    except SlipmodeError as error:
+        print(f"slipmode: {error}; recorded without it: see slipmode replay", file=sys.stderr)
+        return None
 
 
 def _plan(options: argparse.Namespace) -> int:
@@ -156,6 +172,15 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="FILE",
         help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
+    )
+
+    run.add_argument(
+        "--live",
+        nargs="?",
+        const="",
+        metavar="URL",
+        help="show it in Rerun while it runs: in a new viewer, or in one that listens there: "
+        "run two-mode --live rerun+http://127.0.0.1:9876/proxy",
     )
 
     plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")

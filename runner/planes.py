@@ -20,6 +20,8 @@ COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
 _LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
 
+Window = tuple[int, int]  # first and last time [ns]
+
 _LOOPS = 3  # of the first contacts: more would be too small to read
 # of a channel, to draw paths from; a viewer without a GPU slows down with more
 _KEPT_SAMPLES = 8192
@@ -27,19 +29,6 @@ _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC, _FIRST = "/elastic", "/contact/0"
 _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How far a recording reaches, which is known only at its end.
-
-    Parameters
-    ----------
-    window : tuple of int, optional
-        First and last time of the contact motion to show at first [ns].
-    """
-
-    window: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -144,8 +133,8 @@ class Paths:
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
-    def draw(self, stream: rr.RecordingStream) -> Extent:
-        """Draw every plane that has samples; return how far they reach."""
+    def draw(self, stream: rr.RecordingStream) -> Window | None:
+        """Draw every plane that has samples; return the motion to show at first, if any."""
         window = None
         for plane in self._planes:
             time_ns, path = self._path(plane)
@@ -164,7 +153,7 @@ class Paths:
         elastic = self._samples.get(_ELASTIC)
         if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
             window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
-        return Extent(window)
+        return window
 
     def _draw_torus(self, stream: rr.RecordingStream) -> None:
         """Draw contact motion over both phases, of the last window."""
@@ -288,7 +277,7 @@ def _shown(count: int) -> NDArray[np.int64]:
     return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
 
 
-def _latest_window(time_ns: NDArray[np.int64]) -> tuple[int, int]:
+def _latest_window(time_ns: NDArray[np.int64]) -> Window:
     first = max(int(_stretch_starts(time_ns)[-1]), len(time_ns) - _SHOWN_SAMPLES)
     return int(time_ns[first]), int(time_ns[-1])
 

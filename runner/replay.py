@@ -74,7 +74,7 @@ def replay(
 def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
     notes = []
     if data.damage:
-        rest = "slipmode recover finds what is whole behind that"
+        rest = "slipmode recover may find more"
         notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
     if data.left_out:
         notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from runner import views
 from runner.channels import EVENTS, Channel, Level
 from runner.envelope import Envelope
-from runner.planes import Extent, Paths
+from runner.planes import Paths
 from runner.record import Header, Sink, checked_batch, create_file, find_channel, nanoseconds
 from runner.viewer import Viewer
 
@@ -54,11 +55,11 @@ class RerunSink(Sink):
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = Paths(channels)
         self._envelopes = {topic: Envelope() for topic in self._channels}
-        self._stream = rr.RecordingStream("slipmode")
+        self._stream = rr.RecordingStream(_application(header, channels, playing))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
-        self._open(views.blueprint(channels, Extent(), playing))
+        self._open(views.blueprint(channels, playing=playing))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
 
@@ -89,9 +90,9 @@ class RerunSink(Sink):
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        extent = self._paths.draw(self._stream)
+        window = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        blueprint = views.blueprint(filled, extent, self._playing)
+        blueprint = views.blueprint(filled, window, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True
@@ -139,3 +140,12 @@ class RerunSink(Sink):
             reason = str(error).splitlines()[0]
             where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
+
+
+def _application(
+    header: Header, channels: Sequence[Channel], playing: views.Playing | None
+) -> str:
+    """Name under which a viewer keeps the layout of views: that of one recording alone."""
+    topics = [channel.topic for channel in channels]
+    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
+    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time as clock
+from io import BytesIO
 from pathlib import Path
 
+from PIL import Image
 from rerun.experimental import ViewerClient
 
 from rom.errors import SlipmodeError
@@ -14,6 +16,7 @@ from runner.viewer import windowless_viewer
 _PACKAGES = (
     "mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri libegl1 libxkbcommon0 fonts-dejavu-core"
 )
+_COLORS = 192  # of plots on a plain ground; a third of the bytes of all colours
 _NOTICE_TIME = 4.0  # [s] for which a new viewer says across its views where it listens
 _SETTLING_TIME = 20.0  # [s] at most, until the picture stands still
 
@@ -32,7 +35,7 @@ def photograph(rrd: Path, time: float) -> bytes:
             viewer.open(str(rrd))
             viewer.run_command("ui.toggle_top_panel")
             viewer.set_time(TIMELINE, duration=time, play_state="paused")
-            return _settled(viewer, started)
+            return _small(_settled(viewer, started))
     except (RuntimeError, ConnectionError) as error:
         raise SlipmodeError(
             "no viewer could be started for the screenshot: it needs a graphics driver, "
@@ -49,3 +52,14 @@ def _settled(viewer: ViewerClient, started: float) -> bytes:
         clock.sleep(0.3)
         previous, picture = picture, viewer.take_screenshot()
     return picture
+
+
+def _small(picture: bytes) -> bytes:
+    """The same PNG with fewer colours."""
+    with Image.open(BytesIO(picture)) as image:
+        few = image.convert("RGB").quantize(
+            _COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+        )
+    small = BytesIO()
+    few.save(small, "PNG", optimize=True)
+    return small.getvalue()

@@ -46,15 +46,17 @@ class Selection:
             If it has no such channel, or no sample between the times.
         """
         channels = chosen(data.channels, self.topics)
+        header = data.header
         if self.start > -math.inf or self.end < math.inf:
             channels = {topic: self._within(signals) for topic, signals in channels.items()}
+            header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
             if not any(signals.time.size for signals in channels.values()):
                 raise SlipmodeError(
                     f"no samples from {self.start:g} to {self.end:g} s: "
                     f"the recording ends at {data.end_time:g} s"
                 )
         events = [event for event in data.events if self.start <= event.time <= self.end]
-        return replace(data, channels=channels, events=events)
+        return replace(data, header=header, channels=channels, events=events)
 
     def _within(self, signals: Signals) -> Signals:
         kept = (self.start <= signals.time) & (signals.time <= self.end)

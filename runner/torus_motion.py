@@ -46,12 +46,12 @@ def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Float
         the order of the march.
     """
     k = min(int(np.searchsorted(trajectory.time, time)), trajectory.time.size - 1)
-    slower, faster = trajectory.point_frequency[k]
-    odd = 2 * round(0.5 * (faster / slower * LINES - 1)) + 1
-    frequency = np.array([slower, slower * odd / LINES])
-    period = _TURN / slower
-    begin = SPIN_UP_PERIODS * _TURN / frequency.min()
-    times = begin + period / SAMPLES * np.arange(LINES * SAMPLES)
+    of_a, of_b = trajectory.point_frequency[k]
+    odd = 2 * max(0, round(0.5 * (of_b / of_a * LINES - 1))) + 1
+    frequency = np.array([of_a, of_a * odd / LINES])
+    period = _TURN / of_a
+    first = int(np.ceil(SPIN_UP_PERIODS * of_a / frequency.min())) * SAMPLES
+    times = period / SAMPLES * np.arange(first, first + LINES * SAMPLES)
     steps = int(np.ceil(times[-1] / period * _STEPS_PER_PERIOD)) + 1
     every = np.ones((steps + 1, 1))
     clock = np.linspace(0.0, steps * period / _STEPS_PER_PERIOD, steps + 1)

@@ -13,6 +13,7 @@ from runner.channels import PHASES, TORUS, Channel
 
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
+_LIFT = 0.06  # of the moving point above the surface, that would hide half of it
 _DIGITS = 9  # by which phases of A are the same
 _CELLS = 64  # of the surface along the phase of B
 _STUCK, _PULLED, _PUSHED = (np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230)))
@@ -34,7 +35,7 @@ def view() -> rrb.Spatial3DView:
         name="Contact 0 over the phases of both carriers",
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
-            position=(middle - 3.4, middle - 6.7, 5.6),
+            position=(middle - 3.0, middle - 6.0, 6.4),
             look_target=(middle, middle, -0.4),
             eye_up=(0, 0, 1),
         ),
@@ -105,7 +106,7 @@ def draw(
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
     _draw_frame(stream, scale, limit)
-    points = np.column_stack((phases, x)) * upright
+    points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
     starts = _turn_starts(phases)
     trails = [points[max(starts[i], i + 1 - trail) : i + 1] for i in shown]
     style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))

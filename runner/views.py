@@ -21,8 +21,8 @@ from runner.planes import (
     PHASE_PLANE,
     TIMELINE,
     TRAJECTORY,
-    Extent,
     Plane,
+    Window,
     planes,
     time_column,
 )
@@ -179,7 +179,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
 
 
 def blueprint(
-    channels: Sequence[Channel], extent: Extent, playing: Playing | None = None
+    channels: Sequence[Channel], window: Window | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
     """Layout of the views of the channels that are present.
 
@@ -187,8 +187,8 @@ def blueprint(
     ----------
     channels : sequence of Channel
         What is recorded.
-    extent : Extent
-        How far they reach, as `Paths.draw` returns it; ``Extent()`` while unknown.
+    window : (int, int), optional
+        Fast motion to show at first [ns], as `Paths.draw` returns it; all of it by default.
     playing : Playing, optional
         By default a viewer does as it does with any recording.
     """
@@ -197,7 +197,7 @@ def blueprint(
     def drawn(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
-    motion = _plots(channels, _MOTION_PLOTS, extent.window) + drawn(TRAJECTORY)
+    motion = _plots(channels, _MOTION_PLOTS, window) + drawn(TRAJECTORY)
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row)
         for row in map(drawn, (PHASE_PLANE, f"{LOOP}/contact", f"{LOOP}{FULL}"))
@@ -259,7 +259,7 @@ def _time_panel(playing: Playing | None) -> rrb.TimePanel:
 def _plots(
     channels: Sequence[Channel],
     wanted: Sequence[tuple[str, str, str]],
-    window: tuple[int, int] | None = None,
+    window: Window | None = None,
 ) -> list[rrb.View]:
     """Plots of the wanted quantities that are recorded, over a window or else the whole time."""
     boundary = rr.TimeRangeBoundary

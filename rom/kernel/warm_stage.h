@@ -11,10 +11,14 @@
 
 #include "contact.h"
 
-#define SM_WARM_TOLERANCE 1e-7 /* of v / alpha: far below what the steps of a march leave */
+/* Of v / alpha: far below what the steps of a march leave; finer where the force is wanted, for
+ * S magnifies what v is off by. */
+#define SM_WARM_TOLERANCE 1e-7
+#define SM_WARM_LAST 1e-10
 
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
+    double tolerance;      /* SM_WARM_TOLERANCE or SM_WARM_LAST */
     double *v, *r;         /* the last solution and its right-hand side */
     double *factor;        /* (N_c, N_c) of J: unit lower triangle, inverse pivots */
     double *next;          /* v under iteration */
@@ -71,7 +75,7 @@ SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict
 }
 
 /* Moves `next` by Chebyshev's step, J^-1 delta and what the curvature of g adds to it; whether
- * what remains is below SM_WARM_TOLERANCE. */
+ * what remains is below the tolerance. */
 SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
     int small = 1, settled = 1;
     sm_warm_divide(n, warm, warm->delta);
@@ -80,7 +84,7 @@ SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
         const double curved = warm->sech2[i] * x * x;
         warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
         small = small && fabs(x) < 1.0;
-        settled = settled && curved * fabs(x) < SM_WARM_TOLERANCE;
+        settled = settled && curved * fabs(x) < warm->tolerance;
         warm->next[i] += warm->delta[i];
     }
     if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
