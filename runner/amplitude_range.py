@@ -20,7 +20,6 @@ from runner.schedule import Schedule
 _TOLERANCE = 0.05  # of the coarse table
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _LARGEST_GROWTH = 2.0**40
-_STRONGEST = 1e4  # amplification by resonance that a first guess reckons with
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -141,9 +140,9 @@ def _felt(excited: Excited, schedule: Schedule) -> Floats:
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
-    """Four times the amplitude at which the first contact slips, where forces lead near it.
+    """Four times the amplitude at which the first contact slips.
 
-    No less than each force does statically, nor out of reach of the strongest.
+    Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
     pull = 2.0 * np.abs(excited.reduced.coupling)
@@ -155,7 +154,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     start, end = excited.modal_forces(schedule)
     force = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
-    return np.asarray(np.clip(4.0 * first, static, _STRONGEST * static.max()))
+    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
 def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:

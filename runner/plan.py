@@ -12,7 +12,7 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.direct import DirectForce
 from rom.friction import limits
-from rom.near import SEPARATION, NearResonance, near_resonances
+from rom.near import NearResonance, near_resonances, separation
 from rom.passive import ANSWERED_ORDER
 from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
@@ -210,7 +210,8 @@ def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
         Decision(
             "near resonance",
             f"{term.n:+d} A {term.m:+d} B",
-            f"within {SEPARATION:.0%} of mode {MODES[term.mode]} in this scene: in its slow flow",
+            f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
+            "in its slow flow",
         )
         for term in near
     ]

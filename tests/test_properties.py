@@ -41,7 +41,11 @@ def frictionless(reduced):
 @given(springs=SPRINGS, law=LAWS, amplitude=AMPLITUDES)
 @few
 def test_friction_takes_power(springs, law, amplitude):
-    """The mean of g v on the torus, to the periodicity of the march."""
+    """The mean of g v on the torus.
+
+    Harmonics that repeat to MARCH of the frictionless motion give S_j to MARCH of the frictionless
+    one, and power is the sum of 2 Omega_j |a_j| Im S_j.
+    """
     reduced = rom.reduce(rom.two_mass(**springs))
     terms = contact_terms(reduced, law, [amplitude], GRID, MARCH)
     swing = float((reduced.frequency * np.square(amplitude) * frictionless(reduced)).sum())

@@ -97,6 +97,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     const double h = (to - from) / (double)steps;
     sm_status status = sm_stepper_set(&march->stepper, contact, h);
     if (status != SM_OK) return status;
+    sm_lanes_forget(&march->lane, contact->contacts, 1);
     sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
     sm_rotor rotor[2];
     const int pulled = contact->answer && segment->pull_start && segment->pull_end;
