@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -86,7 +87,7 @@ class Reduced:
     passive_damper: Floats
     damping_coupling: Floats
 
-    @property
+    @cached_property
     def coupling(self) -> Complexes:
         """L_j at the carrier of its mode, (modes, N_c)."""
         return self.coupling_at(self.carrier)
@@ -113,7 +114,7 @@ class Reduced:
             ratio[j, other] = -np.linalg.solve(D[np.ix_(other, other)], D[other, j])
         return ratio
 
-    @property
+    @cached_property
     def detour(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
         ratio = self.driven(self.carrier)
