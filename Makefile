@@ -3,6 +3,7 @@
 # make test    set up .venv and run the tests
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
+# make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
@@ -13,7 +14,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
 
-.PHONY: run fmu report paper bench-recordings gallery test test-all lint clean
+.PHONY: run fmu report paper bench-table bench-recordings gallery test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -26,6 +27,9 @@ report: $(VENV)/.installed-report
 
 paper: $(VENV)/.installed-report
 	$(BIN)/slipmode paper --output logs/paper
+
+bench-table: $(VENV)/.installed
+	$(BIN)/python -c "from runner.report.contact_solves import main; main()"
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m runner.report.recordings

@@ -115,7 +115,7 @@ class Reduced:
             ratio[j, other] = -np.linalg.solve(D[np.ix_(other, other)], D[other, j])
         return ratio
 
-    @property
+    @cached_property
     def detour(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
         ratio = self.driven(self.carrier)

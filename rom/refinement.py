@@ -162,13 +162,11 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
-    from scipy.stats import qmc  # a third of a second to import, and only tables need it
-
     modes = limit.size
     axes = [Axis.upto(end) for end in limit]
     node_a, node_b = _lines(axes)
     samples = sampling.on_grid(node_a, node_b, modes)
-    check_points = qmc.Halton(modes, scramble=False).random(_CHECK_POINTS + 1)[1:] * limit
+    check_points = _halton(_CHECK_POINTS, modes) * limit
     checks = sampling.at(check_points)
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
@@ -217,3 +215,18 @@ def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Amplitude pairs (n_a n_b, modes) of a grid."""
     grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
     return grid.reshape(-1, 2)[:, :modes]
+
+
+def _halton(count: int, dimensions: int) -> Floats:
+    """The first points of the Halton sequence, (count, dimensions), without its origin.
+
+    As scipy.stats has it, whose import takes longer than many a table.
+    """
+    points = np.zeros((count, dimensions))
+    for base, column in zip((2, 3), points.T, strict=False):
+        digits, place = np.arange(1, count + 1), 1.0
+        while digits.any():
+            place /= base
+            column += place * (digits % base)
+            digits //= base
+    return points

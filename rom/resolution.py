@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -24,6 +25,14 @@ _LINES = (4, 8, 16, 32, 64, 128)
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """S (points, modes) on a grid, and the steps times lines that it took."""
+
+    S: Complexes
+    work: int
 
 
 @dataclass(frozen=True)
@@ -65,15 +74,18 @@ def choose_resolution(
     modes = limit.size
     points = _PROBES[:, :modes] * limit
 
-    def solve(steps: int, lines: int) -> Complexes:
+    @cache
+    def solve(steps: int, lines: int) -> _Trial:
         grid = Discretisation(steps, lines)
-        return contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near).S
+        terms = contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near)
+        return _Trial(terms.S, lines * int(terms.marched.sum()))
 
     least = least_force(reduced, limit)
 
-    def change(coarse: Complexes, fine: Complexes) -> float:
-        scale = np.maximum(np.abs(fine).max(axis=0), least)
-        return float((np.abs(fine - coarse).max(axis=0) / np.where(scale > 0, scale, 1.0)).max())
+    def change(coarse: _Trial, fine: _Trial) -> float:
+        scale = np.maximum(np.abs(fine.S).max(axis=0), least)
+        apart = np.abs(fine.S - coarse.S).max(axis=0)
+        return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
     lines = 1
     if modes == 2:
@@ -88,17 +100,17 @@ def choose_resolution(
 
 def _settled(
     counts: Sequence[int],
-    solve: Callable[[int], Complexes],
-    change: Callable[[Complexes, Complexes], float],
+    solve: Callable[[int], _Trial],
+    change: Callable[[_Trial, _Trial], float],
     tolerance: float,
 ) -> int:
-    """The first count whose answer the next one changes by no more than the tolerance."""
-    coarse = solve(counts[0])
-    for count, finer in pairwise(counts):
-        fine = solve(finer)
-        if change(coarse, fine) <= tolerance:
-            return count
-        coarse = fine
+    """The first count whose answer the next one changes by no more than the tolerance.
+
+    Or one of the next two if that is less work: on coarse grids marches may not settle.
+    """
+    for k, (count, finer) in enumerate(pairwise(counts)):
+        if change(solve(count), solve(finer)) <= tolerance:
+            return min(counts[k : k + 3], key=lambda each: solve(each).work)
     raise SlipmodeError(
         f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
         "period; allow a larger tolerance"

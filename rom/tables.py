@@ -116,36 +116,52 @@ def make_table(
         of the dissipative parts are limited.
     """
     modes = 1 if node_b.size == 1 else 2
-    values = np.zeros((node_a.size, node_b.size, 4, len(orders), 2))
-    for column, (n, m) in enumerate(orders):
-        for part, f in enumerate((samples[..., column].real, samples[..., column].imag)):
-            f_a = _slopes(node_a, f, odd=n % 2 == 1)
-            f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
-            if modes == 2:
-                f_b = _slopes(node_b, f.T, odd=m % 2 == 1).T
-                f_ab = _slopes(node_b, f_a.T, odd=m % 2 == 1).T
-            if column < modes and part == 1:
-                own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[column]
-                gain = np.array([loss[column] * (column == mode) for mode in range(2)])
-                limited = _limit_slopes(
-                    *(node_a, node_b, f - loss[column] * own),
-                    *(f_a - gain[0], f_b - gain[1], f_ab),
-                )
-                f_a, f_b, f_ab = limited[0] + gain[0], limited[1] + gain[1], limited[2]
-            values[..., column, part] = np.stack((f, f_a, f_b, f_ab), axis=2)
-    shape = (node_a.size, node_b.size, 4, 2 * len(orders))
-    return Table(node_a, node_b, values.reshape(shape), modes)
+    odd_a, odd_b = (np.array(orders) % 2 == 1).T
+    f = np.stack((samples.real, samples.imag), axis=-1)  # (n_a, n_b, k, 2)
+    f_a = _slopes(node_a, f, odd_a)
+    f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
+    if modes == 2:
+        f_b = _slopes(node_b, f.swapaxes(0, 1), odd_b).swapaxes(0, 1)
+        f_ab = _slopes(node_b, f_a.swapaxes(0, 1), odd_b).swapaxes(0, 1)
+    for j in range(modes):
+        own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[j]
+        gain = np.array([loss[j] * (j == mode) for mode in range(2)])
+        im = (..., j, 1)
+        limited = _limit_slopes(
+            *(node_a, node_b, f[im] - loss[j] * own),
+            *(f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]),
+        )
+        f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
+    values = np.stack((f, f_a, f_b, f_ab), axis=2)
+    return Table(node_a, node_b, values.reshape(*values.shape[:3], -1), modes)
 
 
-def _slopes(node: Floats, f: Floats, *, odd: bool) -> Floats:
-    """df/dnode along axis 0 by a cubic spline, f odd or even about node = 0."""
+def _slopes(node: Floats, f: Floats, odd: NDArray[np.bool_]) -> Floats:
+    """df/dnode along axis 0 of f (n, ..., k, 2) by cubic splines, odd or even about node = 0."""
     if node.size < 4:
         raise SlipmodeError("a friction table needs at least four amplitudes per mode")
-    at_zero = (2 if odd else 1, np.zeros(f.shape[1]))
-    # not-a-knot at the far end: scipy has it as a pair only, so give it the cubic's own slope
-    end = CubicSpline(node[-4:], f[-4:], bc_type="not-a-knot")(node[-1], 1)
-    ends: Any = (at_zero, (1, end))
-    return np.asarray(CubicSpline(node, f, bc_type=ends)(node, 1))
+    slopes = np.empty_like(f)
+    for parity in np.unique(odd):
+        same = f[..., odd == parity, :]
+        # not-a-knot at the far end: scipy has it as a pair only, so give it the cubic's own slope
+        end = np.tensordot(_end_weights(node[-4:]), same[-4:], axes=1)
+        ends: Any = ((2 if parity else 1, np.zeros_like(end)), (1, end))
+        slopes[..., odd == parity, :] = CubicSpline(node, same, bc_type=ends)(node, 1)
+    return slopes
+
+
+def _end_weights(node: Floats) -> Floats:
+    """Weights (4,) of four values in the slope at the last node of the cubic through them."""
+    last, others = node[-1], node[:-1]
+    apart = node[:, np.newaxis] - others
+    apart[apart == 0.0] = 1.0
+    weights = np.array(
+        [
+            np.prod(np.delete(last - others, k)) / np.prod(apart[k]) / (node[k] - last)
+            for k in range(3)
+        ]
+    )
+    return np.append(weights, -weights.sum())
 
 
 def _limit_slopes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,14 +50,14 @@ class ContactHarmonics:
         Of the contact displacement [m^2].
     residual : (points,) ndarray
         Estimated distance from periodicity, relative to the frictionless displacement.
-    periods : (points,) ndarray of int
-        Periods of mode A that were marched.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
     """
 
     P: NDArray[np.complex128]
     mean_square: Floats
     residual: Floats
-    periods: NDArray[np.int32]
+    marched: NDArray[np.int32]
 
 
 def contact_problem(
@@ -113,6 +114,16 @@ def modal_feedback(
     return reduced.feedback(nu, resonant_modes(len(reduced.modes), order, near))
 
 
+@lru_cache(maxsize=8)
+def _feedbacks(
+    reduced: Reduced, orders: tuple[Order, ...], near: tuple[NearResonance, ...]
+) -> Complexes:
+    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same."""
+    feedback = np.array([modal_feedback(reduced, order, near) for order in orders], dtype=complex)
+    feedback.flags.writeable = False
+    return feedback
+
+
 def contact_harmonics(
     reduced: Reduced,
     law: Friction,
@@ -150,12 +161,12 @@ def contact_harmonics(
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates = _kernel.contiguous(reduced.carrier)
     smallest = _kernel.contiguous(smallest_scale)
-    feedback = np.array([modal_feedback(reduced, order, near) for order in orders], dtype=complex)
+    feedback = _feedbacks(reduced, tuple(orders), tuple(near))
     problem = contact_problem(reduced, law, orders, feedback)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
-    periods = np.empty(len(points), dtype=np.int32)
+    marched = np.empty(len(points), dtype=np.int32)
     status = _kernel.lib.sm_torus_harmonics(
         ctypes.byref(problem),
         *(
@@ -167,10 +178,10 @@ def contact_harmonics(
             _MAX_PERIODS,
         ),
         *(len(points), points.ctypes.data, len(orders_array), orders_array.ctypes.data),
-        *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, periods.ctypes.data),
+        *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
     )
     _kernel.check(status, "contact problem on the torus")
-    return ContactHarmonics(P, mean_square, residual, periods)
+    return ContactHarmonics(P, mean_square, residual, marched)
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +207,8 @@ class ContactTerms:
         Mean power that leaves the modes at the contacts [W]; dampers share it with friction.
     residual : (points,) ndarray
         Distance from periodicity.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
     """
 
     S: NDArray[np.complex128]
@@ -206,6 +219,7 @@ class ContactTerms:
     P: NDArray[np.complex128]
     left_out: Floats
     residual: Floats
+    marched: NDArray[np.int32]
 
 
 def contact_orders(
@@ -249,7 +263,10 @@ def contact_terms(
     power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
     leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
     beyond = left_out(solved.P, solved.mean_square)
-    return ContactTerms(S, T, power, leaving, orders, solved.P, beyond, solved.residual)
+    return ContactTerms(
+        *(S, T, power, leaving, orders, solved.P, beyond),
+        *(solved.residual, solved.marched),
+    )
 
 
 def _friction_power(
@@ -264,17 +281,14 @@ def _friction_power(
     A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
     2 Re(F conj(i nu P)).
     """
-    power = np.zeros(len(P))
-    carriers = CARRIERS[: len(reduced.modes)]
-    for q, order in enumerate(orders):
-        nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
-        v = 1j * nu * P[:, q]
-        force = -v @ reduced.damping
-        force += P[:, q] @ modal_feedback(reduced, order, near)
-        if order in carriers:
-            j = carriers.index(order)
-            force -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]
-        power += 2.0 * np.real(np.sum(force * v.conj(), axis=1))
+    nu = np.array(orders)[:, : len(reduced.modes)] @ reduced.carrier
+    v = 1j * nu[:, np.newaxis] * P
+    force = np.einsum("pqc,qcd->pqd", P, _feedbacks(reduced, tuple(orders), tuple(near)))
+    force -= v @ reduced.damping
+    for j, carrier in enumerate(CARRIERS[: len(reduced.modes)]):
+        if carrier in orders:
+            force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]
+    power: Floats = 2.0 * np.real(force * v.conj()).sum(axis=(1, 2))
     return np.maximum(power, 0.0)
 
 

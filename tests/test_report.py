@@ -13,6 +13,8 @@ import pytest
 import rom
 import runner.report
 from rom import full
+from rom.near import CARRIERS
+from rom.torus import Discretisation, contact_harmonics
 from runner.cli import main
 from runner.report import assemble, friction, measure, signals, steady
 from runner.report.assemble import Report
@@ -20,6 +22,7 @@ from runner.report.cases import chain, steady_cases, two_mode
 from runner.report.figures import Figure
 from runner.report.measure import Row, Section
 from runner.report.peers import first_order
+from runner.report.peers.bare_contacts import bare_march
 from runner.report.peers.craig_bampton import craig_bampton
 from runner.report.peers.hbm import HarmonicBalance
 from runner.report.peers.paper_scheme import paper_scheme
@@ -90,9 +93,9 @@ def test_friction_functions_by_characteristics_are_exact_where_the_scheme_is_not
     reference = friction.FrictionReference(0.005, points=8)
     assert abs(reference.Q[0, 1] / WEAK_B - 1) < 1e-4
     assert reference.error < 1e-3
-    rows = list(friction.friction_rows(reference, [(32, 4), (128, 16)], [50]))
+    rows = list(friction.friction_rows(reference, [(32, 8, 1e-3), (128, 16, 3e-4)], [50]))
     measured = {
-        "slipmode, 32 steps, 4 lines": 2.3e-2,
+        "slipmode, 32 steps, 8 lines": 2.3e-2,
         "slipmode, 128 steps, 16 lines": 6.8e-4,
         "scheme (31) from the corner, 50 x 50": 0.155,
         "scheme (31) from both axes, 50 x 50": 3.1e-2,
@@ -100,6 +103,19 @@ def test_friction_functions_by_characteristics_are_exact_where_the_scheme_is_not
     assert {row.name for row in rows} == set(measured)
     for row in rows:
         assert within_a_factor_of_two(row.errors[1], measured[row.name])
+
+
+def test_a_bare_loop_solves_the_contacts_that_a_table_solves():
+    """The floor of the tables' cost: it ends in the motion that the torus has."""
+    reduced = rom.reduce(rom.two_mass(), formulation="paper")
+    law, steps, amplitude = rom.Tanh(2.0, 0.02), 256, (2.0, 0.0)
+    early, late = (
+        bare_march(reduced, law, amplitude, CARRIERS, steps, periods * steps).sums[0]
+        for periods in (20, 22)
+    )
+    P = (late - early)[:, 0] + 1j * (late - early)[:, 1]
+    exact = contact_harmonics(reduced, law, [amplitude], Discretisation(steps, 16), tolerance=1e-9)
+    np.testing.assert_allclose(P[:, 0] / (2 * steps), exact.P[0, 0], rtol=0, atol=1e-6)
 
 
 # Signals

@@ -82,10 +82,11 @@ static int extrapolate(sm_acceleration *a) {
     return due;
 }
 
-int sm_accelerate(sm_acceleration *a, const double *cosine, const double *sine, double *x) {
+int sm_accelerate(sm_acceleration *a, int wanted, const double *cosine, const double *sine,
+                  double *x) {
     const size_t size = spectrum_size(a->contacts, a->lines);
     transform(a, cosine, sine, x, 0);
-    if (a->recorded == 2) {
+    if (a->recorded == 2 && wanted) {
         const int due = extrapolate(a);
         if (due) {
             transform(a, cosine, sine, x, 1);

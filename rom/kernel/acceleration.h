@@ -21,9 +21,9 @@ size_t sm_acceleration_size(int contacts, int lines); /* doubles */
 void sm_acceleration_place(sm_acceleration *acceleration, int contacts, int lines,
                            double *memory);
 void sm_acceleration_start(sm_acceleration *acceleration);
-/* End of a period: displacements x (N_c, lines) at phases (cosine, sine)(lines) of t_B. Replaces x
- * by its extrapolation where that is due; returns whether it did. */
-int sm_accelerate(sm_acceleration *acceleration, const double *cosine, const double *sine,
-                  double *x);
+/* End of a period: displacements x (N_c, lines) at phases (cosine, sine)(lines) of t_B. Where it is
+ * wanted, replaces x by its extrapolation if that is due; returns whether it did. */
+int sm_accelerate(sm_acceleration *acceleration, int wanted, const double *cosine,
+                  const double *sine, double *x);
 
 #endif

@@ -6,11 +6,13 @@
  * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
 #define IDLE_HALVES 80
 #define PROGRESS 0.8
+#define SLOW 0.5 /* ratio of successive changes from which marching alone takes too long */
 
 void sm_progress_start(sm_progress *progress) {
     progress->change[0] = progress->change[1] = 0.0;
     progress->best = INFINITY;
     progress->idle = 0;
+    progress->slow = 0;
     progress->done = 0;
 }
 
@@ -64,6 +66,7 @@ double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales,
     /* the changes to come, as the geometric series that the last two began */
     double *change = &progress->change[halves % 2];
     const double ratio = *change > 0.0 ? fmin(fmax(now / *change, 0.3), 0.97) : 0.9;
+    progress->slow = ratio > SLOW;
     const double distance = now * ratio / (1.0 - ratio);
     *change = now;
     progress->idle = now < PROGRESS * progress->best ? 0 : progress->idle + 1;

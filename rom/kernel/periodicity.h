@@ -10,6 +10,7 @@ typedef struct {
                          first after even halves, the second after odd ones */
     double best;      /* smallest change so far */
     int idle;         /* half periods since `best` last fell noticeably */
+    int slow;         /* whether the changes hardly fall from period to period */
     int done;
 } sm_progress;
 

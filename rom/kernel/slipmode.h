@@ -89,13 +89,13 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *              the tolerance where max_periods was reached first, or where the harmonics keep
  *              moving by the error of the grid: they are means then, and this is the distance of
  *              the last ones from them
- *   periods    (points) periods marched, the last one perhaps by half */
+ *   marched    (points) time steps marched along each line */
 SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
                                     int32_t lines, double tolerance, const double *smallest_scale,
                                     int32_t max_periods, size_t points, const double *amplitudes,
                                     int32_t orders_count, const int32_t *orders,
                                     double *harmonics, double *mean_square, double *residual,
-                                    int32_t *periods);
+                                    int32_t *marched);
 
 /* ---- motion of the contacts along a slow trajectory ----------------------------------- */
 

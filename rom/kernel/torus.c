@@ -13,6 +13,10 @@
 #define MAX_LINES 4096
 #define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
 #define MAX_ORDERS_COUNT 4096
+/* Half a period to forget the start and a whole one are marched in larger steps. */
+#define COARSE_HALVES 3
+#define COARSER 4
+#define FEWEST_STEPS 16
 
 /* What is asked of the points, and where the answers go. */
 typedef struct {
@@ -22,7 +26,7 @@ typedef struct {
     size_t points;
     const double *amplitudes;
     double *harmonics, *mean_square, *residual;
-    int32_t *periods;
+    int32_t *marched;
 } torus_task;
 
 static sm_status check_grid(int32_t steps, int32_t lines, int32_t max_periods,
@@ -74,9 +78,9 @@ static double settle_for_mean(const sm_torus_grid *grid, const sm_scales *scales
                                 fresh, mean);
 }
 
-/* After so many halves: stores the harmonics of unfinished points; whether any goes on. */
+/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
-                 size_t first, size_t count, int halves) {
+                 size_t first, size_t count, int halves, int marched) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     int open = 0;
     for (size_t p = 0; p < count; p++) {
@@ -91,7 +95,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
                                                    grid->orders_count, grid->orders, fresh, last);
         task->residual[point] = sm_distance_from_periodic(track, &scales, change, halves,
                                                           task->tolerance);
-        task->periods[point] = (halves + 1) / 2;
+        task->marched[point] = marched;
         for (size_t k = 0; k < per_point; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(answer, fresh, sizeof(double) * per_point);
@@ -105,16 +109,19 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
     return open;
 }
 
-static sm_status solve_group(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
-                             size_t first) {
+static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coarse,
+                             sm_torus_group *g, const torus_task *task, size_t first) {
     const size_t left = task->points - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
+    int marched = 0;
     sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
     for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
         const int half = (halves - 1) % 2;
-        const sm_status status = sm_torus_group_half(grid, g, half);
+        const sm_torus_grid *now = halves <= COARSE_HALVES ? coarse : grid;
+        const sm_status status = sm_torus_group_half(now, g, half);
         if (status != SM_OK) return status;
-        if (!store(grid, g, task, first, count, halves)) return SM_OK;
+        marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
+        if (!store(grid, g, task, first, count, halves, marched)) return SM_OK;
         sm_torus_group_next(grid, g, count, half);
     }
     return SM_OK;
@@ -124,7 +131,7 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              int32_t lines, double tolerance, const double *smallest_scale,
                              int32_t max_periods, size_t points, const double *amplitudes,
                              int32_t orders_count, const int32_t *orders, double *harmonics,
-                             double *mean_square, double *residual, int32_t *periods) {
+                             double *mean_square, double *residual, int32_t *marched) {
     sm_status status = sm_contact_check(contact);
     if (status == SM_OK) status = check_grid(steps, lines, max_periods, orders_count, orders);
     if (status == SM_OK && contact->answer && !answers_to(contact->answer, orders_count, orders))
@@ -135,18 +142,22 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     const size_t per_point = (size_t)orders_count * (size_t)contact->contacts * 2;
     status = check_points(contact, points, amplitudes, per_point);
     if (status != SM_OK) return status;
-    if (points > 0 && (!harmonics || !mean_square || !residual || !periods)) return SM_BAD_ARGUMENT;
+    if (points > 0 && (!harmonics || !mean_square || !residual || !marched)) return SM_BAD_ARGUMENT;
 
     const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
-                             harmonics, mean_square,    residual,    periods};
-    sm_torus_grid grid = {.memory = NULL};
+                             harmonics, mean_square,    residual,    marched};
+    sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
+    const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;
     sm_torus_group group = {.memory = NULL};
     status = sm_torus_grid_make(&grid, contact, rates, steps, lines, orders_count, orders);
+    if (status == SM_OK)
+        status = sm_torus_grid_make(&coarse, contact, rates, few, lines, orders_count, orders);
     if (status == SM_OK) status = sm_torus_group_make(&group, &grid);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)grid.points_per_group)
-        status = solve_group(&grid, &group, &task, first);
+        status = solve_group(&grid, &coarse, &group, &task, first);
     sm_torus_group_release(&group);
+    sm_torus_grid_release(&coarse);
     sm_torus_grid_release(&grid);
     return status;
 }

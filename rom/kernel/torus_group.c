@@ -9,30 +9,48 @@ static size_t whole_lines(size_t doubles) { return (doubles + 7) & ~(size_t)7; }
 
 /* ---- the grid ------------------------------------------------------------------------ */
 
-static double order_rate(const sm_torus_grid *grid, int q) {
-    return grid->orders[2 * q] + grid->orders[2 * q + 1] * grid->ratio;
+/* exp(i m angle) from (cos, sin) of the angle, for a small integer m. */
+static void power(double c, double s, int m, double *re, double *im) {
+    const double signed_s = m < 0 ? -s : s;
+    double pr = 1.0, pi = 0.0;
+    for (int k = 0; k < abs(m); k++) {
+        const double t = pr * c - pi * signed_s;
+        pi = pr * signed_s + pi * c;
+        pr = t;
+    }
+    *re = pr;
+    *im = pi;
+}
+
+/* exp(i (n t_A + m t_B')) from the carriers there. */
+static void harmonic(const double *carrier, const int32_t *order, double *re, double *im) {
+    double a_re, a_im, b_re, b_im;
+    power(carrier[0], carrier[1], order[0], &a_re, &a_im);
+    power(carrier[2], carrier[3], order[1], &b_re, &b_im);
+    *re = a_re * b_re - a_im * b_im;
+    *im = a_re * b_im + a_im * b_re;
 }
 
 static void fill_angles(sm_torus_grid *grid) {
-    for (int k = 0; k < grid->steps + SM_TOGETHER; k++) {
-        for (int stage = 0; stage < 2; stage++) {
-            const double t = SM_TWO_PI * (k + (stage == 0 ? SM_GAMMA : 1.0)) / grid->steps;
-            double *c = grid->carrier + (k * 2 + stage) * 4;
-            c[0] = cos(t);
-            c[1] = sin(t);
-            c[2] = cos(grid->ratio * t);
-            c[3] = sin(grid->ratio * t);
-            for (int q = 0; q < grid->orders_count && grid->turn; q++) {
-                double *turn = grid->turn + (size_t)((k * 2 + stage) * grid->orders_count + q) * 2;
-                turn[0] = cos(order_rate(grid, q) * t);
-                turn[1] = sin(order_rate(grid, q) * t);
+    const int orders = grid->orders_count;
+    for (int k = 0; k < 2 * (grid->steps + SM_TOGETHER); k++) {
+        const double t = SM_TWO_PI * (k / 2 + (k % 2 == 0 ? SM_GAMMA : 1.0)) / grid->steps;
+        double *c = grid->carrier + k * 4;
+        c[0] = cos(t);
+        c[1] = sin(t);
+        c[2] = cos(grid->ratio * t);
+        c[3] = sin(grid->ratio * t);
+        for (int q = 0; q < orders; q++) {
+            double re, im;
+            harmonic(c, grid->orders + 2 * q, &re, &im);
+            if (grid->turn) {
+                grid->turn[2 * (k * orders + q)] = re;
+                grid->turn[2 * (k * orders + q) + 1] = im;
             }
-        }
-        const double t = SM_TWO_PI * (k + 1) / grid->steps;
-        for (int q = 0; q < grid->orders_count; q++) {
-            double *w = grid->weight + (size_t)(k * grid->orders_count + q) * 2;
-            w[0] = cos(order_rate(grid, q) * t) / grid->steps;
-            w[1] = -sin(order_rate(grid, q) * t) / grid->steps;
+            if (k % 2 == 1) {
+                grid->weight[(k - 1) * orders + 2 * q] = re / grid->steps;
+                grid->weight[(k - 1) * orders + 2 * q + 1] = -im / grid->steps;
+            }
         }
     }
 }
@@ -169,19 +187,6 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
 
 /* ---- half a period --------------------------------------------------------------------- */
 
-/* exp(i m angle) from (cos, sin) of the angle, for a small integer m. */
-static void power(double c, double s, int m, double *re, double *im) {
-    const double signed_s = m < 0 ? -s : s;
-    double pr = 1.0, pi = 0.0;
-    for (int k = 0; k < abs(m); k++) {
-        const double t = pr * c - pi * signed_s;
-        pi = pr * signed_s + pi * c;
-        pr = t;
-    }
-    *re = pr;
-    *im = pi;
-}
-
 /* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
 static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double *harmonics) {
     const size_t n = (size_t)grid->contact->contacts;
@@ -266,7 +271,8 @@ static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t poin
     for (size_t p = 0; p < points; p++) {
         if (g->track[p].done) continue;
         exchange_lines(grid, g, p, 0);
-        if (sm_accelerate(&g->faster[p], angle, angle + grid->lines, g->line_state)) {
+        if (sm_accelerate(&g->faster[p], g->track[p].slow, angle, angle + grid->lines,
+                          g->line_state)) {
             exchange_lines(grid, g, p, 1);
             sm_progress_restart(&g->track[p]);
         }

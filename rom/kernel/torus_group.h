@@ -48,6 +48,15 @@ typedef struct {
     double *memory;
 } sm_torus_group;
 
+/* The steps of the first and second half of a period, from the start to before the end. */
+static inline int sm_torus_half_start(const sm_torus_grid *grid, int half) {
+    return half == 0 ? 0 : grid->steps / 2;
+}
+
+static inline int sm_torus_half_end(const sm_torus_grid *grid, int half) {
+    return half == 0 ? grid->steps / 2 : grid->steps;
+}
+
 /* Both take their memory here; release it with the functions that follow, also after a failure. */
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
                              int steps, int lines, int orders_count, const int32_t *orders);

@@ -96,7 +96,7 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
 
 SM_HOT sm_status sm_torus_march(const sm_torus_grid *grid, const sm_torus_group *g, int block,
                                 int half) {
-    const int first = half == 0 ? 0 : grid->steps / 2, end = half == 0 ? grid->steps / 2 : grid->steps;
+    const int first = sm_torus_half_start(grid, half), end = sm_torus_half_end(grid, half);
     const size_t row = (size_t)grid->contact->contacts * SM_LANES;
     double *sums = g->sums + (size_t)block * SM_LANES * grid->per_point;
     double *squares = g->squares[half] + (size_t)block * row;

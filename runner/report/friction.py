@@ -19,7 +19,8 @@ WEAK_MODE = (2.5, 0.3)
 _LARGEST = 4.0
 _CONVERGED = Discretisation(steps=1024, lines=64)
 _HALF = Discretisation(steps=512, lines=32)
-_PERIODIC = 1e-6
+_PERIODIC = 1e-6  # of the reference
+_WANTED = 1e-3  # error of the setting of ours that decides
 
 Complexes = NDArray[np.complex128]
 
@@ -43,9 +44,9 @@ class FrictionReference:
         self.Q = self.solve(_CONVERGED)
         self.error = self.errors(self.solve(_HALF))[0]
 
-    def solve(self, grid: Discretisation) -> Complexes:
-        """Our characteristics."""
-        return friction_functions(self.reduced, self.law, self.amplitudes, grid, _PERIODIC)
+    def solve(self, grid: Discretisation, periodic: float = _PERIODIC) -> Complexes:
+        """Our characteristics, marched until the harmonics repeat to `periodic`."""
+        return friction_functions(self.reduced, self.law, self.amplitudes, grid, periodic)
 
     def solve_as_printed(self, steps: int, corner: bool) -> Complexes:
         """The paper's scheme."""
@@ -59,13 +60,13 @@ class FrictionReference:
 
 
 def friction_rows(
-    reference: FrictionReference, torus: Sequence[tuple[int, int]], grids: Sequence[int]
+    reference: FrictionReference, torus: Sequence[tuple[int, int, float]], grids: Sequence[int]
 ) -> Iterator[Row]:
     """Time per amplitude pair on one processor core, both in C with the same contact solver."""
     count = len(reference.amplitudes)
-    for steps, lines in torus:
+    for steps, lines, periodic in torus:
         grid = Discretisation(steps, lines)
-        seconds, Q = timed(partial(reference.solve, grid), 3)
+        seconds, Q = timed(partial(reference.solve, grid, periodic), 9)
         setting = f"{steps} steps, {lines} lines"
         yield Row(OURS, setting, reference.errors(Q), seconds / count)
     for corner, name in ((True, "from the corner"), (False, "from both axes")):
@@ -76,8 +77,9 @@ def friction_rows(
 
 
 def section(reference: FrictionReference, rows: Sequence[Row]) -> Section:
-    """The rows as a section; the others are compared with our middle setting."""
+    """The rows as a section; the others are compared with our cheapest setting at 0.1 %."""
     ours = [k for k, row in enumerate(rows) if row.method == OURS]
+    exact = [k for k in ours if rows[k].error <= _WANTED] or ours
     return Section(
         key=f"friction functions, alpha {reference.law.alpha:g}",
         title=f"friction functions, alpha {reference.law.alpha:g}",
@@ -85,5 +87,5 @@ def section(reference: FrictionReference, rows: Sequence[Row]) -> Section:
         errors=ERRORS,
         reference_error=reference.error,
         rows=tuple(rows),
-        ours=(ours[len(ours) // 2],),
+        ours=(min(exact, key=lambda k: rows[k].seconds),),
     )

@@ -33,8 +33,8 @@ class Scope:
         Frequencies along each axis of a resonance surface.
     grids : tuple of int
         Points per period of the paper's scheme.
-    torus : tuple of (int, int)
-        Steps and lines of ours.
+    torus : tuple of (int, int, float)
+        Steps and lines of ours, and how closely harmonics repeat when a march ends.
     points : int
         Amplitude pairs at which friction functions are compared.
     alphas : tuple of float
@@ -56,7 +56,7 @@ class Scope:
     steady: tuple[int, ...]
     surface: int
     grids: tuple[int, ...]
-    torus: tuple[tuple[int, int], ...]
+    torus: tuple[tuple[int, int, float], ...]
     points: int
     alphas: tuple[float, ...]
     signals: tuple[Callable[[], Case], ...]
@@ -90,7 +90,10 @@ FULL = Scope(
     steady=(0, 1, 2, 3, 4, 5, 6),
     surface=41,
     grids=(50, 100, 200, 400, 800),
-    torus=((32, 4), (64, 8), (128, 8), (128, 16), (256, 16), (256, 32), (512, 32)),
+    torus=(
+        *((32, 8, 1e-3), (64, 16, 1e-3), (96, 16, 1e-3), (128, 16, 3e-4)),
+        *((256, 32, 1e-4), (512, 32, 3e-5)),
+    ),
     points=48,
     alphas=(0.02, 0.005),
     signals=(cases.two_mode, cases.near_commensurate, cases.sharp),
@@ -116,7 +119,7 @@ QUICK = Scope(
     steady=(0, 2, 4),
     surface=21,
     grids=(50, 100),
-    torus=((32, 4), (64, 8), (128, 16)),
+    torus=((32, 8, 1e-3), (64, 16, 1e-3), (128, 16, 3e-4)),
     points=16,
     alphas=(0.005,),
     signals=(cases.two_mode,),

@@ -47,7 +47,7 @@ static void random_torus(void) {
     double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1}, tolerance = 1e-4;
     double *amplitudes = new_doubles(points * 2 + 1), *P = new_doubles(points * 2 * n * 2);
     double *residual = new_doubles(points), *mean_square = new_doubles(points * n);
-    int32_t *periods = malloc((points + 1) * sizeof *periods);
+    int32_t *marched = malloc((points + 1) * sizeof *marched);
     for (size_t k = 0; k < points * 2; k++) amplitudes[k] = 3.0 * random_number();
     spoil_problem(&p);
     spoil(rates, 2);
@@ -57,7 +57,7 @@ static void random_torus(void) {
     const sm_status status =
         sm_torus_harmonics(&p.contact, rates, 4 + random_below(5), 1 << random_below(6), tolerance,
                            smallest, 1 + random_below(3), points, amplitudes, 2, orders, P,
-                           mean_square, residual, periods);
+                           mean_square, residual, marched);
     check_answer(status, P, points * 2 * n * 2);
     check_answer(status, mean_square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
@@ -66,7 +66,7 @@ static void random_torus(void) {
     free(P);
     free(residual);
     free(mean_square);
-    free(periods);
+    free(marched);
 }
 
 static void random_motion(void) {

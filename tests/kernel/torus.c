@@ -14,7 +14,7 @@ typedef struct {
     int32_t steps, lines, max_periods, orders_count;
     size_t points;
     double *amplitudes, *harmonics, *mean_square, *residual;
-    int32_t *orders, *periods;
+    int32_t *orders, *marched;
 } torus_call;
 
 #define ORDERS 4
@@ -33,9 +33,9 @@ static torus_call new_call(int contacts, int modes, int law, int32_t lines, size
     c.harmonics = new_doubles(points * ORDERS * (size_t)contacts * 2);
     c.mean_square = new_doubles(points * (size_t)contacts);
     c.residual = new_doubles(points);
-    c.periods = calloc(points, sizeof *c.periods);
+    c.marched = calloc(points, sizeof *c.marched);
     c.orders = malloc(sizeof orders);
-    if (!c.periods || !c.orders) abort();
+    if (!c.marched || !c.orders) abort();
     memcpy(c.orders, orders, sizeof orders);
     for (size_t k = 0; k < points * (size_t)modes; k++) c.amplitudes[k] = 0.4 * (double)(k % 9);
     return c;
@@ -47,7 +47,7 @@ static void free_call(torus_call *c) {
     free(c->harmonics);
     free(c->mean_square);
     free(c->residual);
-    free(c->periods);
+    free(c->marched);
     free(c->orders);
 }
 
@@ -56,7 +56,7 @@ static sm_status solve(void *arguments) {
     return sm_torus_harmonics(&c->p.contact, c->rates, c->steps, c->lines, c->tolerance,
                               c->smallest_scale, c->max_periods, c->points, c->amplitudes,
                               c->orders_count, c->orders, c->harmonics, c->mean_square, c->residual,
-                              c->periods);
+                              c->marched);
 }
 
 /* P_nm of contact i, the q-th order at a point. */
@@ -94,7 +94,7 @@ static void check_points_apart(int contacts, int modes, int law, int32_t lines) 
     CHECK_STATUS(solve(&all), SM_OK);
     CHECK_FINITE(all.harmonics, points * per_point);
     for (size_t k = 0; k < points; k++) {
-        CHECK(all.residual[k] >= 0.0 && all.periods[k] >= 1 && all.periods[k] <= 100);
+        CHECK(all.residual[k] >= 0.0 && all.marched[k] >= 1 && all.marched[k] <= 100 * all.steps);
         CHECK(dissipated(&all, k) >= -1e-9);
     }
     for (size_t k = 0; k < points; k += 4) {
@@ -272,7 +272,7 @@ static void check_bad_pointers(torus_call *c) {
     CHECK_REFUSES(double *, c->harmonics, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double *, c->mean_square, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double *, c->residual, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t *, c->periods, NULL, solve(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t *, c->marched, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->orders, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(NULL, c->rates, 16, 8, 1e-6, c->smallest_scale, 9, 0, NULL, 1,
                                     c->orders, NULL, NULL, NULL, NULL),

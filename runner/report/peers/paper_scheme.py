@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib.util
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +11,7 @@ import rom
 from rom import _kernel
 from rom.matrices import Floats
 from rom.torus import contact_problem
+from runner.report.peers.library import library
 
 
 def paper_scheme(
@@ -34,23 +33,10 @@ def paper_scheme(
     points, rates = _kernel.contiguous(amplitudes), _kernel.contiguous(reduced.carrier)
     problem = contact_problem(reduced, law)
     P = np.empty((len(points), 2, reduced.n_contacts), dtype=complex)
-    status = _library().peer_paper_scheme(
+    status = library().peer_paper_scheme(
         *(ctypes.byref(problem), rates.ctypes.data, steps, corner),
         *(len(points), points.ctypes.data, P.ctypes.data),
     )
     _kernel.check(status, "scheme (31)")
     Q: NDArray[np.complex128] = -np.einsum("jc,pjc->pj", reduced.coupling, P) / points
     return Q
-
-
-@cache
-def _library() -> ctypes.CDLL:
-    found = importlib.util.find_spec("runner.report.peers._peers")
-    if found is None or found.origin is None:
-        raise ImportError("runner.report.peers._peers is missing; install slipmode again")
-    library = ctypes.CDLL(found.origin)
-    library.peer_paper_scheme.argtypes = [
-        *(ctypes.POINTER(_kernel.Contact), ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32),
-        *(ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p),
-    ]
-    return library

@@ -1,0 +1,28 @@
+"""The peers that are written in C."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+from functools import cache
+
+from rom import _kernel
+
+
+@cache
+def library() -> ctypes.CDLL:
+    """The compiled peers."""
+    found = importlib.util.find_spec("runner.report.peers._peers")
+    if found is None or found.origin is None:
+        raise ImportError("runner.report.peers._peers is missing; install slipmode again")
+    loaded = ctypes.CDLL(found.origin)
+    contact = ctypes.POINTER(_kernel.Contact)
+    loaded.peer_paper_scheme.argtypes = [
+        *(contact, ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32),
+        *(ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p),
+    ]
+    loaded.peer_bare_contacts.argtypes = [
+        *(contact, ctypes.c_double, ctypes.c_int32, ctypes.c_int32, ctypes.c_int32),
+        *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
+    ]
+    return loaded
