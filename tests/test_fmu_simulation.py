@@ -17,6 +17,7 @@ from fmu_fixtures import FORCE, START, VERSIONS, Instance, component, instance
 
 import fmu
 import rom
+from fmu.inputs import place
 
 TESTS = Path(__file__).parent
 FMI_ERRORS = fmpy.fmi1.FMICallException
@@ -79,7 +80,7 @@ def test_moving_inputs_have_the_components_bits(unzipped, fmi, two_mode_model):
             time = stepped.time
             expected = stepped.outputs()
             assert list(made.get(*SLOW, *FAST)) == [expected[name] for name in SLOW + FAST]
-            assert made.get("force_B")[0] == stepped._inputs["force"][0, 1]
+            assert made.get("force_B")[0] == stepped._inputs[0, place("force", 1)]
 
 
 def test_fmi2_input_derivatives_are_rates(unzipped):
