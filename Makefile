@@ -5,6 +5,7 @@
 # make paper   set up .venv and draw and judge the figures of the source paper
 # make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
+# make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
 PYTHON ?= python3
@@ -13,7 +14,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
 
-.PHONY: run fmu report paper bench-table bench-recordings test test-all lint clean
+.PHONY: run fmu report paper bench-table bench-recordings gallery test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -32,6 +33,14 @@ bench-table: $(VENV)/.installed
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m runner.report.recordings
+
+# Without a window; the message of the first that fails names the graphics packages it needs.
+gallery: $(VENV)/.installed
+	for scene in two-mode sweep beating; do \
+		$(BIN)/slipmode run $$scene --output logs && \
+		$(BIN)/slipmode replay logs/$$scene.mcap --screenshot docs/$$scene.png || exit 1; done
+	$(BIN)/slipmode validate two-mode --output logs
+	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
 
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow"

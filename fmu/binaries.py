@@ -14,7 +14,10 @@ _KERNEL = _PACKAGE.parent / "rom" / "kernel"
 
 # What the FMU does not need of the core, here and in CMakeLists.txt: it makes no friction tables
 # and computes nothing in full order.
-_LEFT_OUT = {"torus", "torus_group", "periodicity", "acceleration", "harmonics", "full"}
+_LEFT_OUT = {
+    *("torus", "torus_group", "torus_march", "smooth_stage", "periodicity", "acceleration"),
+    *("harmonics", "full"),
+}
 
 EXTENSIONS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 

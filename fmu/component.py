@@ -17,60 +17,21 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from rom import Coulomb, Model, SlipmodeError, _kernel
-from rom.amplitude import felt_shift, slow_flow
+from fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
+from fmu.stepping import Floats, StoppedError
+from rom import Model, SlipmodeError, _kernel
+from rom.amplitude import slow_flow
 from rom.answer_plane import answer_plane
 from rom.torus import contact_problem
 
-MODE_NAMES = ("A", "B")
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
-
-Floats = NDArray[np.float64]
-
-
-class StoppedError(SlipmodeError):
-    """A step that could not be taken; the component is as it was before it.
-
-    Attributes
-    ----------
-    time : float
-        Where the component stands [s].
-    outputs : (steps, outputs) ndarray
-        Outputs of the steps of the same call that succeeded.
-    """
-
-    def __init__(self, message: str, time: float, outputs: Floats) -> None:
-        super().__init__(message)
-        self.time = time
-        self.outputs = outputs
-
-
-class Steppable(Protocol):
-    """What the runner drives: `Component`, or an FMU behind the same names."""
-
-    input_names: tuple[str, ...]
-    output_names: tuple[str, ...]
-
-    def set_inputs(self, **values: float) -> None:
-        """Set inputs by name; the others keep their values."""
-
-    def do_step(self, time: float, duration: float) -> None:
-        """Advance from `time` by `duration` > 0."""
-
-    def outputs(self) -> dict[str, float]:
-        """Outputs at the present time."""
-        ...
-
-    def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after."""
-        ...
 
 
 class Component:
@@ -103,7 +64,7 @@ class Component:
     def __init__(
         self,
         model: Model,
-        force: Sequence[Mapping[int, float] | ArrayLike] | None = None,
+        force: ForcePatterns | None = None,
         *,
         contact: bool = False,
         elastic: Sequence[int] = (),
@@ -118,18 +79,11 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
-        self._force_factor = force_factors(model, force)
-        present = present_modes(model, mode_names)
-        self._mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
-        self.input_names = tuple(
-            f"{quantity}_{mode}" for mode in present for quantity in _kernel.INPUT_FIELDS
-        )
-        if isinstance(model.law, Coulomb):
-            self.input_names += _kernel.SCALE_FIELDS
-        self.output_names = _output_names(model, self._mode_names, contact, elastic)
+        self._named = Inputs(model, force, mode_names)
+        self.input_names = self._named.names
+        self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
-        self._inputs = _kernel.inputs(1)
-        self._inputs["frequency"][0, : model.modes] = model.reduced.frequency
+        self._inputs = self._named.at_rest
         self.reset()
 
     @property
@@ -148,19 +102,20 @@ class Component:
             If the time or an amplitude is not finite, or outside the friction table.
         """
         given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
-        if given.ndim > 1 or np.any(given[self.model.modes :]):
-            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
-        given = given[: self.model.modes]
-        for name, value in (("time", time), ("amplitude", given)):
-            if not np.all(np.isfinite(value)):
-                raise SlipmodeError(f"{name}: must be finite, got {value}")
         start = np.zeros(_kernel.MODES, dtype=complex)
+        if given.ndim > 1 or given.size > start.size or given[self.model.modes :].any():
+            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
         start[: given.size] = given
+        if not isfinite(time):
+            raise SlipmodeError(f"time: must be finite, got {time}")
+        if not np.isfinite(start).all():
+            raise SlipmodeError(f"amplitude: must be finite, got {given}")
         status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == _kernel.OUTSIDE_TABLE:
+            limit = limit_scale(self._inputs) * self.model.table.limit
             raise SlipmodeError(
-                f"amplitude: {np.abs(given)} is outside the friction table, whose limit is "
-                f"{self._inputs['limit_scale'][0] * self.model.table.limit}"
+                f"amplitude: {np.abs(start[: self.model.modes])} is outside the friction table, "
+                f"whose limit is {limit}"
             )
         _kernel.check(status, "reset")
 
@@ -174,12 +129,10 @@ class Component:
         """
         changed = self._inputs.copy()
         for name, value in values.items():
-            if name not in self.input_names:
-                raise SlipmodeError(f"{name}: {self._why_not(name)}")
-            self._column(changed, name)[:] = value
-        if refusal := self._refusal(changed):
+            changed[0, self._named.column(name)] = value
+        if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
-        scaled = self._scaled(changed)
+        scaled = self._named.modal(changed)
         _kernel.check(
             _kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
         )
@@ -200,7 +153,7 @@ class Component:
         if status != _kernel.OK:
             none = np.empty((0, len(self.output_names)))
             raise self._stopped(status, duration, self._inputs, none)
-        self._inputs = _moved_on(self._inputs, duration)
+        self._inputs = moved_on(self._inputs, duration)
 
     def outputs(self) -> dict[str, float]:
         """Outputs at the present time, by name."""
@@ -236,10 +189,8 @@ class Component:
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        packed = _kernel.inputs(lengths.size)
-        for column, name in enumerate(self.input_names):
-            self._column(packed, name)[:] = values[:, column]
-        scaled = self._scaled(packed)
+        packed = self._named.records(values)
+        scaled = self._named.modal(packed)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         status = _kernel.lib.sm_component_run(
@@ -249,11 +200,11 @@ class Component:
         )
         if done.value:
             last = done.value - 1
-            self._inputs = _moved_on(packed[last : last + 1], float(lengths[last]))
+            self._inputs = moved_on(packed[last : last + 1], float(lengths[last]))
         if status != _kernel.OK:
             failed = packed[done.value : done.value + 1]
             stop = self._stopped(status, float(lengths[done.value]), failed, outputs[: done.value])
-            own = self._scaled(self._inputs)
+            own = self._named.modal(self._inputs)
             _kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
             raise stop
         return outputs
@@ -262,19 +213,19 @@ class Component:
         """Everything that continues the run, as an array that `set_state` takes."""
         state = np.empty(_kernel.lib.sm_component_state_count(self._handle))
         _kernel.check(_kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
-        return np.concatenate((state, self._inputs.view(float).ravel()))
+        return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
         """Continue from a state of this component, or of another of the same model."""
         given = _kernel.contiguous(state)
         count = _kernel.lib.sm_component_state_count(self._handle)
-        own = self._inputs.view(float).size
+        own = self._inputs.size
         if given.shape != (count + own,):
             raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
         _kernel.check(_kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
-        self._inputs = given[count:].copy().view(_kernel.INPUTS)
+        self._inputs = given[count:].reshape(1, -1).copy()
 
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""
@@ -282,58 +233,21 @@ class Component:
         _kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
-    def _column(self, inputs: np.ndarray, name: str) -> Floats:
-        """Where inputs (n,) hold an input, (n,)."""
-        if name in _kernel.SCALE_FIELDS:
-            scales: Floats = inputs[name]
-            return scales
-        quantity, mode = name.rsplit("_", 1)
-        of_mode: Floats = inputs[quantity][:, self._mode_names.index(mode)]
-        return of_mode
-
-    def _why_not(self, name: str) -> str:
-        """Why a name is not an input."""
-        if name not in _kernel.SCALE_FIELDS:
-            return f"not an input; inputs are {', '.join(self.input_names)}"
-        return (
-            "only the Coulomb law scales with its limit, for the tanh law has a velocity alpha "
-            "besides; tabulate a model with the other limit"
-        )
-
-    def _scaled(self, inputs: np.ndarray) -> np.ndarray:
-        """Inputs with forces in newtons turned into modal forces."""
-        scaled = inputs.copy()
-        for name in ("force", "force_rate"):
-            scaled[name] *= self._force_factor
-        return scaled
-
-    def _refusal(self, inputs: np.ndarray) -> str:
-        """Why inputs (1,) are refused, naming one; "" if they are not."""
-        for name in self.input_names:
-            value = self._column(inputs, name)[0]
-            if not np.isfinite(value):
-                return f"{name}: must be finite, got {value:g}"
-            if name.rpartition("_")[0] == "frequency" and value <= 0:
-                return f"{name}: must be > 0 rad/s, got {value:g}"
-            if name == "limit_scale" and value <= 0:
-                return f"{name}: must be > 0, got {value:g}"
-        return ""
-
     def _stopped(
-        self, status: int, duration: float, inputs: np.ndarray, outputs: Floats
+        self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
         now = self.outputs()
         reason = _kernel.message(status)
         if not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
-        elif refusal := self._refusal(inputs):
+        elif refusal := self._named.refusal(inputs):
             reason = refusal
-        elif refusal := self._refusal(_moved_on(inputs, duration)):
+        elif refusal := self._named.refusal(moved_on(inputs, duration)):
             reason = f"{refusal} at the end of the step"
         elif status == _kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
-        return StoppedError(message, now["time"], outputs)
+        return StoppedError(message, now["time"], outputs, status == _kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
         """Which amplitude leaves the table during a step, and when, found by bisection."""
@@ -343,31 +257,16 @@ class Component:
             _kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
         last = self.outputs()
         self.set_state(state)
-        reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._mode_names]
-        scale = _moved_on(self._inputs, last["time"] - self.time)["limit_scale"][0]
+        reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
+        scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
         limit = scale * self.model.table.limit
         mode = int(np.argmax(reached[: self.model.modes] / limit))
+        name = self._named.mode_names[mode]
         return (
-            f"amplitude |{self._mode_names[mode]}| leaves the friction table, whose limit is "
+            f"amplitude |{name}| leaves the friction table, whose limit is "
             f"{limit[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
             "tabulate a larger range or lower the force"
         )
-
-
-def _moved_on(inputs: np.ndarray, duration: float) -> np.ndarray:
-    """Inputs after they moved at their rates for `duration`."""
-    later = inputs.copy()
-    for name in (*_kernel.INPUT_QUANTITIES, "limit_scale"):
-        later[name] += later[f"{name}_rate"] * duration
-    return later
-
-
-def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
-    """What the model's modes are called; names past their number are left out."""
-    present = tuple(mode_names)[: model.modes]
-    if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
-        raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
-    return present
 
 
 def _output_names(
@@ -383,20 +282,9 @@ def _output_names(
     return tuple(names)
 
 
-def force_factors(model: Model, force: Sequence[Mapping[int, float] | ArrayLike] | None) -> Floats:
-    """Modal force per unit of the force input, (MODES,)."""
-    factors = np.ones(_kernel.MODES)
-    if force is not None:
-        if len(force) != model.modes:
-            raise SlipmodeError(f"force: needs one entry per mode ({model.modes})")
-        for mode, pattern in enumerate(force):
-            factors[mode] = model.reduced.modal_force(mode, pattern)
-    return factors
-
-
 def _create(
     model: Model,
-    force: Sequence[Mapping[int, float] | ArrayLike] | None,
+    force: ForcePatterns | None,
     contact: bool,
     elastic: Sequence[int],
     tolerance: float,
@@ -415,7 +303,7 @@ def _create(
         motion.orders_count = len(plane.orders)
         motion.orders = plane.orders.ctypes.data
         motion.pull, motion.answer = plane.pull.ctypes.data, plane.elastic.ctypes.data
-    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    flow = slow_flow(model, force)
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()
     status = _kernel.lib.sm_component_create(

@@ -10,9 +10,10 @@ from os import PathLike
 from pathlib import Path
 
 from fmu import binaries, cross
-from fmu.component import MODE_NAMES, Component, present_modes
+from fmu.component import Component
 from fmu.description import MODEL_IDENTIFIER, Description, Experiment, FmiVersion
 from fmu.documentation import icon_png, index_html
+from fmu.inputs import MODE_NAMES, present_modes
 from fmu.reference import reference_files
 from fmu.resources import Force, resource_files
 from fmu.variables import Choice, list_variables

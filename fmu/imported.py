@@ -17,7 +17,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.simulation import apply_start_values, instantiate_fmu, settable_in_instantiated
 
 from fmu.archive import Archive
-from fmu.component import Floats, StoppedError
+from fmu.stepping import Floats, StoppedError
 from rom import SlipmodeError
 
 _DISCARD = 2  # status from which on a message says what went wrong

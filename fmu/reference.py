@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from fmu.component import Component, StoppedError
+from fmu.component import Component
 from fmu.description import Experiment, to_bytes
+from fmu.stepping import StoppedError
 from fmu.variable import Causality, Kind, Variable
 
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"

@@ -10,15 +10,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD, force_factors
+from fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
+from fmu.inputs import force_factors
 from fmu.variable import Kind, Variable
 from fmu.variables import PARAMETERS, states
 from rom import Model, _kernel
-from rom.amplitude import felt_shift, slow_flow
+from rom.amplitude import slow_flow
 from rom.answer_plane import answer_plane, no_answer
 from rom.friction import limits
 
-FORMAT = 2  # FMU_FORMAT in fmu/src/model.h
+FORMAT = 3  # FMU_FORMAT in fmu/src/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
@@ -50,9 +51,9 @@ def resource_files(
 
 def identity(model: Model, force: Force) -> str:
     """Hash of what a model and the directions of its forces make of any inputs."""
-    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    flow = slow_flow(model, force)
     digest = hashlib.sha256(model.hash.encode())
-    digest.update(force_factors(model, force).tobytes() + bytes(flow.shift))
+    digest.update(force_factors(model, force).tobytes() + bytes(flow.shift) + bytes(flow.across))
     return digest.hexdigest()
 
 
@@ -114,7 +115,7 @@ def _arrays(
 
 def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.ndarray:
     """The struct `constants` of fmu/src/model.c."""
-    flow = slow_flow(model, None if force is None else felt_shift(model.reduced, force))
+    flow = slow_flow(model, force)
     parameters = np.zeros(PARAMETERS)
     amplitude = np.zeros(2 * _kernel.MODES)
     for variable in variables:
@@ -131,6 +132,7 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
             np.array(flow.natural),
             np.array(flow.turn).ravel(),
             np.array(flow.shift).ravel(),
+            np.array(flow.across).ravel(),
             force_factors(model, force),
             *(parameters, nominal, amplitude),
         ]

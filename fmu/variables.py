@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
 
+from fmu.inputs import place
 from fmu.quantities import Quantity
 from fmu.variable import Causality, Kind, Type, Variable
 from rom import Coulomb, Model, SlipmodeError, _kernel
@@ -104,12 +105,6 @@ class _Needs:
         self.motion = (*self.inputs, *self.amplitudes, *self.angles)
 
 
-def _input_slot(field: str, mode: int = 0) -> int:
-    fields = _kernel.INPUTS.fields
-    assert fields is not None
-    return int(fields[field][1]) // 8 + mode
-
-
 def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
     force = Quantity.FORCE if choice.newtons else Quantity.MODAL_FORCE
     quantities = {"force": force, "frequency": Quantity.FREQUENCY, "phase": Quantity.ANGLE}
@@ -121,7 +116,7 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 f"{field}_{name}",
                 f"{words[field]} of the force on mode {name}",
                 Kind.INPUT,
-                _input_slot(field, mode),
+                place(field, mode),
                 Causality.INPUT,
                 quantity,
                 start=natural if field == "frequency" else 0.0,
@@ -131,7 +126,7 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 f"{field}_rate_{name}",
                 f"Rate of {field}_{name}, which moves at it until it is set again",
                 Kind.INPUT,
-                _input_slot(f"{field}_rate", mode),
+                place(f"{field}_rate", mode),
                 Causality.INPUT,
                 quantity.rate,
                 start=0.0,
@@ -151,7 +146,7 @@ def _scale(
         name,
         description,
         Kind.INPUT,
-        _input_slot(name),
+        place(name),
         Causality.INPUT,
         quantity,
         start=start,

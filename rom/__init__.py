@@ -8,13 +8,15 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh
-from rom.model import Model, Quality, tabulate
+from rom.model import Model
 from rom.motion import Motion, reconstruct, sum_harmonics
 from rom.near import NearResonance, near_resonances
+from rom.quality import Quality
 from rom.reduction import Reduced, reduce
 from rom.resonance import ResonanceCurve, ResonanceSurface, resonance, resonance_curve, steady
 from rom.slow_trajectory import SlowTrajectory
 from rom.structure import Structure, load_structure, two_mass
+from rom.tabulation import tabulate
 
 __all__ = [
     "Coulomb",

@@ -80,6 +80,7 @@ class SlowFlow(Structure):
         ("table", Table),
         ("turn", (c_double * 2 * 2) * MODES),
         ("shift", (c_double * 2) * MODES),
+        ("across", (c_double * 2 * MODES) * MODES),
         ("near", Near * NEAR),
     )
 

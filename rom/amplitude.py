@@ -17,12 +17,15 @@ from rom.model import Model
 from rom.reduction import Reduced, force_vector
 
 Complexes = NDArray[np.complex128]
+Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n,) array per mode
 
 _SHORT_STEP = 1e-4  # of a difference along the flow, in radians of mode A
 
 
-def slow_flow(model: Model, shift: Complexes | None = None) -> _kernel.SlowFlow:
-    """The amplitude equations as the core reads them; `shift` as `felt_shift` gives it."""
+def slow_flow(model: Model, force: Forces | None = None) -> _kernel.SlowFlow:
+    """The amplitude equations as the core reads them, the forces acting as `felt_shift` says."""
+    shift = None if force is None else felt_shift(model.reduced, force)
+    across = None if force is None else answer_across(model.reduced, force)
     table = model.table.kernel()
     flow = _kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
     for mode in range(model.modes):
@@ -32,6 +35,9 @@ def slow_flow(model: Model, shift: Complexes | None = None) -> _kernel.SlowFlow:
             flow.turn[mode][power][:] = (coefficient.real, coefficient.imag)
         if shift is not None:
             flow.shift[mode][:] = (shift[mode].real, shift[mode].imag)
+        if across is not None:
+            for other, answer in enumerate(across[mode]):
+                flow.across[mode][other][:] = (answer.real, answer.imag)
     for k, term in enumerate(model.near):
         flow.near[k] = _kernel.Near(term.mode, term.n, term.m)
     flow.owned = table
@@ -48,7 +54,30 @@ def coupling_turn(reduced: Reduced, frequency: Floats) -> Complexes:
     return turn
 
 
-def felt_shift(reduced: Reduced, force: Sequence[Mapping[int, float] | ArrayLike]) -> Complexes:
+def answer_across(reduced: Reduced, force: Forces) -> Complexes:
+    """Displacement of mode k by the force of another mode j, per unit of F_j, at the carriers.
+
+    Returns
+    -------
+    (modes, modes) complex ndarray
+        [k, j]; 0 on the diagonal, and in the paper's formulation.
+    """
+    across = np.zeros((len(reduced.modes), len(reduced.modes)), dtype=complex)
+    if reduced.formulation == "paper":
+        return across
+    for j, pattern in enumerate(force):
+        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
+        if modal[j] == 0.0:
+            continue
+        other = np.arange(len(modal)) != j
+        stiffness = reduced.modal_stiffness(reduced.carrier[j])[np.ix_(other, other)]
+        answer = np.zeros(len(modal), dtype=complex)
+        answer[other] = np.linalg.solve(stiffness, 0.5 * modal[other] / modal[j])
+        across[:, j] = answer[: len(across)]
+    return across
+
+
+def felt_shift(reduced: Reduced, force: Forces) -> Complexes:
     """What the forces do to the contacts past their own mode, as a shift of its amplitude.
 
     Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,

@@ -5,6 +5,8 @@ q_nm = D(nu)^-1 (f_nm - B(nu) P_nm),  nu = n Omega_A + m Omega_B
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -14,11 +16,11 @@ from numpy.typing import NDArray
 from rom.amplitude import Complexes
 from rom.matrices import Floats
 from rom.model import Model
-from rom.near import CARRIERS, Order, is_resonant
+from rom.near import CARRIERS, Order, resonant_modes
 from rom.reduced import Reduced
 from rom.slow_trajectory import SlowTrajectory
 
-_BLOCK = 512  # points at a time: memory
+_BLOCK = 8192  # harmonics at a time: memory
 _STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
 
 
@@ -63,15 +65,26 @@ def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
     modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
     if reduced.formulation == "paper":
         return ModalAnswer(orders, nu, P, modal, pull)
-    for block in (slice(start, start + _BLOCK) for start in range(0, points, _BLOCK)):
-        for q, order in enumerate(orders):
-            others = _Others.of(model, order, nu[block, q])
-            if order in CARRIERS:
-                carried = _at_carrier(model, trajectory, felt, block, others, order, P[block, q])
-                P[block, q], answered, pull[block, q] = carried
-            else:
-                answered, pull[block, q] = others.answer(P[block, q])
-            modal[block, q, others.numbers] = answered
+    groups: dict[tuple[int, ...], list[int]] = defaultdict(list)
+    for q, order in enumerate(orders):
+        if order not in CARRIERS:
+            groups[resonant_modes(model.modes, order, model.near)].append(q)
+    block = max(1, _BLOCK // len(orders))
+    for rows in (np.arange(k, min(k + block, points)) for k in range(0, points, block)):
+        for silent, members in groups.items():
+            group = np.array(members)
+            here = np.ix_(rows, group)
+            others = _Others.of(reduced, silent, nu[here].ravel())
+            answered, pulled = others.answer(P[here].reshape(-1, reduced.n_contacts))
+            modal[np.ix_(rows, group, others.numbers)] = answered.reshape(*nu[here].shape, -1)
+            pull[here] = pulled.reshape(P[here].shape)
+        for mode, order in enumerate(CARRIERS[: model.modes]):
+            q = orders.index(order)
+            silent = resonant_modes(model.modes, order, model.near)
+            others = _Others.of(reduced, silent, nu[rows, q])
+            carried = _at_carrier(model, trajectory, felt, rows, others, mode, P[rows, q])
+            P[rows, q], answered, pull[rows, q] = carried
+            modal[rows[:, np.newaxis], q, others.numbers] = answered
     return ModalAnswer(orders, nu, P, modal, pull)
 
 
@@ -99,10 +112,8 @@ class _Others:
     all_rows: Complexes
 
     @classmethod
-    def of(cls, model: Model, order: Order, nu: Floats) -> Self:
-        reduced = model.reduced
-        silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
-        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), silent)
+    def of(cls, reduced: Reduced, silent: Sequence[int], nu: Floats) -> Self:
+        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), list(silent))
         coupling = reduced.modal_coupling(nu)[:, numbers]
         return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
 
@@ -129,13 +140,13 @@ def _at_carrier(
     model: Model,
     trajectory: SlowTrajectory,
     felt: Complexes,
-    points: slice,
+    points: NDArray[np.intp],
     others: _Others,
-    order: Order,
+    mode: int,
     P: Complexes,
 ) -> tuple[Complexes, Complexes, Complexes]:
     """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
-    mode, direct = CARRIERS.index(order), trajectory.direct
+    direct = trajectory.direct
     on_modes: Complexes | float = 0.0
     on_contacts: Complexes | float = 0.0
     if direct is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rom.amplitude import Complexes
 from rom.errors import SlipmodeError
 from rom.model import Model
-from rom.near import CARRIERS, Order, is_resonant
+from rom.near import CARRIERS, Order, resonant_modes
 from rom.passive import ANSWERED_ORDER
 from rom.torus import modal_feedback
 
@@ -96,7 +96,7 @@ def _answering(model: Model, order: Order) -> tuple[NDArray[np.intp], Complexes,
     """Modes that answer to a harmonic, their D(nu), and nu."""
     reduced = model.reduced
     nu = float(np.dot(order[: model.modes], reduced.carrier))
-    silent = [j for j in range(model.modes) if is_resonant(j, order, model.near)]
+    silent = resonant_modes(model.modes, order, model.near)
     answers = np.delete(np.arange(reduced.all_shapes.shape[1]), silent)
     return answers, reduced.modal_stiffness(nu)[:, answers], nu
 

@@ -15,9 +15,10 @@ import platformdirs
 
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
-from rom.model import FORMAT, REDUCED_ARRAYS, Model, tabulate
+from rom.model import FORMAT, REDUCED_ARRAYS, Model
 from rom.near import NearResonance
 from rom.reduction import Reduced
+from rom.tabulation import tabulate
 
 
 def cache_folder() -> Path:

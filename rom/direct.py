@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom.amplitude import Complexes, felt_shift
+from rom.amplitude import Complexes, answer_across, felt_shift
 from rom.matrices import Floats, as_dense, solve
 from rom.reduced import Reduced, force_vector
 from rom.structure import Structure
@@ -35,12 +35,15 @@ class DirectForce:
         [kg^1/2 m/N]; 0 where the structure is not known.
     shift : (modes,) complex ndarray
         The part that the amplitude equations have: rom.amplitude.felt_shift.
+    across : (modes, modes) complex ndarray
+        Displacement of mode k off resonance, [k, j]: rom.amplitude.answer_across.
     """
 
     modal: Floats
     contact: Floats
     static: Floats
     shift: Complexes
+    across: Complexes
 
     @classmethod
     def of(
@@ -65,40 +68,41 @@ class DirectForce:
             contact=f @ reduced.contact_shapes,
             static=static,
             shift=felt_shift(reduced, force),
+            across=answer_across(reduced, force),
         )
 
     def beyond_shift(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
         return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
 
-    def amplitude_at_rest(
-        self, reduced: Reduced, force: Complexes, frequency: Floats
+    def free_vibration(
+        self, reduced: Reduced, jump: Complexes, frequency: Floats, angle: Floats | float = 0.0
     ) -> Complexes:
-        """Amplitudes (modes,) that hold the modes at rest as forces set in.
+        """Amplitudes (..., modes) that jumps of the forces add: the modes go on as they were.
 
-        A mode's answer to the force of the other is there at once: it begins with a free
-        vibration against it, which decays with the mode.
+        From rest they hold the modes at rest as forces set in. It is what the core does in a step
+        that begins with other forces than those it had: see rom/kernel/jump.h.
 
         Parameters
         ----------
-        force : (modes,) complex ndarray
-            F_j exp(i phase_j) at the start, modal [N kg^-1/2].
-        frequency : (modes,) ndarray
-            Forcing frequencies [rad/s].
+        jump : (..., modes) complex ndarray
+            Of F_j exp(i phase_j), modal [N kg^-1/2].
+        frequency, angle : (..., modes) ndarray
+            Of the carriers at the jump [rad/s], [rad].
         """
-        a = np.zeros(len(force), dtype=complex)
         if reduced.formulation == "paper":
-            return a
-        stiffness = reduced.modal_stiffness(frequency)
-        for j, D in enumerate(stiffness):
-            other = np.arange(len(D)) != j
-            q = np.zeros(len(D), dtype=complex)
-            on_them = 0.5 * force[j] * self.modal[j, other]
-            q[other] = np.linalg.solve(D[np.ix_(other, other)], on_them)
-            # 2 Re(a + q) = 0 and 2 Re(i Omega_k a + i Omega_j q) = 0
-            answered = q[: a.size]
-            a -= answered.real + 1j * frequency[j] / frequency * answered.imag
-        return a
+            return np.zeros_like(jump)
+        turned = jump * np.exp(1j * np.asarray(angle))
+        gamma, omega = reduced.modal_damping, reduced.frequency
+        damped = np.sqrt(np.maximum(omega**2 - 0.25 * gamma**2, 0.0))
+        vibrates = damped > 0.0
+        damped = np.where(vibrates, damped, 1.0)
+        q = self.across * turned[..., np.newaxis, :]
+        answered = q.real.sum(axis=-1)
+        moving = (q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
+        own = (turned / (gamma + 2j * (frequency + damped))).real
+        left = -answered + 1j * (own + 0.5 * gamma * answered - moving) / damped
+        return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:

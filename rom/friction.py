@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
+from rom.magnitude import LARGEST, SMALLEST, fits
 
 
 @dataclass(frozen=True)
@@ -31,8 +32,10 @@ class Tanh:
 
     def __post_init__(self) -> None:
         _check_limit(self.limit)
-        if not (np.isfinite(self.alpha) and self.alpha > 0):
-            raise SlipmodeError(f"alpha: must be a finite number > 0 [m/s], got {self.alpha}")
+        if not SMALLEST <= self.alpha <= LARGEST:
+            raise SlipmodeError(
+                f"alpha: must be {SMALLEST:g} to {LARGEST:g} [m/s], got {self.alpha}"
+            )
 
 
 @dataclass(frozen=True)
@@ -68,5 +71,5 @@ def limits(law: Friction, contacts: int) -> NDArray[np.float64]:
 
 def _check_limit(limit: float | Sequence[float]) -> None:
     given = np.asarray(limit, dtype=float)
-    if given.ndim > 1 or given.size == 0 or not np.all(np.isfinite(given) & (given >= 0)):
-        raise SlipmodeError(f"limit: must be finite and >= 0 [N], got {limit}")
+    if given.ndim > 1 or given.size == 0 or not (fits(given) and np.all(given >= 0)):
+        raise SlipmodeError(f"limit: must be 0 or {SMALLEST:g} to {LARGEST:g} [N], got {limit}")

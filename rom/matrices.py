@@ -1,5 +1,6 @@
 """The matrix type of a structure and the tests that structural matrices must pass."""
 
+import warnings
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -9,6 +10,7 @@ import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
+from rom.magnitude import LARGEST
 
 Floats: TypeAlias = NDArray[np.float64]
 Sparse: TypeAlias = "scipy.sparse.csc_array[np.float64]"
@@ -42,6 +44,8 @@ def as_matrix(name: str, value: MatrixLike) -> Matrix:
         entries = matrix.data
     if not np.isfinite(entries).all():
         raise SlipmodeError(f"{name}: must be finite, found NaN or infinity")
+    if np.abs(entries).max(initial=0.0) > LARGEST:
+        raise SlipmodeError(f"{name}: must be at most {LARGEST:g} in magnitude; use other units")
     return matrix
 
 
@@ -96,10 +100,26 @@ def as_dense(matrix: Any) -> Floats:
 
 
 def solve(matrix: Matrix, right: Floats) -> Floats:
-    """matrix^-1 right, for a symmetric positive definite matrix."""
-    if scipy.sparse.issparse(matrix):
-        return np.asarray(scipy.sparse.linalg.splu(matrix.tocsc()).solve(right))
-    return np.asarray(scipy.linalg.solve(matrix, right, assume_a="pos"))
+    """matrix^-1 right, for a symmetric positive definite matrix.
+
+    Raises
+    ------
+    SlipmodeError
+        If rounding makes it a singular one, whatever the units of its rows.
+    """
+    try:
+        if scipy.sparse.issparse(matrix):
+            return np.asarray(scipy.sparse.linalg.splu(matrix.tocsc()).solve(right))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            unit = np.exp2(-np.round(0.5 * np.log2(matrix.diagonal())))[:, np.newaxis]
+            scaled = scipy.linalg.solve(unit * matrix * unit.T, unit * right, assume_a="pos")
+    except (RuntimeError, scipy.linalg.LinAlgError, RuntimeWarning, scipy.linalg.LinAlgWarning):
+        raise SlipmodeError(
+            "mass, stiffness: must be positive definite with stuck contacts, also to rounding: "
+            "what is stiffer or heavier than the rest by 1e15 should be modelled as rigid"
+        ) from None
+    return np.asarray(unit * scaled)
 
 
 def _as_array(name: str, value: Any) -> NDArray[Any]:

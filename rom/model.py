@@ -5,37 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import zipfile
-import zlib
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, astuple, dataclass, replace
-from functools import partial
+from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from rom.errors import SlipmodeError
 from rom.friction import Coulomb, Friction, Tanh, limits
 from rom.harmonics import Harmonics
-from rom.matrices import Floats
-from rom.near import NearResonance, Order, near_resonances, tabulated_orders
+from rom.model_content import check_arrays, check_header
+from rom.near import NearResonance
+from rom.quality import Quality
 from rom.reduction import Reduced
-from rom.refinement import Columns, Sampling, refine
-from rom.resolution import choose_resolution
-from rom.softness import check_softness
-from rom.tables import Complexes, Table
-from rom.torus import ContactTerms, contact_orders, contact_terms
+from rom.tables import Table
 
-FORMAT = 9  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 10  # of the file; raised whenever tables computed before must not be used any more
 
-# What numpy and zipfile raise on an archive that is none, or was damaged.
-_UNREADABLE = (
-    *(OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, NotImplementedError),
-    *(RuntimeError, zipfile.BadZipFile, zlib.error),
-)
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
     *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
@@ -48,34 +34,6 @@ REDUCED_ARRAYS = (
     ),
     "damping_coupling",
 )
-_STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
-_POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
-
-
-@dataclass(frozen=True)
-class Quality:
-    """What the table was measured to be worth, relative to the largest |S_j|.
-
-    Attributes
-    ----------
-    tolerance : float
-        What was asked for.
-    interpolation : float
-        Largest error at 64 points between the nodes.
-    resolution : float
-        Change on doubling steps and lines of the contact problem.
-    periodicity : float
-        Largest distance from a periodic contact motion.
-    steps, lines : int
-        Discretisation of the torus.
-    """
-
-    tolerance: float
-    interpolation: float
-    resolution: float
-    periodicity: float
-    steps: int
-    lines: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +66,13 @@ class Model:
     @property
     def hash(self) -> str:
         """Hexadecimal content hash: equal for equal models."""
-        return _digest(self._header(), self._content())
+        return digest(self._header(), self._content())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to one file (an .npz archive), with its content hash."""
         header = self._header()
         content = self._content()
-        stored = json.dumps(header | {"hash": _digest(header, content)})
+        stored = json.dumps(header | {"hash": digest(header, content)})
         target = Path(path)
         temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
         try:
@@ -131,7 +89,8 @@ class Model:
         Raises
         ------
         SlipmodeError
-            If the file is missing, of another version, or damaged (its hash does not fit).
+            If the file is missing, of another version, damaged (its hash does not fit), or no
+            model all the same.
         """
         path = Path(path)
         try:
@@ -141,21 +100,27 @@ class Model:
             expected = header.pop("hash")
         except FileNotFoundError:
             raise SlipmodeError(f"{path}: no such model file") from None
-        except _UNREADABLE as error:
-            raise SlipmodeError(f"{path}: not a readable model file ({error})") from None
+        except Exception as error:  # damage makes zipfile, zlib and numpy raise nearly anything
+            shown = " ".join(str(error).split())
+            raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(
                 f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
             )
-        if _digest(header, content) != expected:
+        if digest(header, content) != expected:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
+        try:
+            check_header(header)
+            check_arrays(header, content)
+            limit = [float(value) for value in content["limit"]]
+            law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{path}: {error}") from None
         reduced = Reduced(
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        limit = [float(value) for value in content["limit"]]
-        law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
         table = Table(content["node_a"], content["node_b"], content["values"], len(reduced.modes))
         near = tuple(NearResonance(*term) for term in header["near"])
         quality = Quality(**header["quality"])
@@ -189,153 +154,11 @@ class Model:
         }
 
 
-def tabulate(
-    reduced: Reduced,
-    law: Friction,
-    amplitude: Sequence[float],
-    tolerance: float = 1e-3,
-    *,
-    near: Sequence[NearResonance] | None = None,
-    harmonics: int = 0,
-    threads: int | None = None,
-    progress: bool = False,
-) -> Model:
-    """Precompute the friction functions over a range of amplitudes.
-
-    Parameters
-    ----------
-    reduced : Reduced
-    law : Tanh or Coulomb
-    amplitude : sequence of float
-        Largest amplitude |a_j| of each mode [kg^1/2 m].
-    tolerance : float
-        Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
-        contact problem, the whole for the interpolation.
-    near : sequence of NearResonance, optional
-        Combination frequencies that the slow flow is to treat as resonant. Default: those near
-        the carriers of `reduced`; none in the paper's formulation.
-    harmonics : int
-        Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
-        motion; 0: none. A march needs those that the modes answer to, `ANSWERED_ORDER`.
-    threads : int, optional
-        Default: one per processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on work longer than a second.
-
-    Raises
-    ------
-    SlipmodeError
-        If the tolerance cannot be reached.
-    """
-    limit = np.asarray(amplitude, dtype=float)
-    if limit.shape != (len(reduced.modes),) or not np.all(np.isfinite(limit) & (limit > 0)):
-        raise SlipmodeError(
-            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, got {amplitude}"
-        )
-    if not 1e-6 <= tolerance <= 0.1:
-        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
-    limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
-    if near is None:
-        near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
-    check_softness(reduced, tolerance, near)
-    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
-    solve = partial(
-        contact_terms,
-        reduced,
-        law,
-        grid=resolution.grid,
-        tolerance=0.1 * tolerance,
-        smallest_scale=0.1 * limit,
-        near=near,
-        highest=max(harmonics, 1),
-    )
-    orders = contact_orders(reduced, near, harmonics) if harmonics else []
-    columns = Columns(
-        orders=tuple(tabulated_orders(near, limit.size)),
-        drives=(*range(limit.size), *(term.mode for term in near)),
-        swing=2.0 * reduced.carrier * limit,
-        loss=_structural_loss(reduced),
-        carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
-    )
-    with (
-        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
-        tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
-    ):
-        samples = _Samples(solve, columns, pool, bar)
-        table, carried, error = refine(Sampling(samples, columns), limit, tolerance)
-    quality = Quality(
-        tolerance=tolerance,
-        interpolation=error,
-        resolution=resolution.error,
-        periodicity=samples.periodicity,
-        steps=resolution.grid.steps,
-        lines=resolution.grid.lines,
-    )
-    kept = _harmonics(table, orders, carried) if orders else None
-    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, limit))
-    return Model(reduced, law, table, kept, tuple(near), quality)
-
-
-def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
-    """From the columns that samples carried: P of every order, then what they leave out."""
-    nodes = tuple(axis.size for axis in table.axes)
-    columns = carried.reshape(*nodes, len(orders) + 1, -1)
-    P = np.ascontiguousarray(columns[..., :-1, :])
-    return Harmonics(table.axes, tuple(orders), P, np.ascontiguousarray(columns[..., -1, :].real))
-
-
-def _contact_motion(
-    reduced: Reduced, solve: Callable[[Floats], ContactTerms], limit: Floats
-) -> Complexes:
-    """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
-    moved = solve(limit[np.newaxis]).P[0, : limit.size] / limit[:, np.newaxis]
-    least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
-    sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
-    return np.where(sticks, reduced.contact_motion, moved)
-
-
-def _structural_loss(reduced: Reduced) -> Floats:
-    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation."""
-    loss = reduced.modal_damping * reduced.carrier
-    return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
-
-
-class _Samples:
-    """Contact terms at many amplitudes, spread over threads in tasks of a fixed size."""
-
-    def __init__(
-        self,
-        solve: Callable[[Floats], ContactTerms],
-        columns: Columns,
-        pool: ThreadPoolExecutor,
-        bar: tqdm[Any],
-    ) -> None:
-        self._solve = solve
-        self._columns = columns
-        self._pool = pool
-        self._bar = bar
-        self.periodicity = 0.0
-
-    def __call__(self, amplitudes: Floats) -> Complexes:
-        tasks = [
-            amplitudes[start : start + _POINTS_PER_TASK]
-            for start in range(0, len(amplitudes), _POINTS_PER_TASK)
-        ]
-        parts = []
-        for terms in self._pool.map(self._solve, tasks):
-            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
-            carried = beyond[:, : self._columns.carried]
-            lost = (terms.power - terms.leaving)[:, np.newaxis]
-            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
-            self.periodicity = max(self.periodicity, float(terms.residual.max()))
-            self._bar.update(len(terms.S))
-        return np.concatenate(parts)
-
-
-def _digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
-    digest = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
+def digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
+    """Hexadecimal hash of what a model file holds."""
+    found = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(content):
         array = np.ascontiguousarray(content[name])
-        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()
+        found.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        found.update(array.tobytes())
+    return found.hexdigest()

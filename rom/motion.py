@@ -96,17 +96,18 @@ def reconstruct(
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
     answer = modal_answer(model, part)
     pull = np.ascontiguousarray(2.0 * answer.pull)
-    segments = part.contact_segments(model, pull)
+    segments = part.segments(model)
+    felt = part.contact_segments(segments, pull)
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
-    problem = contact_problem(model.reduced, model.law, model.near, answer.orders)
+    problem = contact_problem(model.reduced, model.law, answer.orders)
     status = _kernel.lib.sm_contact_motion(
-        *(ctypes.byref(problem), len(segments), segments.ctypes.data, None, steps_per_period),
+        *(ctypes.byref(problem), len(felt), felt.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
     coefficients = np.concatenate((answer.modal, _loads(answer, part)), axis=2)
-    signals = _summed(model, part, answer, coefficients, _carriers(model, 0), sample)
+    signals = _summed(segments, answer, coefficients, _carriers(model, 0), sample)
     modal, load = np.split(signals, [answer.modal.shape[2]], axis=1)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
 
@@ -137,7 +138,8 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     parts = (answer.contact, velocity, force, answer.modal, _loads(answer, part))
     coefficients = np.concatenate(parts, axis=2)
     contacts = model.reduced.n_contacts
-    signals = _summed(model, part, answer, coefficients, _carriers(model, 3 * contacts), sample)
+    segments, shape = part.segments(model), _carriers(model, 3 * contacts)
+    signals = _summed(segments, answer, coefficients, shape, sample)
     x, v, f, modal, load = np.split(signals, np.cumsum([p.shape[2] for p in parts[:-1]]), axis=1)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
 
@@ -188,8 +190,7 @@ def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> 
 
 
 def _summed(
-    model: Model,
-    part: SlowTrajectory,
+    segments: np.ndarray,
     answer: ModalAnswer,
     coefficients: Complexes,
     shape: Floats,
@@ -203,9 +204,8 @@ def _summed(
     rows = _kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
     orders = np.ascontiguousarray(answer.orders, dtype=np.int32)
     weights = _kernel.contiguous(shape)
-    segments = part.segments(model)
     harmonic_sum = _kernel.HarmonicSum(
-        modes=model.modes,
+        modes=len(weights),
         orders_count=len(answer.orders),
         orders=orders.ctypes.data,
         signals=weights.shape[1],

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-HIGHEST_ORDER = 7
-SEPARATION = 0.1  # distance from a carrier, relative to it, that counts as near
+# Distance from a carrier, relative to it, that counts as near, by |n| + |m| up to which it does: a
+# harmonic of higher order is smaller, and drives as much only from closer by.
+SEPARATION = {7: 0.1, 9: 0.01}
 MOST = 8  # that the core takes
 
 Order = tuple[int, int]
@@ -49,17 +50,19 @@ def harmonic_orders(highest: int, modes: int) -> list[Order]:
     return sorted(odd, key=lambda order: (abs(order[0]) + abs(order[1]), -order[0], -order[1]))
 
 
-def near_resonances(
-    frequencies: ArrayLike, separation: float = SEPARATION
-) -> tuple[NearResonance, ...]:
+def separation(order: Order) -> float:
+    """Relative distance from a carrier within which a harmonic counts as near."""
+    highest = abs(order[0]) + abs(order[1])
+    return max(distance for most, distance in SEPARATION.items() if highest <= most)
+
+
+def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
     """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
 
     Parameters
     ----------
     frequencies : (points, modes) array_like
         Forcing frequencies [rad/s], e.g. along a sweep.
-    separation : float
-        Relative distance that counts as near.
 
     Returns
     -------
@@ -70,20 +73,23 @@ def near_resonances(
     if points.shape[1] == 1:
         return ()
     found = []
-    for order in harmonic_orders(HIGHEST_ORDER, 2):
+    for order in harmonic_orders(max(SEPARATION), 2):
         for n, m in (order, (-order[0], -order[1])):
             nu = n * points[:, 0] + m * points[:, 1]
             for mode in range(2):
-                close = np.abs(nu - points[:, mode]) < separation * points[:, mode]
+                close = np.abs(nu - points[:, mode]) < separation(order) * points[:, mode]
                 if close.any() and (n, m) != CARRIERS[mode]:
                     found.append(NearResonance(mode, n, m))
     return tuple(found[:MOST])
 
 
-def is_resonant(mode: int, order: Order, near: Sequence[NearResonance]) -> bool:
-    """Whether a stored harmonic is the carrier of a mode or near it: the slow flow answers it."""
-    return order == CARRIERS[mode] or any(
-        (term.mode, term.stored_order) == (mode, order) for term in near
+def resonant_modes(modes: int, order: Order, near: Sequence[NearResonance]) -> tuple[int, ...]:
+    """Modes whose slow flow answers a stored harmonic: its carrier, or near it."""
+    return tuple(
+        mode
+        for mode in range(modes)
+        if order == CARRIERS[mode]
+        or any((term.mode, term.stored_order) == (mode, order) for term in near)
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rom.errors import SlipmodeError
+from rom.magnitude import ALLOWED, LARGEST, SMALLEST, fits
 from rom.matrices import Floats
 
 Formulation = Literal["consistent", "paper"]
@@ -131,7 +132,7 @@ class Reduced:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
 
-    @property
+    @cached_property
     def all_shapes(self) -> Floats:
         """Shapes of the retained and of the passive modes, (n, modes + passive)."""
         return np.hstack((self.mode_shapes, self.passive_shapes))
@@ -177,10 +178,11 @@ class Reduced:
         """The same model with its contact problem at other carrier frequencies [rad/s]."""
         frequencies = np.asarray(carrier, dtype=float)
         if frequencies.shape != self.frequency.shape or not np.all(
-            np.isfinite(frequencies) & (frequencies > 0)
+            (frequencies >= SMALLEST) & (frequencies <= LARGEST)
         ):
             raise SlipmodeError(
-                f"carrier: must be {self.frequency.size} finite numbers > 0 [rad/s], got {carrier}"
+                f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
+                f"[rad/s], got {carrier}"
             )
         return replace(self, carrier=frequencies)
 
@@ -209,6 +211,8 @@ def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
             vector[dof] = amplitude
     else:
         vector = np.asarray(force, dtype=float)
-    if vector.shape != (n_dofs,) or not np.all(np.isfinite(vector)):
-        raise SlipmodeError(f"force: must be {n_dofs} finite numbers, one per DOF [N]")
+    if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
+        raise SlipmodeError(
+            f"force: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED} [N]"
+        )
     return vector

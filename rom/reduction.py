@@ -9,7 +9,7 @@ import numpy as np
 
 from rom.bonded import bonded_modes
 from rom.errors import SlipmodeError
-from rom.matrices import Floats, as_dense, solve
+from rom.matrices import Floats, as_dense, is_positive_definite, solve
 from rom.partition import Partition
 from rom.passive import nothing_passive, passive_modes
 from rom.reduced import Complexes, Formulation, Reduced, force_vector
@@ -73,6 +73,7 @@ def _reduce_paper(
     nothing = np.zeros_like(parts.K_cc)
     spring = phi.T @ parts.K_ec
     stiffness = _symmetric(parts.K_cc - parts.K_ec.T @ solve(parts.K_ee, parts.K_ec))
+    _check_stiffness(stiffness)
     return Reduced(
         formulation="paper",
         modes=modes,
@@ -107,6 +108,7 @@ def _reduce_consistent(
     M, C, K = structure.mass, structure.damping, structure.stiffness
     X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
     stiffness = _symmetric(X.T @ as_dense(K @ X))
+    _check_stiffness(stiffness)
     spring = Phi.T @ as_dense(K @ X)
     passive_omega, passive = passive_modes(structure, parts, modes, omega, X, np.diag(stiffness))
     every = np.hstack((Phi, passive))
@@ -137,6 +139,14 @@ def _reduce_consistent(
             _symmetric(modal_damping) - np.diag(np.diag(modal_damping)), np.diag(modal_damping)
         ),
     )
+
+
+def _check_stiffness(stiffness: Floats) -> None:
+    """Refuse contacts that nothing but friction holds, (N_c, N_c)."""
+    if not is_positive_definite(stiffness):
+        raise SlipmodeError(
+            "stiffness: must be positive definite for motion of the contacts, or they slip away"
+        )
 
 
 def _frictionless(stiffness: Floats, spring: Floats) -> Complexes:

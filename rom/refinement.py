@@ -1,14 +1,16 @@
 """The amplitude grid: dense where the slip threshold bends the surface, coarse elsewhere.
 
-Grid lines are halved where the surface through the present nodes misses new samples by more than
-the tolerance. Every sample becomes a node, so nothing is computed only to be checked; an
-independent set of points measures the error of the finished table.
+Intervals between grid lines are halved until the surface can be expected to be within the
+tolerance: what it missed new samples by falls with this halving at least half as well as with the
+last one.
+Every sample becomes a node, so nothing is computed only to be checked; an independent set of
+points measures the error of the finished table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,8 @@ _FIRST_INTERVALS = 8
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
 _MOST_NODES = 20_000
+_CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
+_SMOOTH = 1 / 16  # what halving leaves of an error at the order of the surface
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,8 @@ class Columns:
     swing : (modes,) ndarray
         2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
         would take, not the power itself, which weak friction leaves to the rounding.
+    least : (modes,) ndarray
+        Below it |S_j| is rounding, which cannot be tabulated relative to itself.
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
@@ -48,14 +54,66 @@ class Columns:
     orders: tuple[Order, ...]
     drives: tuple[int, ...]
     swing: Floats
+    least: Floats
     loss: Floats
     carried: int = 0
 
     def error(self, difference: Floats, S: Complexes) -> Floats:
         """Largest |difference| over the tabulated columns, relative to their scales."""
         largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
+        largest = np.maximum(largest, self.least)
         scale = np.append(largest[list(self.drives)], self.swing @ largest)
         return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Grid lines of one amplitude.
+
+    Attributes
+    ----------
+    node : (n,) ndarray
+        Where they are.
+    poor : (n - 1,) ndarray of bool
+        Intervals that are to be halved.
+    missed : (n - 1,) ndarray
+        Relative error of the surface in each interval before it was halved; inf: never was.
+    """
+
+    node: Floats
+    poor: Flags
+    missed: Floats
+
+    @classmethod
+    def upto(cls, end: float) -> Axis:
+        """The first, even intervals, all of them to be halved."""
+        every = np.ones(_FIRST_INTERVALS, dtype=bool)
+        return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
+
+    @property
+    def middles(self) -> Floats:
+        """Midpoints of the poor intervals."""
+        return (0.5 * (self.node[:-1] + self.node[1:]))[self.poor]
+
+    def halved(self, error: Floats, tolerance: float) -> tuple[Axis, NDArray[np.intp]]:
+        """With the midpoints as nodes, where the surface had errors (poor,); their order."""
+        before = self.missed[self.poor]
+        known = np.isfinite(before) & (before > 0.0)
+        rate = np.divide(error, before, out=np.ones_like(error), where=known)
+        left = error * np.minimum(_CAUTION * np.maximum(rate, _SMOOTH), 1.0)
+        still, missed = np.zeros_like(self.poor), self.missed.copy()
+        still[self.poor] = left > tolerance
+        missed[self.poor] = error
+        node = np.concatenate((self.node, self.middles))
+        order = np.argsort(node, kind="stable")
+        parts = np.where(self.poor, 2, 1)
+        return Axis(node[order], np.repeat(still, parts), np.repeat(missed, parts)), order
+
+    def poor_at(self, points: Floats) -> Axis:
+        """With the intervals that hold the points to be halved too."""
+        poor = self.poor.copy()
+        poor[np.clip(np.searchsorted(self.node, points) - 1, 0, poor.size - 1)] = True
+        return replace(self, poor=poor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +127,7 @@ class Sampling:
         """Samples (n_a, n_b, columns) on a grid."""
         return self.at(_product(node_a, node_b, modes)).reshape(node_a.size, node_b.size, -1)
 
-    def table(self, axes: list[Floats], samples: Complexes) -> Table:
+    def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
         orders = self.columns.orders
         tabulated = samples[..., : len(orders)]
@@ -105,28 +163,24 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
         If halving the grid lines does not reach the tolerance.
     """
     modes = limit.size
-    axes = [np.linspace(0.0, end, _FIRST_INTERVALS + 1) for end in limit]
-    axes += [np.zeros(1)] * (2 - modes)
-    samples = sampling.on_grid(axes[0], axes[1], modes)
-    flagged = [np.ones(axis.size - 1, dtype=bool) for axis in axes[:modes]]
+    axes = [Axis.upto(end) for end in limit]
+    node_a, node_b = _lines(axes)
+    samples = sampling.on_grid(node_a, node_b, modes)
     check_points = _halton(_CHECK_POINTS, modes) * limit
     checks = sampling.at(check_points)
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
-        for axis in range(modes):
-            axes, samples, flagged[axis] = _halve(
-                sampling, axes, samples, axis, flagged[axis], tolerance
-            )
-        table = sampling.table(axes, samples)
+        for number in range(modes):
+            axes, samples = _halve(sampling, axes, samples, number, tolerance)
+        table = sampling.table(_lines(axes), samples)
         errors = sampling.error_of(table, check_points, checks)
-        if not any(flags.any() for flags in flagged):
+        if not any(axis.poor.any() for axis in axes):
             missed = errors > tolerance
             if not missed.any():
                 carried = samples[..., len(sampling.columns.orders) :]
                 return table, carried, float(errors.max())
-            for axis in range(modes):
-                flagged[axis] |= _cells_of(check_points[missed, axis], axes[axis])
+            axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
     raise SlipmodeError(
         f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
         f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
@@ -135,32 +189,26 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
 
 
 def _halve(
-    sampling: Sampling,
-    axes: list[Floats],
-    samples: Complexes,
-    axis: int,
-    flagged: Flags,
-    tolerance: float,
-) -> tuple[list[Floats], Complexes, Flags]:
-    """Insert the midpoints of flagged intervals along one axis; flag the halves that need more."""
-    if not flagged.any():
-        return axes, samples, flagged
-    node = axes[axis]
-    middle = 0.5 * (node[:-1] + node[1:])[flagged]
-    modes = len(axes) if axes[1].size > 1 else 1
-    between = [middle, axes[1]] if axis == 0 else [axes[0], middle]
-    fresh = sampling.on_grid(between[0], between[1], modes)
-    points = _product(between[0], between[1], modes)
-    table = sampling.table(axes, samples)
-    surplus = sampling.error_of(table, points, fresh.reshape(len(points), -1))
-    poor = surplus.reshape(fresh.shape[:2]).max(axis=1 - axis) > tolerance
-    order = np.argsort(np.concatenate((node, middle)), kind="stable")
-    merged = np.take(np.concatenate((samples, fresh), axis=axis), order, axis=axis)
-    refined = list(axes)
-    refined[axis] = np.concatenate((node, middle))[order]
-    still = np.zeros(flagged.size, dtype=bool)
-    still[flagged] = poor
-    return refined, merged, np.repeat(still, np.where(flagged, 2, 1))
+    sampling: Sampling, axes: list[Axis], samples: Complexes, number: int, tolerance: float
+) -> tuple[list[Axis], Complexes]:
+    """Halve the poor intervals of one axis."""
+    axis = axes[number]
+    if not axis.poor.any():
+        return axes, samples
+    between = _lines([*axes[:number], replace(axis, node=axis.middles), *axes[number + 1 :]])
+    fresh = sampling.on_grid(*between, len(axes))
+    points = _product(*between, len(axes))
+    table = sampling.table(_lines(axes), samples)
+    error = sampling.error_of(table, points, fresh.reshape(len(points), -1))
+    worst = error.reshape(fresh.shape[:2]).max(axis=1 - number)
+    halved, order = axis.halved(worst, tolerance)
+    merged = np.take(np.concatenate((samples, fresh), axis=number), order, axis=number)
+    return [*axes[:number], halved, *axes[number + 1 :]], merged
+
+
+def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:
+    """Grid lines of both amplitudes, the single 0 for a mode that is not there."""
+    return axes[0].node, axes[1].node if len(axes) == 2 else np.zeros(1)
 
 
 def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:
@@ -170,7 +218,10 @@ def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:
 
 
 def _halton(count: int, dimensions: int) -> Floats:
-    """The first points of the Halton sequence, (count, dimensions), without its origin."""
+    """The first points of the Halton sequence, (count, dimensions), without its origin.
+
+    As scipy.stats has it, whose import takes longer than many a table.
+    """
     points = np.zeros((count, dimensions))
     for base, column in zip((2, 3), points.T, strict=False):
         digits, place = np.arange(1, count + 1), 1.0
@@ -179,10 +230,3 @@ def _halton(count: int, dimensions: int) -> Floats:
             column += place * (digits % base)
             digits //= base
     return points
-
-
-def _cells_of(points: Floats, node: Floats) -> Flags:
-    """Which intervals of `node` hold a point."""
-    cells = np.zeros(node.size - 1, dtype=bool)
-    cells[np.clip(np.searchsorted(node, points) - 1, 0, node.size - 2)] = True
-    return cells

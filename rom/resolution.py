@@ -50,6 +50,13 @@ class Resolution:
     error: float
 
 
+def least_force(reduced: Reduced, limit: Floats) -> Floats:
+    """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    return np.asarray(_LEAST_SHARE * frictionless)
+
+
 def choose_resolution(
     reduced: Reduced,
     law: Friction,
@@ -73,11 +80,10 @@ def choose_resolution(
         terms = contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near)
         return _Trial(terms.S, lines * int(terms.marched.sum()))
 
-    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    least = least_force(reduced, limit)
 
     def change(coarse: _Trial, fine: _Trial) -> float:
-        scale = np.maximum(np.abs(fine.S).max(axis=0), _LEAST_SHARE * frictionless)
+        scale = np.maximum(np.abs(fine.S).max(axis=0), least)
         apart = np.abs(fine.S - coarse.S).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 

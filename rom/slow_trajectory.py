@@ -30,6 +30,8 @@ class SlowTrajectory:
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
     direct : DirectForce, optional
         What the forces do past their own mode. Default: nothing.
+    jump : (steps, modes) complex ndarray, optional
+        What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
     """
 
     time: Floats
@@ -40,6 +42,13 @@ class SlowTrajectory:
     force: Complexes
     force_rate: Complexes
     direct: DirectForce | None = None
+    jump: Complexes | None = None
+
+    @property
+    def amplitude_start(self) -> Complexes:
+        """Amplitudes at the start of each step, past its jump, (steps, modes)."""
+        before = self.amplitude[:-1]
+        return before if self.jump is None else before + self.jump
 
     @property
     def shift(self) -> Complexes | float:
@@ -73,6 +82,7 @@ class SlowTrajectory:
             self.force[within],
             self.force_rate[within],
             self.direct,
+            None if self.jump is None else self.jump[within],
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
@@ -81,7 +91,7 @@ class SlowTrajectory:
         rates = self.frequency_rate
         start = amplitude_rate(
             model,
-            self.amplitude[:-1],
+            self.amplitude_start,
             self.frequency,
             self.force,
             rates,
@@ -110,7 +120,7 @@ class SlowTrajectory:
         segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
         segments["start"], segments["duration"] = self.time[:-1], duration
         modes = slice(0, model.modes)
-        segments["amplitude_start"][:, modes] = self.amplitude[:-1]
+        segments["amplitude_start"][:, modes] = self.amplitude_start
         segments["amplitude_end"][:, modes] = self.amplitude[1:]
         start, end = self.amplitude_rates(model)
         segments["rate_start"][:, modes] = start
@@ -120,10 +130,10 @@ class SlowTrajectory:
         segments["frequency_rate"][:, modes] = self.frequency_rate
         return segments
 
-    def contact_segments(self, model: Model, pull: Complexes) -> np.ndarray:
+    def contact_segments(self, segments: np.ndarray, pull: Complexes) -> np.ndarray:
         """The same as the contacts feel it; `pull` (steps + 1, orders, N_c) must outlive it."""
-        segments = self.segments(model)
-        modes = slice(0, model.modes)
+        segments = segments.copy()
+        modes = slice(0, self.amplitude.shape[1])
         moving = self.shift * self.force_rate
         force_end = self.force + self.force_rate * np.diff(self.time)[:, np.newaxis]
         segments["amplitude_start"][:, modes] += self.shift * self.force

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rom.errors import SlipmodeError
+from rom.magnitude import ALLOWED, SMALLEST, fits
 from rom.matrices import (
     Floats,
     Matrix,
@@ -72,6 +73,8 @@ class Structure:
         M = as_symmetric("mass", mass)
         if not is_positive_definite(M):
             raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
+        if M.diagonal().min() < SMALLEST:
+            raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
         C, beta = _damping(damping, K)
         W = contact_directions(contact, M.shape[0])
@@ -195,8 +198,10 @@ def _damping(damping: float | MatrixLike, stiffness: Matrix) -> tuple[Matrix, fl
     """C, and beta if C = beta K."""
     if isinstance(damping, float | int | np.floating):
         beta = float(damping)
-        if not 0.0 <= beta < np.inf:
-            raise SlipmodeError(f"damping: beta must be a finite number >= 0, got {damping}")
+        if not (beta >= 0.0 and fits(beta)):
+            raise SlipmodeError(
+                f"damping: beta must be a finite number >= 0, {ALLOWED}, got {damping}"
+            )
         return stiffness * beta, beta
     C = as_symmetric("damping", damping, stiffness.shape[0])
     if not is_positive_semidefinite(C):

@@ -15,7 +15,7 @@ from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
 from rom.harmonics import left_out
 from rom.matrices import Floats
-from rom.near import CARRIERS, NearResonance, Order, harmonic_orders, is_resonant
+from rom.near import CARRIERS, NearResonance, Order, harmonic_orders, resonant_modes
 from rom.passive import ANSWERED_ORDER
 from rom.reduction import Complexes, Reduced
 
@@ -63,16 +63,15 @@ class ContactHarmonics:
 def contact_problem(
     reduced: Reduced,
     law: Friction,
-    near: Sequence[NearResonance] = (),
     orders: Sequence[Order] = (),
+    feedback: Complexes | None = None,
 ) -> _kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
-    The modes answer to the harmonics `orders`, but for the `near` resonances, which the slow flow
-    has.
+    The modes answer to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
+    the contacts, or with what comes along with the slow trajectory.
     """
     answered = np.ascontiguousarray(orders, dtype=np.int32)
-    feedback = _feedbacks(reduced, tuple(orders), tuple(near))
     matrices = {
         name: _kernel.contiguous(getattr(reduced, name))
         for name in ("stiffness", "damping", "mass")
@@ -82,7 +81,7 @@ def contact_problem(
     answer = _kernel.ModalAnswer(
         orders_count=len(orders),
         orders=answered.ctypes.data,
-        feedback=feedback.ctypes.data,
+        feedback=None if feedback is None else feedback.ctypes.data,
     )
     problem = _kernel.Contact(
         contacts=reduced.n_contacts,
@@ -112,8 +111,7 @@ def modal_feedback(
     if reduced.formulation == "paper":
         return np.zeros(reduced.stiffness.shape, dtype=complex)
     nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
-    silent = [j for j in range(len(reduced.modes)) if is_resonant(j, order, near)]
-    return reduced.feedback(nu, silent)
+    return reduced.feedback(nu, resonant_modes(len(reduced.modes), order, near))
 
 
 @lru_cache(maxsize=8)
@@ -163,7 +161,8 @@ def contact_harmonics(
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates = _kernel.contiguous(reduced.carrier)
     smallest = _kernel.contiguous(smallest_scale)
-    problem = contact_problem(reduced, law, near, orders)
+    feedback = _feedbacks(reduced, tuple(orders), tuple(near))
+    problem = contact_problem(reduced, law, orders, feedback)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))

@@ -102,9 +102,9 @@ def dry_run(
     Raises
     ------
     SlipmodeError
-        If the amplitudes grow without bound.
+        If the amplitudes grow without bound, or a step cannot be taken on any table.
     """
-    limit = _first_guess(excited)
+    limit = _first_guess(excited, schedule)
     largest = _LARGEST_GROWTH * limit
     while True:
         coarse, _ = cached_model(
@@ -139,16 +139,22 @@ def _felt(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.abs(felt_shift(excited.reduced, excited.force) * factor) * largest)
 
 
-def _first_guess(excited: Excited) -> Floats:
-    """Four times the amplitude at which the first contact slips."""
+def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
+    """Four times the amplitude at which the first contact slips.
+
+    Or, where that is more, what the force does statically: no amplitude stays far below it.
+    """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
     pull = 2.0 * np.abs(excited.reduced.coupling)
     slip = np.full(pull.shape, np.inf)
     np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
-    slip[slip == 0.0] = np.inf
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))
-    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 1e-6), 1.5 * initial))
+    frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
+    start, end = excited.modal_forces(schedule)
+    force = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
+    static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
+    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
 def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
@@ -158,6 +164,8 @@ def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> t
         outputs = component.run(schedule.durations, schedule.inputs(component.input_names))
         complete = True
     except StoppedError as stop:
+        if not stop.left_table:
+            raise SlipmodeError(f"run: {stop}") from None
         outputs, complete = stop.outputs, False
     modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
     start = np.abs(np.array(excited.amplitude))

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rom import Structure
 from rom.bonded import bonded_modes
-from rom.direct import DirectForce
 from rom.near import near_resonances
 from rom.softness import STRAINED, contact_softness
 from runner.amplitude_range import DryRun, Excited
 from runner.channels import Level
-from runner.schedule import Schedule
 
 _SEPARATION = 0.1  # relative distance of a mode from its neighbours
 _TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
-_FREE = 5e-3  # free vibration after a jump of a force, relative to the largest amplitude
-_JUMP = 1e-6  # of the force, relative to its largest value: less is rounding
 _SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
 
 
@@ -37,15 +32,12 @@ def check_assumptions(
     structure: Structure,
     excited: Excited,
     seen: DryRun | None,
-    schedule: Schedule,
-    amplitude: Sequence[float],
 ) -> list[Decision]:
     """Warnings, each with the indicator that was measured; some need a dry run."""
     return [
         *_separation(structure, excited),
         *_contact(excited, seen),
         *_softness(excited),
-        *_jumps(excited, schedule, amplitude),
     ]
 
 
@@ -100,24 +92,3 @@ def _softness(excited: Excited) -> list[Decision]:
         "table takes long; compare with slipmode validate"
     )
     return [Decision("contacts", "soft", reason, "warning")]
-
-
-def _jumps(excited: Excited, schedule: Schedule, amplitude: Sequence[float]) -> list[Decision]:
-    """A force that acts on another mode must not jump much after t = 0, where modes start anew."""
-    reduced, (start, end) = excited.reduced, excited.modal_forces(schedule)
-    jump = start[1:] - end[:-1]
-    frequency = np.column_stack([schedule.values[f"frequency_{mode}"] for mode in excited.modes])
-    direct = DirectForce.of(reduced, excited.force)
-    left = np.zeros(len(excited.modes))
-    for k in np.flatnonzero(np.any(np.abs(jump) > _JUMP * np.abs(start).max(), axis=1)):
-        free = direct.amplitude_at_rest(reduced, jump[k], frequency[k + 1])
-        left = np.maximum(left, np.abs(free))
-    found = []
-    for mode, share in zip(excited.modes, left / amplitude, strict=True):
-        if share > _FREE:
-            reason = (
-                f"a free vibration of {share:.1%} of its largest amplitude, above {_FREE:.1%}, "
-                "follows where the other mode's force jumps, and is not modelled; let it rise"
-            )
-            found.append(Decision(f"mode {mode}", "shaken by a jump", reason, "warning"))
-    return found

@@ -29,6 +29,8 @@ Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"
 FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
+PHASES, TORUS = "/phases", "/torus"
+OTHER = "/other"  # in front of what other programs recorded, whose topics may be called like ours
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
 _AMPLITUDE_UNIT = "kg^0.5 m"
@@ -206,6 +208,19 @@ def contact(index: int, prefix: str = "") -> Channel:
     fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
     topic = f"{prefix}/contact/{index}"
     return Channel(topic, fields, f"Motion of contact {index}")
+
+
+def phases() -> Channel:
+    """Carrier angles at the samples of contact motion."""
+    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"))
+    return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
+
+
+def torus() -> Channel:
+    """Motion of contact 0 over the phases of both carriers, at the end of a window."""
+    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"), *contact(0).fields)
+    words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
+    return Channel(TORUS, fields, words)
 
 
 def elastic(dofs: Sequence[int]) -> Channel:

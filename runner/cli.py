@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, replay, scenes, fmu, report, and those for recordings."""
+"""The command line: slipmode run, plan, scenes, fmu, report, and those for recordings."""
 
 from __future__ import annotations
 
@@ -8,9 +8,13 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rom.errors import SlipmodeError
 from runner.recording_commands import add_recording_commands
+
+if TYPE_CHECKING:
+    from runner.viewer import Viewer
 
 _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
@@ -41,7 +45,8 @@ def _fail(message: str) -> int:
 def _run(options: argparse.Namespace) -> int:
     from runner.run import run
 
-    recording = run(options.scene, options.output, fmu=options.fmu, progress=True)
+    live = None if options.live is None else _viewer(options.live or None)
+    recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
@@ -59,6 +64,17 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _viewer(url: str | None) -> Viewer | None:
+    """Where to show a run; None, and a line that says why, if there is no viewer."""
+    from runner.viewer import find_viewer
+
+    try:
+        return find_viewer(url)
+    except SlipmodeError as error:
+        print(f"slipmode: {error}; recorded without it: see slipmode replay", file=sys.stderr)
+        return None
+
+
 def _plan(options: argparse.Namespace) -> int:
     from runner.plan import make_plan
     from runner.scene import load_scene
@@ -71,16 +87,6 @@ def _plan(options: argparse.Namespace) -> int:
     for decision in plan.decisions:
         if decision.level != "info":
             print(f"warning: {decision.subject} {decision.choice}: {decision.reason}")
-    return 0
-
-
-def _replay(options: argparse.Namespace) -> int:
-    from runner.replay import replay
-
-    replay(options.file, save=options.save, screenshot=options.screenshot)
-    for written in (options.save, options.screenshot):
-        if written:
-            print(written)
     return 0
 
 
@@ -168,19 +174,17 @@ def _parser() -> argparse.ArgumentParser:
         help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
     )
 
+    run.add_argument(
+        "--live",
+        nargs="?",
+        const="",
+        metavar="URL",
+        help="show it in Rerun while it runs: in a new viewer, or in one that listens there: "
+        "run two-mode --live rerun+http://127.0.0.1:9876/proxy",
+    )
+
     plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
     _scene_argument(plan)
-
-    replay = _command(
-        commands,
-        "replay",
-        _replay,
-        "show a recording in Rerun",
-        "replay logs/two-mode.mcap --save two-mode.rrd",
-    )
-    replay.add_argument("file", type=Path, help="an .mcap recording")
-    replay.add_argument("--save", type=Path, help="write an .rrd file instead of opening a viewer")
-    replay.add_argument("--screenshot", type=Path, help="write a PNG picture, without a window")
 
     add_recording_commands(partial(_command, commands))
 

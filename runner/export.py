@@ -14,6 +14,8 @@ import pyarrow.parquet
 
 from rom.errors import SlipmodeError
 from runner.load import Signals, read
+from runner.mcapfile.source import naming
+from runner.selection import chosen
 
 
 def export(
@@ -49,17 +51,15 @@ def export(
     if target.suffix not in (".npz", *_TABLES):
         raise SlipmodeError(f"{target}: the name must end in .npz, .csv or .parquet")
     channels = read(path).channels
-    for topic in topics:
-        if topic not in channels:
-            raise SlipmodeError(f"{path} has no channel {topic}: {', '.join(channels)}")
-    chosen = {topic: channels[topic] for topic in topics or channels}
+    with naming(path):
+        wanted = chosen(channels, topics)
     if target.exists() and target.samefile(path):
         raise SlipmodeError(f"{target} is the recording itself: give another name")
     if target.suffix == ".npz":
-        _write_npz(target, chosen)
+        _write_npz(target, wanted)
         return [target]
     write = _TABLES[target.suffix]
-    written = {_table_path(target, topic, len(chosen)): s for topic, s in chosen.items()}
+    written = {_table_path(target, topic, len(wanted)): s for topic, s in wanted.items()}
     for file, signals in written.items():
         write(signals, file)
     return list(written)

@@ -13,6 +13,7 @@ from mcap import records
 from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
+from runner import overview
 from runner.channels import EVENTS, Channel, Event, Field, decode_event
 from runner.mcapfile.ahead import Unpacked, unpacked
 from runner.mcapfile.chunk import Contents, Messages
@@ -69,14 +70,25 @@ class RecordingData:
         By topic.
     events : list of Event
         In order of writing.
-    complete : bool
-        Whether the file was closed; otherwise this is what was whole of it.
+    damage : str
+        What is wrong with the file, of which this is then what was whole; "" for a sound one.
+    left_out : tuple of str
+        Channels that cannot be read: topic, encoding and schema.
+    foreign : bool
+        Whether another program wrote it.
     """
 
     header: Header
     channels: dict[str, Signals]
     events: list[Event]
-    complete: bool
+    damage: str = ""
+    left_out: tuple[str, ...] = ()
+    foreign: bool = False
+
+    @property
+    def complete(self) -> bool:
+        """Whether the file is whole."""
+        return not self.damage
 
     @property
     def scene_text(self) -> str:
@@ -131,13 +143,13 @@ def read(path: str | PathLike[str]) -> RecordingData:
     """
     gathered = _Gathered()
     with opened(path) as file:
-        complete = True
+        damage = ""
         try:
             for record in unpacked(file):
                 gathered.take(record)
-        except DamagedError:
-            complete = False
-        return gathered.recording(complete)
+        except DamagedError as error:
+            damage = str(error)
+        return gathered.recording(damage)
 
 
 @dataclass
@@ -181,16 +193,19 @@ class _Gathered:
             self.layouts[record.id] = found
         return self.layouts[record.id]
 
-    def recording(self, complete: bool) -> RecordingData:
+    def recording(self, damage: str) -> RecordingData:
         """The recording that the records describe."""
         if "units" not in self.tally.metadata:
             raise SlipmodeError("no slipmode recording")
         for complaint in self.tally.mixed_clocks():
             raise SlipmodeError(complaint)
-        channels = {}
+        channels, left_out = {}, []
         for number, record in self.tally.channels.items():
-            channel = None if record.topic == EVENTS else self._layout(record)
+            if record.topic in (EVENTS, overview.TOPIC):
+                continue
+            channel = self._layout(record)
             if channel is None:
+                left_out.append(kind_of(record, self.tally.schemas.get(record.schema_id)))
                 continue
             none = np.empty((0, len(channel.fields)))
             time = np.concatenate([none[:, 0], *self.times.get(number, [])])
@@ -203,9 +218,9 @@ class _Gathered:
             run=self.tally.metadata.get("run", {}),
             scene_name=scene.get("name", ""),
         )
-        data = RecordingData(header, channels, self.events, complete)
-        if not complete:
-            data.events.append(_truncation(data.end_time))
+        data = RecordingData(header, channels, self.events, damage, tuple(left_out))
+        if damage:
+            data.events.append(truncation(data.end_time))
         return data
 
 
@@ -231,6 +246,13 @@ def sample_channel(record: records.Channel, schema: records.Schema | None) -> Ch
     return Channel(record.topic, fields, record.metadata.get("description", ""))
 
 
-def _truncation(end: float) -> Event:
+def kind_of(record: records.Channel, schema: records.Schema | None) -> str:
+    """Topic of a channel, with its encoding and the name of its schema."""
+    schema_name = "" if schema is None else f" {schema.name}"
+    return f"{record.topic} ({record.message_encoding or 'no encoding'}{schema_name})"
+
+
+def truncation(end: float) -> Event:
+    """The event that says up to which time [s] a damaged recording was read."""
     text = f"the recording was cut short: it was read up to its last whole part, t = {end:g} s"
     return Event(end, "warning", text)

@@ -12,12 +12,13 @@ from rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tan
 from rom.cache import cached_model
 from rom.direct import DirectForce
 from rom.friction import limits
-from rom.near import SEPARATION, NearResonance, near_resonances
+from rom.near import NearResonance, near_resonances, separation
 from rom.passive import ANSWERED_ORDER
 from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
 from runner.fast_motion import ORDERS, measure_truncation
+from runner.pace import check_pace
 from runner.scene import Scene, Window
 from runner.schedule import Schedule, make_schedule
 
@@ -99,6 +100,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    check_pace(scene, schedule, modes, reduced)
     near: tuple[NearResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
@@ -120,7 +122,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_near_decisions(near),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen, schedule, amplitude),
+        *check_assumptions(structure, excited, seen),
     ]
     return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
 
@@ -189,7 +191,7 @@ def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
     frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
     direct = DirectForce.of(reduced, excited.force)
-    at_rest = direct.amplitude_at_rest(reduced, force[0], np.array(frequency))
+    at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
@@ -208,7 +210,8 @@ def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
         Decision(
             "near resonance",
             f"{term.n:+d} A {term.m:+d} B",
-            f"within {SEPARATION:.0%} of mode {MODES[term.mode]} in this scene: in its slow flow",
+            f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
+            "in its slow flow",
         )
         for term in near
     ]

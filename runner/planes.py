@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from runner.channels import Channel
+from runner import torus_view
+from runner.channels import FULL, PHASES, TORUS, Channel
 from runner.envelope import DENSE_SAMPLES
 
 TIMELINE = "time"
@@ -19,30 +20,15 @@ COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
 _LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
 
+Window = tuple[int, int]  # first and last time [ns]
+
 _LOOPS = 3  # of the first contacts: more would be too small to read
 # of a channel, to draw paths from; a viewer without a GPU slows down with more
 _KEPT_SAMPLES = 8192
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
-_ELASTIC = "/elastic"
+_ELASTIC, _FIRST = "/elastic", "/contact/0"
 _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
-_AXIS_LABEL = 1.15
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How far a recording reaches, which is known only at its end.
-
-    Parameters
-    ----------
-    scales : mapping of str to (float, float)
-        Largest values on the axes of each plane, by its entity.
-    window : tuple of int, optional
-        First and last time of the contact motion to show at first [ns].
-    """
-
-    scales: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    window: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -80,15 +66,13 @@ class Plane:
     one_scale: bool
     trail: int
 
-    def name(self, scales: tuple[float, float] | None) -> str:
-        """Name of the view; the scales, once known, are the largest values on the axes."""
-        if self.one_scale:
-            return self.title if scales is None else f"{self.title} / {_quoted(scales[0], self.x)}"
-        x, y = self.x.label, self.y.label
-        if scales is not None:
-            x += f" / {_quoted(scales[0], self.x)}"
-            y += f" / {_quoted(scales[1], self.y)}"
-        return f"{self.title}: {y} against {x}"
+    def labels(self, scale: NDArray[np.float64]) -> list[str]:
+        """What the marks on the axes say: the largest values, (2,)."""
+        x, y = (
+            f"{axis.label} = {largest:.3g} {axis.unit}"
+            for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
+        )
+        return [self.x.label if self.one_scale else x, y]
 
 
 def planes(channels: Iterable[Channel]) -> list[Plane]:
@@ -115,15 +99,13 @@ def planes(channels: Iterable[Channel]) -> list[Plane]:
     if len(contacts) > 1:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
         found.append(Plane(TRAJECTORY, "Contacts", x, y, False, _TRAIL_SAMPLES))
-    for topic in contacts[:_LOOPS]:
-        title = topic.strip("/").replace("/", " ")
+    full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
+    for topic in (*contacts[:_LOOPS], *full[:_LOOPS]):
+        title = f"Hysteresis of contact {topic.split('/')[-1]}"
+        title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
         found.append(Plane(f"{LOOP}{topic}", title, x, y, False, _TRAIL_SAMPLES))
     return found
-
-
-def _quoted(scale: float, axis: Axis) -> str:
-    return f"{scale:.3g} {axis.unit}"
 
 
 class Paths:
@@ -143,15 +125,16 @@ class Paths:
         }
         if _ELASTIC in self._channels:
             self._samples[_ELASTIC] = _Latest()
+        if torus_view.has_torus(channels):
+            self._samples |= {topic: _Latest() for topic in (PHASES, TORUS)}
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
         """Keep samples of a channel that some plane shows, or that tells where motion is."""
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
-    def draw(self, stream: rr.RecordingStream) -> Extent:
-        """Draw every plane that has samples; return how far they reach."""
-        scales = {}
+    def draw(self, stream: rr.RecordingStream) -> Window | None:
+        """Draw every plane that has samples; return the motion to show at first, if any."""
         window = None
         for plane in self._planes:
             time_ns, path = self._path(plane)
@@ -161,16 +144,33 @@ class Paths:
             if plane.one_scale:
                 scale[:] = scale.max()
             scale[scale == 0.0] = 1.0
-            _draw_axes(stream, plane)
+            _draw_axes(stream, plane, scale)
             # Rerun's second coordinate points down.
             _draw_path(stream, plane, time_ns, path / scale * (1.0, -1.0))
-            scales[plane.entity] = (float(scale[0]), float(scale[1]))
             if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
                 window = _latest_window(time_ns)
+        self._draw_torus(stream)
         elastic = self._samples.get(_ELASTIC)
         if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
             window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
-        return Extent(scales, window)
+        return window
+
+    def _draw_torus(self, stream: rr.RecordingStream) -> None:
+        """Draw contact motion over both phases, of the last window."""
+        if TORUS not in self._samples:
+            return
+        torus, phases, motion = (self._samples[topic].rows() for topic in (TORUS, PHASES, _FIRST))
+        if not (len(torus) and len(phases) and len(motion)):
+            return
+        count = min(len(phases), len(motion))
+        phases, motion = phases[-count:], motion[-count:]
+        last = _stretch_starts(motion[:, 0].astype(np.int64))[-1]
+        phases, motion = phases[last:, 1:], motion[last:]
+        shown = _shown(len(motion))
+        index = [time_column(motion[shown, 0].astype(np.int64))]
+        x = motion[:, 1 + self._channels[_FIRST].names.index("x")]
+        latest = torus[torus[:, 0] == torus[-1, 0], 1:]
+        torus_view.draw(stream, latest, phases, x, index, shown, _TRAIL_SAMPLES)
 
     def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Times and points, shape (n, 2), of samples that both axes have."""
@@ -224,18 +224,18 @@ class _Thinned:
         return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
 
 
-def _draw_axes(stream: rr.RecordingStream, plane: Plane) -> None:
+def _draw_axes(stream: rr.RecordingStream, plane: Plane, scale: NDArray[np.float64]) -> None:
     ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
     axes = rr.LineStrips2D(
         ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
     )
     stream.log(f"{plane.entity}/axes", axes, static=True)
     labels = rr.Points2D(
-        [(_AXIS_LABEL, 0.0), (0.0, -_AXIS_LABEL)],
-        labels=[plane.x.label, plane.y.label],
+        [(1.0, 0.0), (0.0, -1.0)],
+        labels=plane.labels(scale),
         show_labels=True,
         colors=_LABEL_COLOR,
-        radii=rr.Radius.ui_points(0.5),
+        radii=rr.Radius.ui_points(2.5),
     )
     stream.log(f"{plane.entity}/labels", labels, static=True)
 
@@ -256,7 +256,7 @@ def _draw_path(
         draw_order=1.0,
     )
     stream.log(f"{plane.entity}/path", whole, static=True)
-    shown = np.linspace(0, len(points) - 1, min(len(points), _MOVING_POINTS)).astype(int)
+    shown = _shown(len(points))
     index = [time_column(time_ns[shown])]
     if plane.trail:
         trails = [points[max(starts[i], i + 1 - plane.trail) : i + 1] for i in shown]
@@ -272,7 +272,12 @@ def _draw_path(
     stream.send_columns(f"{plane.entity}/now", index, rr.Points2D.columns(positions=points[shown]))
 
 
-def _latest_window(time_ns: NDArray[np.int64]) -> tuple[int, int]:
+def _shown(count: int) -> NDArray[np.int64]:
+    """Which of some samples the moving point visits."""
+    return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
+
+
+def _latest_window(time_ns: NDArray[np.int64]) -> Window:
     first = max(int(_stretch_starts(time_ns)[-1]), len(time_ns) - _SHOWN_SAMPLES)
     return int(time_ns[first]), int(time_ns[-1])
 

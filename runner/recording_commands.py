@@ -1,11 +1,14 @@
-"""The commands for recordings: slipmode info, doctor, recover, export."""
+"""The commands for recordings: slipmode replay, info, doctor, recover, export."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
+
+from rom.errors import SlipmodeError
 
 AddCommand = Callable[
     [str, Callable[[argparse.Namespace], int], str, str], argparse.ArgumentParser
@@ -14,6 +17,35 @@ AddCommand = Callable[
 
 def add_recording_commands(add: AddCommand) -> None:
     """Add the commands; `add` takes name, function, summary and example of one."""
+    replay = add(
+        "replay",
+        _replay,
+        "show a recording in Rerun",
+        "replay logs/two-mode.mcap --start 1400 --speed 5 --loop",
+    )
+    _recording_argument(replay)
+    replay.add_argument(
+        "--start", type=float, default=-inf, metavar="T", help="show from T [s] on"
+    )
+    replay.add_argument("--end", type=float, default=inf, metavar="T", help="show up to T [s]")
+    _topics_argument(replay)
+    replay.add_argument(
+        "--speed", type=float, metavar="X", help="play X simulated seconds a second"
+    )
+    replay.add_argument("--loop", action="store_true", help="play, and begin again at the end")
+    replay.add_argument(
+        "--save", type=Path, metavar="RRD", help="write an .rrd file instead of opening a viewer"
+    )
+    replay.add_argument(
+        "--screenshot",
+        type=Path,
+        metavar="PNG",
+        help="write a picture of the end, without a window",
+    )
+    replay.add_argument(
+        "--headless", action="store_true", help="never open a window: --save or --screenshot only"
+    )
+
     info = add("info", _info, "what a recording holds", "info logs/two-mode.mcap")
     _recording_argument(info)
 
@@ -39,11 +71,45 @@ def add_recording_commands(add: AddCommand) -> None:
     export.add_argument(
         *("-o", "--output"), type=Path, required=True, help="file to write: .npz, .csv or .parquet"
     )
-    export.add_argument("--topics", nargs="+", default=[], metavar="TOPIC", help="channels (all)")
+    _topics_argument(export)
 
 
 def _recording_argument(command: argparse.ArgumentParser) -> None:
     command.add_argument("file", type=Path, help="an .mcap recording")
+
+
+def _topics_argument(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--topics",
+        nargs="+",
+        type=lambda words: words.split(","),
+        default=[],
+        metavar="TOPIC",
+        help="channels, with commas or spaces between them (all)",
+    )
+
+
+def _topics(options: argparse.Namespace) -> list[str]:
+    return [topic for words in options.topics for topic in words if topic]
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from runner.replay import replay
+    from runner.selection import Selection
+    from runner.views import Playing
+
+    written = [path for path in (options.save, options.screenshot) if path]
+    if options.headless and not written:
+        raise SlipmodeError("--headless shows nothing by itself: give --save or --screenshot")
+    playing = None
+    if options.speed is not None or options.loop:
+        playing = Playing(1.0 if options.speed is None else options.speed, options.loop)
+    selection = Selection(_topics(options), options.start, options.end)
+    for note in replay(options.file, options.save, options.screenshot, selection, playing):
+        print(note, file=sys.stderr)
+    for path in written:
+        print(path)
+    return 0
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -75,6 +141,6 @@ def _recover(options: argparse.Namespace) -> int:
 def _export(options: argparse.Namespace) -> int:
     from runner.export import export
 
-    for path in export(options.file, options.output, options.topics):
+    for path in export(options.file, options.output, _topics(options)):
         print(path)
     return 0

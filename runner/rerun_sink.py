@@ -1,8 +1,9 @@
-"""Writing a Rerun recording: an .rrd file with its views embedded, or a live viewer."""
+"""Sending a recording to Rerun: an .rrd file with its views embedded, or a viewer."""
 
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator, Sequence
@@ -17,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from runner import views
 from runner.channels import EVENTS, Channel, Level
 from runner.envelope import Envelope
-from runner.planes import Extent, Paths
+from runner.planes import Paths
 from runner.record import Header, Sink, checked_batch, create_file, find_channel, nanoseconds
+from runner.viewer import Viewer
 
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
 _RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
@@ -27,29 +29,37 @@ _FLUSH_TIMEOUT = 60.0  # [s]
 
 
 class RerunSink(Sink):
-    """Writes an .rrd file with its views embedded, or shows the recording in a new viewer.
+    """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
 
     A series longer than `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
 
     Parameters
     ----------
-    path : path or None
-        File to write; None opens the viewer instead.
+    target : path or Viewer
+        File to write, or where to show it.
     header, channels
         As for `McapSink`.
+    playing : Playing, optional
+        How it is played once opened.
     """
 
     def __init__(
-        self, path: str | Path | None, header: Header, channels: Sequence[Channel]
+        self,
+        target: str | Path | Viewer,
+        header: Header,
+        channels: Sequence[Channel],
+        playing: views.Playing | None = None,
     ) -> None:
-        self._path = None if path is None else Path(path)
+        self._target = target if isinstance(target, Viewer) else Path(target)
+        self._playing = playing
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = Paths(channels)
         self._envelopes = {topic: Envelope() for topic in self._channels}
-        self._stream = rr.RecordingStream("slipmode")
+        self._stream = rr.RecordingStream(_application(header, channels, playing))
+        self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
-        self._open(views.blueprint(channels, Extent()))
+        self._open(views.blueprint(channels, playing=playing))
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, channels, header.scene_text)
 
@@ -59,6 +69,8 @@ class RerunSink(Sink):
         time_ns, rows = checked_batch(channel, time, values)
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
+        if len(rows):
+            self._filled.add(topic)
         envelope = self._envelopes[topic]
         before = envelope.thinned
         self._send(channel, *envelope.extend(time_ns, rows))
@@ -72,14 +84,15 @@ class RerunSink(Sink):
         views.send_event(self._stream, time_ns, level, message)
 
     def close(self) -> None:
-        """Draw paths and loops, whose extent is known only now, and complete the file."""
+        """Draw planes and surfaces, whose extent is known only now, and complete the file."""
         if self._closed:
             return
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        extent = self._paths.draw(self._stream)
-        blueprint = views.blueprint(list(self._channels.values()), extent)
+        window = self._paths.draw(self._stream)
+        filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
+        blueprint = views.blueprint(filled, window, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True
@@ -96,26 +109,22 @@ class RerunSink(Sink):
             self._flush()
 
     def _open(self, blueprint: rrb.Blueprint) -> None:
-        if self._path is not None:
-            create_file(self._path).close()  # Rerun reports no errno of its own
+        if isinstance(self._target, Path):
+            create_file(self._target).close()  # Rerun reports no errno of its own
         with self._complaining():
-            if self._path is not None:
-                self._stream.save(self._path, default_blueprint=blueprint)
+            if isinstance(self._target, Path):
+                self._stream.save(self._target, default_blueprint=blueprint)
             else:
-                rr.spawn(
-                    executable_path=views.VIEWER,
-                    default_blueprint=blueprint,
-                    recording=self._stream,
-                )
+                self._stream.connect_grpc(self._target.url, default_blueprint=blueprint)
 
     def _make_room(self, size: int) -> None:
         """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
-        if self._path is not None:
-            free = shutil.disk_usage(self._path.absolute().parent).free
+        if isinstance(self._target, Path):
+            free = shutil.disk_usage(self._target.absolute().parent).free
             if free < size + _RESERVED_BYTES:
                 self._closed = True
                 self._stream.disconnect()
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._path))
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._target))
 
     def _flush(self) -> None:
         self._unflushed = 0
@@ -129,5 +138,14 @@ class RerunSink(Sink):
         except RuntimeError as error:
             self._closed = True
             reason = str(error).splitlines()[0]
-            where = str(self._path or "the viewer")
+            where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
+
+
+def _application(
+    header: Header, channels: Sequence[Channel], playing: views.Playing | None
+) -> str:
+    """Name under which a viewer keeps the layout of views: that of one recording alone."""
+    topics = [channel.topic for channel in channels]
+    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
+    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

@@ -18,13 +18,16 @@ from rom import Model
 from rom.motion import Motion, reconstruct, sum_harmonics
 from runner import channels
 from runner.interruption import interrupts_held_back
+from runner.live import LiveSink
 from runner.load import RecordingData, read
 from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
 from runner.scene import Scene, Window, load_scene
+from runner.torus_motion import carrier_phases, torus_motion
 from runner.trajectory import sample_times, slow_trajectory
+from runner.viewer import Viewer
 
 _STEPS_PER_BLOCK = 256
 _SAMPLES_PER_BATCH = 16384
@@ -76,6 +79,7 @@ def run(
     output: str | PathLike[str] = "logs",
     *,
     fmu: str | PathLike[str] | None = None,
+    live: Viewer | None = None,
     progress: bool = False,
 ) -> Recording:
     """Run a scene and record it.
@@ -87,6 +91,8 @@ def run(
         Folder for the recordings <scene>.mcap and <scene>.rrd; made if missing.
     fmu : path, optional
         An FMU of the scene's model that does the slow-time steps, with the same result.
+    live : Viewer, optional
+        Show the run there while it is recorded: `runner.viewer.find_viewer` opens one.
     progress : bool
         Progress bars on work longer than a second.
 
@@ -118,7 +124,7 @@ def run(
     with (
         interrupts_held_back() as raise_if_interrupted,
         _stepping(fmu, plan, model) as component,
-        _open(plan, model, mcap, rrd, fmu) as recorder,
+        _open(plan, model, mcap, rrd, fmu, live) as recorder,
     ):
         pass_ = _Pass(plan, model, component, recorder, raise_if_interrupted)
         pass_.through_slow_time(progress)
@@ -153,11 +159,13 @@ def _open(
     mcap: Path | None,
     rrd: Path | None,
     fmu: str | PathLike[str] | None,
+    live: Viewer | None,
 ) -> Recorder:
     scene, modes = plan.scene, plan.excited.modes
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
         listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
+        listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))
     header = Header(
@@ -172,6 +180,8 @@ def _open(
             sinks.append(McapSink(mcap, header, listed))
         if rrd:
             sinks.append(RerunSink(rrd, header, listed))
+        if live:
+            sinks.append(LiveSink(live, header, listed))
     except BaseException:
         Recorder(sinks).close()
         raise
@@ -275,6 +285,7 @@ class _Pass:
         self._rows = [outputs]
         trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
         of_contacts = window in self._plan.scene.contact
+        on_torus = of_contacts and self._model.modes == 2
         summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
@@ -282,7 +293,12 @@ class _Pass:
             batch = times[start : start + _SAMPLES_PER_BATCH]
             motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
             self._record_motion(motion, of_contacts)
+            if on_torus:
+                self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
             self.samples += batch.size
+        if on_torus:
+            torus = torus_motion(self._model, trajectory, window.end)
+            self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 
     def _record_motion(self, motion: Motion, of_contacts: bool) -> None:
         if of_contacts:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rom.errors import SlipmodeError
+from rom.magnitude import ALLOWED, fits
 from runner.script import Script
 
 
@@ -169,6 +170,8 @@ def _number(name: str, value: Any, rule: Rule) -> float:
         number = math.inf
     if not (math.isfinite(number) and rule.holds(number)):
         raise SlipmodeError(f"{name}: must be {rule.text}, got {_shown(value)}")
+    if not fits(number):
+        raise SlipmodeError(f"{name}: must be {ALLOWED}, got {_shown(value)}")
     return number
 
 

@@ -34,15 +34,20 @@ def slow_trajectory(
     turn = factor * np.exp(1j * scripted(schedule.values, "phase"))
     force = scripted(schedule.values, "force") * turn
     growing = scripted(schedule.rates, "force") * turn
+    direct = DirectForce.of(model.reduced, excited.force, plan.structure)
+    frequency, angle = scripted(schedule.values, "frequency"), taken("theta_{}")
+    start, end = (forces[:steps] for forces in excited.modal_forces(schedule))
+    onset = np.vstack((np.zeros_like(start[:1]), start[1:] - end[:-1]))
     return SlowTrajectory(
         time=schedule.time[: steps + 1],
         amplitude=taken("{}_re") + 1j * taken("{}_im"),
-        angle=taken("theta_{}"),
-        frequency=scripted(schedule.values, "frequency"),
+        angle=angle,
+        frequency=frequency,
         frequency_rate=scripted(schedule.rates, "frequency"),
         force=force,
         force_rate=growing + 1j * scripted(schedule.rates, "phase") * force,
-        direct=DirectForce.of(model.reduced, excited.force, plan.structure),
+        direct=direct,
+        jump=direct.free_vibration(model.reduced, onset, frequency, angle[:-1]),
     )
 
 

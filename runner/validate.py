@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -100,12 +101,13 @@ def validate(
     done = time.perf_counter()
     coarse = _full(plan, motion.time, _STEPS_PER_PERIOD // 2)
     energy = outputs[-1, -1]
+    comparisons = _compare(plan, model, motion, float(energy), fine, coarse)
     return Validation(
-        comparisons=_compare(plan, model, motion, float(energy), fine, coarse),
+        comparisons=comparisons,
         slow_seconds=finished - tabulated,
         table_seconds=tabulated - started,
         full_seconds=done - finished,
-        recordings=_record(plan, model, motion, fine, Path(output)),
+        recordings=_record(plan, model, motion, fine, comparisons, Path(output)),
     )
 
 
@@ -208,7 +210,12 @@ def _worst(signal: Floats, reference: Floats) -> float:
 
 
 def _record(
-    plan: Plan, model: Model, motion: Motion, fine: FullMotion, folder: Path
+    plan: Plan,
+    model: Model,
+    motion: Motion,
+    fine: FullMotion,
+    comparisons: Sequence[Comparison],
+    folder: Path,
 ) -> list[Path]:
     """Both motions in one recording; the full-order channels begin with /full."""
     scene = plan.scene
@@ -229,6 +236,9 @@ def _record(
         RerunSink(paths[1], header, reduced + full),
     ]
     with Recorder(sinks) as recorder:
+        for line in comparisons:
+            words = f"{line.subject}: {100 * line.error:.2g} % from full order"
+            recorder.event(float(motion.time[0]), "info", words)
         for i in contacts:
             ours = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
             theirs = (fine.contact_displacement, fine.contact_velocity, fine.contact_force)

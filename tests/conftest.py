@@ -1,6 +1,7 @@
 """Shared fixtures: models of the two-mass structure that take about a second to tabulate."""
 
 import signal
+from contextlib import ExitStack
 
 import pytest
 
@@ -26,6 +27,20 @@ def interrupts_arrive():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def viewer():
+    """A viewer without a window, where the machine has a graphics driver for it."""
+    from runner.viewer import windowless_viewer
+
+    with ExitStack() as stack:
+        try:
+            started = stack.enter_context(windowless_viewer())
+            started.take_screenshot(max_size=64)
+        except (RuntimeError, ConnectionError) as error:
+            pytest.skip(f"no software renderer on this machine: {str(error).splitlines()[0]}")
+        yield started
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fmu import Component
+from rom.direct import DirectForce
 from rom.slow_trajectory import SlowTrajectory
 
 
@@ -32,13 +33,21 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
 
     to_modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
     excitation = to_modal * np.exp(1j * inputs_of("phase"))
+    held, rate = inputs_of("force") * excitation, inputs_of("force_rate") * excitation
+    rate = rate + 1j * inputs_of("phase_rate") * held
+    until = np.diff(time)[:, np.newaxis]
+    grown = inputs_of("force") + inputs_of("force_rate") * until
+    end = grown * excitation * np.exp(1j * inputs_of("phase_rate") * until)
+    onset = np.vstack((np.zeros_like(held[:1]), held[1:] - end[:-1]))
+    angle = np.column_stack([output[f"theta_{m}"] for m in modes])
+    direct = DirectForce.of(model.reduced, force)
     return SlowTrajectory(
         time=output["time"],
         amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),
-        angle=np.column_stack([output[f"theta_{m}"] for m in modes]),
+        angle=angle,
         frequency=inputs_of("frequency"),
         frequency_rate=inputs_of("frequency_rate"),
-        force=inputs_of("force") * excitation,
-        force_rate=(inputs_of("force_rate") + 1j * inputs_of("phase_rate") * inputs_of("force"))
-        * excitation,
+        force=held,
+        force_rate=rate,
+        jump=direct.free_vibration(model.reduced, onset, inputs_of("frequency"), angle[:-1]),
     )

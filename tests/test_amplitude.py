@@ -10,6 +10,7 @@ from slow_time import slow_trajectory
 from fmu import Component
 from rom import Coulomb, reduce, tabulate, two_mass
 from rom.amplitude import coupling_turn, felt_shift, linear_part
+from rom.near import near_resonances
 from rom.resonance import steady
 
 FORCE = ({0: 1.0}, {1: 1.0})
@@ -116,7 +117,7 @@ def test_agrees_with_an_independent_integrator(name, request):
 
             return rate_of(model, t, y.view(complex), forcing).view(float)
 
-        y, span = found.amplitude[step].copy().view(float), time[step : step + 2]
+        y, span = found.amplitude_start[step].copy().view(float), time[step : step + 2]
         end = solve_ivp(rate, span, y, rtol=1e-9, atol=1e-11).y[:, -1].copy()
         assert largest_difference(found.amplitude[step + 1], end.view(complex)) < 1e-7
 
@@ -259,3 +260,11 @@ def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_
     assert energy[-1] == pytest.approx(energy[0], rel=1e-8)
     # measured 3e-9: the second derivative is taken to first order
     assert comes_in[1:].mean() == pytest.approx(leaves[1:].mean(), rel=1e-8)
+
+
+@pytest.mark.parametrize(("off", "expected"), [(0.0, True), (0.008, True), (0.02, False)])
+def test_the_ninth_order_counts_only_close_to_a_carrier(off, expected):
+    """Near 1:3, 7 A - 2 B is `off` above A, and -5 A + 2 B, of the seventh, as much below."""
+    terms = {(term.n, term.m) for term in near_resonances((1.0, 3.0 - 0.5 * off))}
+    assert (-5, 2) in terms
+    assert ((7, -2) in terms) == expected

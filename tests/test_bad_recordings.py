@@ -74,7 +74,7 @@ def foreign(folder):
         *((p, c) for p in (missing, directory, empty, text, magic_cut) for c in COMMANDS),
         *((cut_in_the_header, c) for c in COMMANDS if c != "info"),
         *((p, c) for p in (wrong_schema, wrong_layout, mixed_clocks) for c in OF_SAMPLES),
-        *((foreign, c) for c in ("export", "replay")),
+        (foreign, "export"),
     ],
 )
 def test_refused_in_one_line(tmp_path, capsys, monkeypatch, prepare, command):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import rom
+from fmu import Component
 from rom import Tanh, full
 from rom.direct import DirectForce
 from rom.full.convergence import relative_rms
@@ -86,18 +87,60 @@ def test_the_structure_is_wanted_for_the_static_part_alone():
     assert x_c > 0.15  # measured 0.190
 
 
-def test_modes_are_at_rest_as_the_forces_set_in():
-    case, force, model, _ = viscous_chain()
-    reduced, nu = model.reduced, np.array(case.frequency)
+def held_apart(reduced, force, jump, angle, amplitude):
+    """Displacement and velocity of the modes by amplitudes and by what the forces maintain."""
+    nu, D = reduced.carrier, reduced.modal_stiffness(reduced.carrier)[:, range(2), range(2)]
+    wave = jump * np.exp(1j * angle)
+    shares = DirectForce.of(reduced, force).modal[:, :2]  # [j, k]
+    answer = 0.5 * wave[:, np.newaxis] * shares / D
+    free = 1j * np.sqrt(reduced.frequency**2 - 0.25 * reduced.modal_damping**2)
+    free -= 0.5 * reduced.modal_damping
+    decaying = amplitude * np.exp(1j * angle) - np.diag(answer)  # the slow amplitude has the other
+    displacement = answer.sum(axis=0) + decaying
+    velocity = (1j * nu[:, np.newaxis] * answer).sum(axis=0) + free * decaying
+    return displacement.real, velocity.real
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, np.array([2.0, 5.0])])
+def test_modes_go_on_as_they_were_where_forces_jump(angle):
+    """From rest: what the new forces maintain and what the amplitudes add are zero together."""
+    _, force, model, _ = viscous_chain()
+    reduced = replace(model.reduced, damping_coupling=0.0 * model.reduced.damping_coupling)
+    modal = np.array([reduced.modal_force(j, f) for j, f in enumerate(force)])
+    jump = modal * np.exp([0.3j, -1.1j])
     direct = DirectForce.of(reduced, force)
-    modal = np.array([reduced.modal_force(j, f) for j, f in enumerate(force)], dtype=complex)
-    a = direct.amplitude_at_rest(reduced, modal, nu)
+    a = direct.free_vibration(reduced, jump, reduced.carrier, angle)
     assert np.all(np.abs(a) > 1e-3)
-    D = reduced.modal_stiffness(nu)
-    answer = [0.5 * modal[1 - k] * direct.modal[1 - k, k] / D[1 - k, k, k] for k in range(2)]
-    np.testing.assert_allclose((a + answer).real, 0.0, atol=1e-15)
-    speed = 1j * nu * a + 1j * nu[::-1] * answer
-    np.testing.assert_allclose(speed.real, 0.0, atol=1e-15)
+    for left in held_apart(reduced, force, jump, angle, a):
+        np.testing.assert_allclose(left, 0.0, atol=1e-15)
+
+
+def test_a_component_goes_on_as_it_was_where_forces_jump():
+    """By the core what `free_vibration` says, for a later jump; nothing where it starts."""
+    case, force, model, a = viscous_chain()
+    nu = dict(zip(("frequency_A", "frequency_B"), case.frequency, strict=True))
+    component = Component(model, force)
+    component.reset(amplitude=a)
+
+    def step(duration, **inputs):
+        component.set_inputs(**nu, **inputs)
+        component.do_step(component.time, duration)
+        out = component.outputs()
+        return np.array([out[f"{m}_re"] + 1j * out[f"{m}_im"] for m in "AB"]), [
+            out[f"theta_{m}"] for m in "AB"
+        ]
+
+    before, angle = step(3.0, force_A=1.0, force_B=1.0)
+    np.testing.assert_allclose(before, a, rtol=1e-3)  # steady: nothing was added at the start
+    after, _ = step(1e-9, force_A=0.25, force_B=1.0, phase_B=2.0)
+    reduced = model.reduced
+    modal = [reduced.modal_force(j, f) for j, f in enumerate(force)]
+    jump = modal * np.array([-0.75, np.exp(2j) - 1.0])
+    direct = DirectForce.of(reduced, force)
+    added = direct.free_vibration(reduced, jump, np.array(case.frequency), np.array(angle))
+    np.testing.assert_allclose(after - before, added, rtol=1e-6)
+    again, _ = step(1e-9, force_A=0.25)
+    np.testing.assert_allclose(again, after, rtol=1e-7)
 
 
 def test_no_more_than_the_shift_where_a_force_has_the_shape_of_its_mode():

@@ -29,7 +29,7 @@ def driver(compiler, tmp_path_factory):
     sources += sorted(DRIVER.glob("*.c"))
     includes = {f"-I{path.parent}" for path in sources} | {f"-isystem{fmi_headers()}"}
     flags = (*WARNINGS, *SANITIZERS, *simd, *sorted(includes))
-    program = folder / "sequences"
+    program = folder / "driver"
     objects = compile_all(compiler, folder, dict.fromkeys(sources, flags))
     linked = run(compiler, *SANITIZERS, *objects, "-lm", "-o", program)
     assert linked.returncode == 0, linked.stderr

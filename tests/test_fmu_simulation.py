@@ -17,6 +17,7 @@ from fmu_fixtures import FORCE, START, VERSIONS, Instance, component, instance
 
 import fmu
 import rom
+from fmu.inputs import place
 
 TESTS = Path(__file__).parent
 FMI_ERRORS = fmpy.fmi1.FMICallException
@@ -79,7 +80,7 @@ def test_moving_inputs_have_the_components_bits(unzipped, fmi, two_mode_model):
             time = stepped.time
             expected = stepped.outputs()
             assert list(made.get(*SLOW, *FAST)) == [expected[name] for name in SLOW + FAST]
-            assert made.get("force_B")[0] == stepped._inputs["force"][0, 1]
+            assert made.get("force_B")[0] == stepped._inputs[0, place("force", 1)]
 
 
 def test_fmi2_input_derivatives_are_rates(unzipped):
@@ -475,7 +476,7 @@ def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path):
     checksums[0] = np.array([crc], dtype="<u4").view("<i4")[0]
     np.save(resources / "checksums.npy", checksums)
     ((_, message),) = _refusal(folder, fmi)
-    assert "layout.npy: version 3, this binary reads version 2" in message
+    assert "layout.npy: version 4, this binary reads version 3" in message
 
 
 def _cut(path, end):

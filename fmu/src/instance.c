@@ -1,7 +1,6 @@
 #include "instance.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,26 +9,6 @@
 #define LEAST_STEP 1e-18    /* radians of mode A: nothing happens in less */
 #define TOLERANCE_LEAST 1e-13
 #define TOLERANCE_MOST 1e-2
-
-static const char *const CATEGORY[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
-                                       "logStatusError"};
-#define CATEGORIES (sizeof CATEGORY / sizeof *CATEGORY)
-
-static void write_log(const fmu_logger *logger, const char *name, fmu_status status,
-                      const char *message) {
-    if (status == FMU_OK && !logger->events) return;
-    logger->write(logger, name, status, CATEGORY[status], message);
-}
-
-fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...) {
-    char message[FMU_MESSAGE];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(message, sizeof message, format, arguments);
-    va_end(arguments);
-    write_log(&instance->logger, instance->name, status, message);
-    return status;
-}
 
 static const char *state_name(fmu_state state) {
     switch (state) {
@@ -47,24 +26,6 @@ fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *
     if (instance->state & states) return FMU_OK;
     return fmu_say(instance, FMU_ERROR, "%s: not allowed while the instance is %s", call,
                    state_name(instance->state));
-}
-
-fmu_status fmu_set_logging(fmu_instance *instance, int on, size_t count,
-                           const char *const *categories) {
-    if (count > 0 && !categories)
-        return fmu_say(instance, FMU_ERROR, "SetDebugLogging: the categories are NULL");
-    int events = on && count == 0;
-    for (size_t k = 0; k < count; k++) {
-        size_t known = 0;
-        while (known < CATEGORIES && categories[k] && strcmp(categories[k], CATEGORY[known]) != 0)
-            known++;
-        if (!categories[k] || known == CATEGORIES)
-            return fmu_say(instance, FMU_ERROR, "SetDebugLogging: no log category %s",
-                           categories[k] ? categories[k] : "NULL");
-        if (known == FMU_OK) events = on;
-    }
-    instance->logger.events = events;
-    return FMU_OK;
 }
 
 static void set_defaults(fmu_instance *instance) {
@@ -112,7 +73,7 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
             snprintf(reason, sizeof reason, "the resources do not make a model");
         }
     }
-    write_log(logger, called, FMU_ERROR, reason);
+    fmu_log(logger, called, FMU_ERROR, reason);
     fmu_free(instance);
     return NULL;
 }

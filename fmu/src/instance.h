@@ -62,6 +62,8 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
                               const char *folder, const fmu_logger *logger);
 void fmu_free(fmu_instance *instance);
 
+void fmu_log(const fmu_logger *logger, const char *instance_name, fmu_status status,
+             const char *message);
 /* Logs the message of a refused or unsuccessful call, and returns its status. */
 fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...);
 /* FMU_OK if the call is allowed now. */

@@ -32,7 +32,8 @@ typedef struct {
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], turn[SM_MODES][2][2], shift[SM_MODES][2], force_factor[SM_MODES];
+    double natural[SM_MODES], turn[SM_MODES][2][2], shift[SM_MODES][2];
+    double across[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
 } constants;
 
@@ -137,6 +138,7 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
     memcpy(flow->shift, given->shift, sizeof flow->shift);
+    memcpy(flow->across, given->across, sizeof flow->across);
     for (int j = 0; j < SM_MODES; j++)
         memcpy(flow->turn[j].c, given->turn[j], sizeof flow->turn[j].c);
     flow->table = (sm_table){.modes = shape->modes,

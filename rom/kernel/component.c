@@ -5,6 +5,7 @@
 #include "check.h"
 #include "contact_output.h"
 #include "exact_sum.h"
+#include "jump.h"
 #include "slow_flow.h"
 #include "table.h"
 
@@ -14,6 +15,7 @@ typedef struct {
     sm_exact_sum angle[SM_MODES]; /* theta_j in [0, 2 pi) [rad] */
     double amplitude[2 * SM_MODES];
     double step;                  /* next internal step, 0: not chosen yet [s] */
+    sm_held_force held;           /* until the present time */
 } slow_state;
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
@@ -190,10 +192,12 @@ sm_status sm_component_step(sm_component *c, double duration) {
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
+    if (sm_force_jump(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
     if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
     status = integrate(c, duration, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
+    fresh.held = sm_hold_force(&after);
     sm_add(&fresh.energy, y[SM_DISSIPATED]);
     if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
         !sm_all_finite(dy, SM_UNKNOWNS))

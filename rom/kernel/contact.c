@@ -107,7 +107,8 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 size_t sm_lanes_size(int contacts, int lanes) {
     const size_t n = (size_t)contacts, w = (size_t)lanes;
-    return (10 + n) * n * w;
+    const size_t many = sm_slipping_counts(n) * w + n;
+    return (10 + n) * n * w + (contacts > 2 ? many : 0);
 }
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
@@ -117,4 +118,15 @@ void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += size)
         *arrays[i] = memory;
     m->factor = memory;
+    m->slipping = memory + size * (size_t)contacts;
+    m->packed = m->slipping + sm_slipping_counts((size_t)contacts) * (size_t)lanes;
+    sm_lanes_forget(m, contacts, lanes);
+}
+
+void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {
+    m->factored = NULL;
+    for (int l = 0; l < lanes && contacts > 2; l++) {
+        const sm_slipping a = sm_slipping_of(contacts, l, m->slipping, m->factor);
+        sm_slipping_forget(&a, contacts);
+    }
 }

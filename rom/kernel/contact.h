@@ -12,6 +12,7 @@
 #define SLIPMODE_CONTACT_H
 
 #include "friction.h"
+#include "slipping.h"
 
 #define SM_GAMMA 0.29289321881345254
 #define SM_STAGE_TOLERANCE 1e-11 /* of the forces on the contact */
@@ -36,6 +37,9 @@ typedef struct {
     double *stage_v[2];  /* last velocity of each stage: the first guess of the next step */
     double *r, *residual;
     double *factor;      /* (N_c, N_c) per lane, three contacts or more */
+    double *slipping;    /* integers of sm_slipping per lane, likewise */
+    double *packed;      /* (N_c) of the slipping contacts of a lane */
+    const double *factored; /* the matrix S of these factors */
 } sm_lanes;
 
 size_t sm_stepper_size(int contacts);                /* doubles */
@@ -44,6 +48,9 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
+/* To be called where the stepper's matrix changes, and where a march begins anew: from then on it
+ * gives the bits of a fresh one. */
+void sm_lanes_forget(sm_lanes *lane, int contacts, int lanes);
 
 /* Largest residual of each lane into norm, relative to the forces that meet at the contact,
  * limit_i + |r_i| + sum_j |S_ij v_j|: without the last, rounding alone could exceed the tolerance
@@ -82,6 +89,49 @@ SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
     }
 }
 
+/* dy = -residual + S_off z, z being what the update of y changes v by. */
+SM_INLINE void sm_newton_move(const int lanes, const sm_stepper *s, sm_lanes *m,
+                              const double *z) {
+    const int n = s->contacts;
+    for (int i = 0; i < n; i++) {
+        double *restrict y = m->y + (size_t)i * lanes;
+        const double *restrict res = m->residual + (size_t)i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) y[l] -= res[l];
+        for (int j = 0; j < n; j++) {
+            if (j == i) continue;
+            const double s_ij = s->matrix[i * n + j];
+            const double *restrict from = z + (size_t)j * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) y[l] += s_ij * from[l];
+        }
+    }
+}
+
+/* Under Coulomb friction D = 1 / S_ii where a contact slips and 0 where it sticks, and the system
+ * is S_AA z = residual over those that slip. */
+SM_INLINE void sm_newton_coulomb(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    const int n = s->contacts;
+    double *restrict z = m->u, *restrict packed = m->packed;
+    if (m->factored != s->matrix) sm_lanes_forget(m, n, lanes);
+    m->factored = s->matrix;
+    for (int l = 0; l < lanes; l++) {
+        const sm_slipping a = sm_slipping_of(n, l, m->slipping, m->factor);
+        for (int row = *a.count - 1; row >= 0; row--)
+            if (m->d[a.order[row] * lanes + l] == 0.0) sm_slipping_remove(&a, n, a.order[row]);
+        for (int i = 0; i < n; i++)
+            if (m->d[i * lanes + l] > 0.0 && a.place[i] == 0)
+                sm_slipping_add(&a, n, s->matrix, i);
+        for (int row = 0; row < *a.count; row++)
+            packed[row] = m->residual[a.order[row] * lanes + l];
+        sm_slipping_divide(&a, n, packed);
+        for (int i = 0; i < n; i++)
+            z[i * lanes + l] = a.place[i] > 0 ? packed[a.place[i] - 1] : 0.0;
+        if (*a.count > 0 && !isfinite(packed[0])) sm_slipping_forget(&a, n);
+    }
+    sm_newton_move(lanes, s, m, z);
+}
+
 /* Newton update of y. With v = D y (D = dv/dy, diagonal) the symmetric form is
  *   (I + D^1/2 S_off D^1/2) w = D^1/2 residual,   dy = -residual + S_off D^1/2 w. */
 SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
@@ -99,19 +149,32 @@ SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
         }
         return;
     }
+    if (s->laws[0].law == SM_COULOMB) {
+        sm_newton_coulomb(lanes, s, m);
+        return;
+    }
     double *restrict f = m->factor;
     for (size_t k = 0; k < (size_t)n * (size_t)lanes; k++) m->d[k] = sqrt(m->d[k]);
     /* Cholesky factor, unit diagonal plus the coupling between sliding contacts */
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {
             double *restrict a = f + ((size_t)i * n + j) * lanes;
+            const double *restrict row_i = f + (size_t)i * n * lanes;
+            const double *restrict row_j = f + (size_t)j * n * lanes;
+            const double *restrict d_i = m->d + (size_t)i * lanes;
+            const double *restrict d_j = m->d + (size_t)j * lanes;
             const double s_ij = i == j ? 0.0 : s->matrix[i * n + j];
-            for (int l = 0; l < lanes; l++) {
-                double sum = i == j ? 1.0 : s_ij * m->d[i * lanes + l] * m->d[j * lanes + l];
-                for (int k = 0; k < j; k++)
-                    sum -= f[((size_t)i * n + k) * lanes + l] * f[((size_t)j * n + k) * lanes + l];
-                a[l] = i == j ? sqrt(sum) : sum / f[((size_t)j * n + j) * lanes + l];
+            double sum[SM_LANES];
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) sum[l] = i == j ? 1.0 : s_ij * d_i[l] * d_j[l];
+            for (int k = 0; k < j; k++) {
+                SM_SIMD
+                for (int l = 0; l < lanes; l++)
+                    sum[l] -= row_i[(size_t)k * lanes + l] * row_j[(size_t)k * lanes + l];
             }
+            SM_SIMD
+            for (int l = 0; l < lanes; l++)
+                a[l] = i == j ? sqrt(sum[l]) : sum[l] / row_j[(size_t)j * lanes + l];
         }
     double *restrict w = m->u; /* free between the forcing and the next stage */
     for (int l = 0; l < lanes; l++) {
@@ -126,13 +189,9 @@ SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
                 sum -= f[((size_t)k * n + i) * lanes + l] * w[k * lanes + l];
             w[i * lanes + l] = sum / f[((size_t)i * n + i) * lanes + l];
         }
-        for (int i = 0; i < n; i++) {
-            double sum = -m->residual[i * lanes + l];
-            for (int j = 0; j < n; j++)
-                if (j != i) sum += s->matrix[i * n + j] * m->d[j * lanes + l] * w[j * lanes + l];
-            m->y[i * lanes + l] += sum;
-        }
     }
+    for (size_t k = 0; k < (size_t)n * (size_t)lanes; k++) w[k] *= m->d[k];
+    sm_newton_move(lanes, s, m, w);
 }
 
 SM_INLINE void sm_resolve_all(const int lanes, const sm_stepper *s, sm_lanes *m) {

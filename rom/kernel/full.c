@@ -147,6 +147,7 @@ static void start(sm_march_full *m, const sm_full *full, const sm_inputs *inputs
     memcpy(m->x_c, x_c, contacts * sizeof(double));
     memcpy(m->force, force_c, contacts * sizeof(double));
     m->dissipated = force_c[contacts];
+    sm_lanes_forget(&m->lane, full->contacts, 1);
     sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;

@@ -83,8 +83,9 @@ static void find_force(sm_march *march) {
     }
 }
 
-SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
-                         double from, double to, int steps_per_period) {
+SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
+                                    const sm_segment *segment, double from, double to,
+                                    int steps_per_period) {
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
@@ -96,11 +97,13 @@ SM_HOT sm_status sm_march_along(sm_march *march, const sm_contact *contact, cons
     const double h = (to - from) / (double)steps;
     sm_status status = sm_stepper_set(&march->stepper, contact, h);
     if (status != SM_OK) return status;
+    sm_lanes_forget(&march->lane, contact->contacts, 1);
     sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
     sm_rotor rotor[2];
     const int pulled = contact->answer && segment->pull_start && segment->pull_end;
     if (pulled) sm_pull_start(&march->pull, contact->contacts, segment);
     for (int64_t k = 0; k < steps; k++) {
+        march->warm.tolerance = k + 1 < steps ? SM_WARM_TOLERANCE : SM_WARM_LAST;
         for (int stage = 0; stage < 2; stage++) {
             const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
             if (k % SM_ROTOR_TURNS == 0)

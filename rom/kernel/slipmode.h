@@ -181,6 +181,8 @@ typedef struct {
     sm_table table;
     sm_turn turn[SM_MODES];
     double shift[SM_MODES][2];  /* the contacts feel a_j + shift_j F_j exp(i ph_j) */
+    double across[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance per
+                                             F_j exp(i ph_j) of another mode, 0 for its own */
     sm_near near[SM_NEAR];      /* table.near of them */
 } sm_slow_flow;
 

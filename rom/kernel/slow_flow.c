@@ -28,7 +28,8 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
         if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
         if (status != SM_OK) return status;
         if (!sm_all_finite(flow->turn[j].c[0], sizeof flow->turn[j].c / sizeof(double)) ||
-            !sm_all_finite(flow->shift[j], 2))
+            !sm_all_finite(flow->shift[j], 2) ||
+            !sm_all_finite(flow->across[j][0], sizeof flow->across[j] / sizeof(double)))
             return SM_NOT_FINITE;
     }
     for (int k = 0; k < flow->table.near; k++)

@@ -1,8 +1,8 @@
 /* The stage problem S v + g(v) = r where successive right-hand sides lie close together.
  *
- * Tanh friction is smooth, so the last solution and its Newton matrix J = S + diag g'(v) predict
- * the next one, v + J^-1 (r_new - r), and one or two steps of Chebyshev's cubic iteration end
- * far below the error of the time steps: no more than two tanh a contact. Where that does not
+ * Tanh friction is smooth, so a step of Chebyshev's cubic iteration with the Newton matrix
+ * J = S + diag g'(v) of the last solution predicts the next one, and one or two more with its own
+ * end far below the error of the time steps: no more than two tanh a contact. Where that does not
  * settle at once (a contact passing from stick to slip within a step, exact Coulomb friction)
  * sm_solve_stage takes over.
  */
@@ -11,14 +11,18 @@
 
 #include "contact.h"
 
-#define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the steps of a march leave */
+/* Of v / alpha: far below what the steps of a march leave; finer where the force is wanted, for
+ * S magnifies what v is off by. */
+#define SM_WARM_TOLERANCE 1e-7
+#define SM_WARM_LAST 1e-10
 
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
+    double tolerance;      /* SM_WARM_TOLERANCE or SM_WARM_LAST */
     double *v, *r;         /* the last solution and its right-hand side */
     double *factor;        /* (N_c, N_c) of J: unit lower triangle, inverse pivots */
     double *next;          /* v under iteration */
-    double *delta, *bend;  /* Newton's step; its correction for the curvature of g */
+    double *delta, *bend;  /* what is to be made up for, then Newton's step; curvature's part */
     double *tanh, *sech2;  /* of v / alpha */
 } sm_warm;
 
@@ -70,7 +74,26 @@ SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict
         for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
 }
 
-/* One Chebyshev step from `next`; whether what remains is below SM_WARM_TOLERANCE. */
+/* Moves `next` by Chebyshev's step, J^-1 delta and what the curvature of g adds to it; whether
+ * what remains is below the tolerance. */
+SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
+    int small = 1, settled = 1;
+    sm_warm_divide(n, warm, warm->delta);
+    for (int i = 0; i < n; i++) {
+        const double x = warm->delta[i] * warm->per_alpha;
+        const double curved = warm->sech2[i] * x * x;
+        warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
+        small = small && fabs(x) < 1.0;
+        settled = settled && curved * fabs(x) < warm->tolerance;
+        warm->next[i] += warm->delta[i];
+    }
+    if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
+    sm_warm_divide(n, warm, warm->bend);
+    for (int i = 0; i < n; i++) warm->next[i] += warm->bend[i];
+    return settled;
+}
+
+/* One Chebyshev step from `next`; whether it ends at the solution. */
 SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
                               const double *r) {
     sm_warm_linearise(n, s, warm);
@@ -79,20 +102,7 @@ SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
         for (int j = 0; j < n; j++) sum -= s->matrix[i * n + j] * warm->next[j];
         warm->delta[i] = sum;
     }
-    sm_warm_divide(n, warm, warm->delta);
-    int small = 1, settled = 1;
-    for (int i = 0; i < n; i++) {
-        const double x = warm->delta[i] * warm->per_alpha;
-        const double curved = warm->sech2[i] * x * x;
-        warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
-        small = small && fabs(x) < 1.0;
-        settled = settled && curved * fabs(x) < SM_WARM_TOLERANCE;
-    }
-    for (int i = 0; i < n; i++) warm->next[i] += warm->delta[i];
-    if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
-    sm_warm_divide(n, warm, warm->bend);
-    for (int i = 0; i < n; i++) warm->next[i] += warm->bend[i];
-    return settled;
+    return sm_warm_move(n, s, warm);
 }
 
 /* Begin at velocities v under friction forces g(v). */
@@ -113,9 +123,11 @@ SM_INLINE sm_status sm_warm_solve_for(const int n, const sm_stepper *s, sm_warm 
                                       sm_lanes *lane) {
     const int tries = warm->per_alpha > 0.0 ? 4 : 0;
     const size_t bytes = (size_t)n * sizeof(double);
-    for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
-    if (tries > 0) sm_warm_divide(n, warm, warm->delta);
-    for (int i = 0; i < n; i++) warm->next[i] = warm->v[i] + warm->delta[i];
+    if (tries > 0) {
+        for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
+        memcpy(warm->next, warm->v, bytes);
+        sm_warm_move(n, s, warm);
+    }
     memcpy(warm->r, lane->r, bytes);
     for (int k = 0; k < tries; k++)
         if (sm_warm_iterate(n, s, warm, lane->r)) {

@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from mcap import records
 
-from runner.mcapfile.chunk import Contents, unpack
+from runner.mcapfile.chunk import Contents, single, unpack
 from runner.mcapfile.scan import DamagedError, Index, StoredChunk, scan
 
 _STEPS = 3  # enough that neither waits for the other
@@ -33,6 +33,8 @@ def unpacked(file: BinaryIO) -> Iterator[Unpacked]:
                 match piece.record:
                     case StoredChunk() as chunk:
                         waiting.append(pool.submit(unpack, chunk))
+                    case records.Message() as message:
+                        waiting.append(pool.submit(single, message))
                     case record:
                         waiting.append(record)
                 if len(waiting) > _STEPS:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 
+import lz4.frame
 import numpy as np
 from mcap import records
 from mcap.data_stream import ReadDataStream
@@ -96,6 +97,15 @@ def unpack(stored: StoredChunk) -> Contents:
     return _indexed(raw, stored.indexes) or walk(raw)
 
 
+def single(message: records.Message) -> Contents:
+    """A message that lies outside of chunks, as if it were alone in one."""
+    prefix = np.zeros(1, MESSAGE_PREFIX)
+    prefix["length"] = MESSAGE_PREFIX.itemsize - RECORD_HEADER.size + len(message.data)
+    prefix["log_time"], prefix["publish_time"] = message.log_time, message.publish_time
+    raw = prefix.tobytes() + message.data
+    return Contents({message.channel_id: Messages(raw, np.zeros(1, np.int64), prefix)})
+
+
 def decompress(chunk: records.Chunk) -> bytes:
     """The content of a chunk, whose check sum is right.
 
@@ -109,6 +119,11 @@ def decompress(chunk: records.Chunk) -> bytes:
             try:
                 raw = ZstdDecompressor().decompress(chunk.data, chunk.uncompressed_size)
             except (ZstdError, MemoryError, OverflowError) as error:
+                raise DamagedError("a chunk cannot be decompressed") from error
+        case "lz4":
+            try:
+                raw = lz4.frame.decompress(chunk.data)
+            except (RuntimeError, MemoryError) as error:
                 raise DamagedError("a chunk cannot be decompressed") from error
         case "":
             raw = chunk.data

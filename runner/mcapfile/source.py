@@ -27,10 +27,17 @@ def opened(path: str | PathLike[str]) -> Iterator[BinaryIO]:
             file = stack.enter_context(Path(path).open("rb"))
         except OSError as error:
             raise SlipmodeError(f"{path}: {error.strerror}") from error
-        try:
+        with naming(path):
             magic = file.read(len(MCAP0_MAGIC))
             if magic != MCAP0_MAGIC:
                 raise SlipmodeError("not an MCAP file" if magic else "an empty file")
             yield file
-        except SlipmodeError as error:
-            raise SlipmodeError(f"{path}: {error}") from error
+
+
+@contextmanager
+def naming(path: str | PathLike[str]) -> Iterator[None]:
+    """Let refusals within name the file."""
+    try:
+        yield
+    except SlipmodeError as error:
+        raise SlipmodeError(f"{path}: {error}") from error

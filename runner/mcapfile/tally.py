@@ -6,13 +6,14 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from mcap import records
 from numpy.typing import NDArray
 
 from runner.mcapfile.chunk import Contents
 from runner.mcapfile.scan import DamagedError
 
-_WALL_CLOCK = 10**18  # [ns], of 2001; no simulation lasts for thirty years
+WALL_CLOCK = 10**18  # [ns], of 2001; no simulation lasts for thirty years
 
 
 @dataclass
@@ -30,6 +31,8 @@ class Tally:
     first, last : dict of int to int
         Earliest and latest log time of each channel that has messages [ns].
     chunks : int
+    published_later : set of int
+        Channels whose log times count from the run's start, and publish times from 1970.
     """
 
     schemas: dict[int, records.Schema] = field(default_factory=dict)
@@ -40,6 +43,7 @@ class Tally:
     first: dict[int, int] = field(default_factory=dict)
     last: dict[int, int] = field(default_factory=dict)
     chunks: int = 0
+    published_later: set[int] = field(default_factory=set)
 
     def take(self, record: object) -> None:
         """Count in what is not a chunk."""
@@ -52,6 +56,8 @@ class Tally:
                 self.metadata[record.name] = record.metadata
             case records.Attachment():
                 self.attachments[record.name] = record.data
+            case records.Message():
+                self.take_times(record.channel_id, np.array([record.log_time]))
 
     def take_contents(self, contents: Contents) -> None:
         """Count in a chunk."""
@@ -59,7 +65,10 @@ class Tally:
         for record in (*contents.schemas, *contents.channels):
             self.take(record)
         for number, messages in contents.messages.items():
-            self.take_times(number, messages.prefix["log_time"])
+            log_time, publish_time = (messages.prefix[f"{of}_time"] for of in ("log", "publish"))
+            self.take_times(number, log_time)
+            if np.any((publish_time >= WALL_CLOCK) & (log_time < WALL_CLOCK)):
+                self.published_later.add(number)
 
     def take_times(self, number: int, time_ns: NDArray[Any]) -> None:
         """Count in messages of channel `number`, by their log times [ns].
@@ -80,8 +89,12 @@ class Tally:
 
     def mixed_clocks(self) -> list[str]:
         """A complaint, if some times count from 1970 and others from the run's start."""
-        wall = [number for number, last in self.last.items() if last >= _WALL_CLOCK]
-        simulated = [number for number, first in self.first.items() if first < _WALL_CLOCK]
+        for number in self.published_later:
+            topic = self.channels[number].topic
+            words = f"mixed clocks: {topic} has publish times from 1970, log times from the run's"
+            return [f"{words} start"]
+        wall = [number for number, last in self.last.items() if last >= WALL_CLOCK]
+        simulated = [number for number, first in self.first.items() if first < WALL_CLOCK]
         if not (wall and simulated):
             return []
         late, early = (self.channels[numbers[0]].topic for numbers in (wall, simulated))

@@ -79,7 +79,7 @@ class Marcher:
         self._component = Component(slow.model, slow.case.force, tolerance=tolerance)
         self._durations = np.full(round(slow.case.duration / step), step)
         self._direct = DirectForce.of(slow.model.reduced, slow.case.force, slow.case.structure)
-        self._start = self._direct.amplitude_at_rest(
+        self._start = self._direct.free_vibration(
             slow.model.reduced, self._modal_force(), np.asarray(slow.case.frequency)
         )
         self._inputs = _constant_inputs(self._component, slow.case, self._durations.size)

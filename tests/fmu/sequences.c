@@ -1,19 +1,15 @@
-/* Random sequences of legal and illegal calls on several instances, through FMI 2.0 and 3.0.
+/* Random sequences of legal and illegal calls on several instances.
  *
- * The driver knows by itself which state an instance is in and which calls are allowed there, so
- * that every status can be judged. Whatever is not OK must have been logged, and a call that was
- * refused must leave no trace in the state.
- *
- *   sequences FOLDER TOKEN COUNT SEED     random sequences
- *   sequences FOLDER TOKEN COUNT SEED damage   damaged resources; FOLDER is written to
+ * It is known here which state an instance is in and which calls are allowed there, so that every
+ * status can be judged. Whatever is not OK must have been logged, and a call that was refused must
+ * leave no trace in the state.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "calls.h"
-#include "model.h"
+#include "driver.h"
 
 #define INSTANCES 3
 #define SAVED 3
@@ -37,32 +33,9 @@ typedef struct {
     double time;
 } saved_state;
 
-static uint64_t random_state;
-static long sequence;
-static message_log messages;
-static const calls *fmi;
-static fmu_model model;
+static const fmu_model *model;
 static instance instances[INSTANCES];
 static saved_state saved[SAVED];
-
-static uint32_t random_bits(void) {
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 7;
-    random_state ^= random_state << 17;
-    return (uint32_t)(random_state >> 16);
-}
-static int below(int count) { return (int)(random_bits() % (uint32_t)count); }
-static double uniform(void) { return random_bits() / 4294967296.0; }
-
-static void fail(const char *what, const char *condition, int line) {
-    fprintf(stderr, "sequences.c:%d: sequence %ld, %s, %s: %s; last message: %s\n", line, sequence,
-            fmi->version, what, condition, messages.last);
-    exit(1);
-}
-#define CHECK(condition, what) \
-    do { \
-        if (!(condition)) fail((what), #condition, __LINE__); \
-    } while (0)
 
 static double hostile_number(void) {
     const double numbers[] = {0.0, -0.0, -1.0, NAN, INFINITY, -INFINITY, 1e308, -1e308, 5e-324};
@@ -173,9 +146,9 @@ static void set_reals(instance *i) {
     const long before = messages.count;
     int legal = in(i, INSTANTIATED | INITIALIZATION | RUNNING);
     for (size_t k = 0; k < count; k++) {
-        vr[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
-        const int known = vr[k] < (uint32_t)model.variables;
-        const fmu_variable *v = known ? &model.variable[vr[k]] : NULL;
+        vr[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
+        const int known = vr[k] < (uint32_t)model->variables;
+        const fmu_variable *v = known ? &model->variable[vr[k]] : NULL;
         value[k] = v ? good_value(v) : 0.0;
         if (!v || v->type != FMU_REAL || !is_settable(i, v)) legal = 0;
         if (below(10) == 0) {
@@ -197,8 +170,9 @@ static void get_reals(instance *i) {
     const long before = messages.count;
     int legal = !in(i, INSTANTIATED);
     for (size_t k = 0; k < count; k++) {
-        vr[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
-        if (vr[k] >= (uint32_t)model.variables || model.variable[vr[k]].type != FMU_REAL) legal = 0;
+        vr[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
+        const int known = vr[k] < (uint32_t)model->variables;
+        if (!known || model->variable[vr[k]].type != FMU_REAL) legal = 0;
     }
     if (count > 0 && below(20) == 0) {
         judge(fmi->get_real(i->c, vr, count, NULL), 0, 0, before, "get NULL");
@@ -216,8 +190,8 @@ static void directional(instance *i) {
     const long before = messages.count;
     const size_t unknowns = (size_t)below(4), knowns = (size_t)below(4);
     for (int k = 0; k < 3; k++) {
-        unknown[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
-        known[k] = below(12) ? (uint32_t)below(model.variables) : random_bits();
+        unknown[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
+        known[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
         seed[k] = below(20) ? uniform() : hostile_number();
     }
     const status got = fmi->directional(i->c, below(12) ? unknown : NULL, unknowns,
@@ -229,9 +203,9 @@ static void directional(instance *i) {
 /* Enumerations and booleans: the only ones there are, and wrong ones. */
 static void other_types(instance *i) {
     const long before = messages.count;
-    const uint32_t vr = below(4) ? (uint32_t)below(model.variables) : random_bits();
-    const int known = vr < (uint32_t)model.variables;
-    const int32_t type = known ? model.variable[vr].type : FMU_REAL;
+    const uint32_t vr = below(4) ? (uint32_t)below(model->variables) : random_bits();
+    const int known = vr < (uint32_t)model->variables;
+    const int32_t type = known ? model->variable[vr].type : FMU_REAL;
     int32_t integer = 0;
     int boolean = 0;
     switch (below(3)) {
@@ -265,7 +239,7 @@ static void step(instance *i) {
 }
 
 static void exchange(instance *i) {
-    const size_t nx = 3 * (size_t)model.modes + 1, wrong = nx + (size_t)below(2) * 2 - 1;
+    const size_t nx = 3 * (size_t)model->modes + 1, wrong = nx + (size_t)below(2) * 2 - 1;
     double values[16] = {0.0};
     const long before = messages.count;
     const int arguments = below(8) != 0, right = below(8) != 0;
@@ -408,8 +382,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
     free(bytes);
 }
 
-static void run_sequence(const char *folder, const char *token) {
-    fmi = below(2) ? &fmi2_calls : &fmi3_calls;
+void run_sequence(const fmu_model *of, const char *folder, const char *token) {
+    model = of;
     /* most sequences get going at once */
     for (int k = 0; k < INSTANCES; k++) {
         if (below(3) == 0) continue;
@@ -432,76 +406,4 @@ static void run_sequence(const char *folder, const char *token) {
         fmi->free_instance(instances[k].c);
         instances[k].c = NULL;
     }
-}
-
-/* ---- damaged resources ------------------------------------------------------------------- */
-
-static const char *const FILES[] = {
-    "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "near.npy",
-    "node_a.npy", "node_b.npy", "table.npy", "contact_limit.npy", "contact_stiffness.npy",
-    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
-    "elastic_contacts.npy", "variables.npy", "names.txt"};
-
-static void write_file(const char *path, const unsigned char *bytes, size_t size) {
-    FILE *file = fopen(path, "wb");
-    CHECK(file && fwrite(bytes, 1, size, file) == size, path);
-    fclose(file);
-}
-
-/* One file flipped in a bit, cut short, longer, or missing: no instance, and the file is named. */
-static void damage_one(const char *folder, const char *token) {
-    static unsigned char bytes[1 << 22];
-    char path[4096];
-    fmi = below(2) ? &fmi2_calls : &fmi3_calls;
-    const char *name = FILES[below((int)(sizeof FILES / sizeof *FILES))];
-    snprintf(path, sizeof path, "%s%s", folder, name);
-    FILE *file = fopen(path, "rb");
-    CHECK(file, path);
-    const size_t size = fread(bytes, 1, sizeof bytes - 1, file);
-    fclose(file);
-    const int kind = below(8), place = below((int)size);
-    const unsigned char kept = bytes[place];
-    if (kind == 0)
-        CHECK(remove(path) == 0, path);
-    else if (kind == 1)
-        write_file(path, bytes, (size_t)place);
-    else if (kind == 2) {
-        bytes[size] = 'x';
-        write_file(path, bytes, size + 1);
-    } else {
-        bytes[place] ^= (unsigned char)(1 << below(8));
-        write_file(path, bytes, size);
-        bytes[place] = kept;
-    }
-    const long before = messages.count;
-    void *c = fmi->instantiate(below(2), "name", token, folder, &messages);
-    CHECK(!c, name);
-    CHECK(messages.count == before + 1 && messages.last_status == ERROR, name);
-    /* a wrong checksum is known only by the file that it does not fit */
-    CHECK(strstr(messages.last, name) || strstr(messages.last, "token") ||
-              (strcmp(name, "checksums.npy") == 0 && strstr(messages.last, "resources/")),
-          name);
-    write_file(path, bytes, size);
-}
-
-int main(int count, char **argument) {
-    char reason[FMU_REASON];
-    if (count < 5) return 2;
-    const char *folder = argument[1], *token = argument[2];
-    const long sequences = atol(argument[3]);
-    random_state = 0x9e3779b97f4a7c15u ^ (uint64_t)atol(argument[4]);
-    fmi = &fmi3_calls;
-    if (!fmu_model_load(&model, folder, token, reason)) {
-        fprintf(stderr, "%s\n", reason);
-        return 2;
-    }
-    for (sequence = 0; sequence < sequences; sequence++) {
-        if (count > 5)
-            damage_one(folder, token);
-        else
-            run_sequence(folder, token);
-    }
-    fmu_model_free(&model);
-    printf("%ld sequences, %ld messages\n", sequences, messages.count);
-    return 0;
 }

@@ -194,7 +194,7 @@ static void check_states(model *m) {
     CHECK_KEEPS_STATE(m, set_state(pair), SM_OUTSIDE_TABLE);
     state[8] = 0.5;
     CHECK_STATUS(set_state(pair), SM_OK);
-    state[13 + 4] = -0.98; /* frequency of mode A: after the step, the forces and their rates */
+    state[18 + 4] = -0.98; /* frequency of mode A: after step, held forces, forces and rates */
     CHECK_KEEPS_STATE(m, set_state(pair), SM_BAD_ARGUMENT);
     free(state);
 }

@@ -264,7 +264,41 @@ static void check_answer_refusals(void) {
     free_problem(&p);
 }
 
+/* Contacts begin and cease to slip in any order: the factor stays that of S over those that do. */
+static void check_slipping(void) {
+    enum { N = 12 };
+    double matrix[N * N], counts[N + 1] = {0.0}, factor[N * N] = {0.0};
+    for (int i = 0; i < N; i++)
+        for (int j = 0; j <= i; j++)
+            matrix[i * N + j] = matrix[j * N + i] = i == j ? N : random_number();
+    const sm_slipping a = sm_slipping_of(N, 0, counts, factor);
+    int most = 0;
+    for (int k = 0; k < 2000; k++) {
+        const int i = (int)(N * random_number()) % N;
+        if (a.place[i])
+            sm_slipping_remove(&a, N, i);
+        else
+            sm_slipping_add(&a, N, matrix, i);
+        double z[N], b[N];
+        for (int row = 0; row < *a.count; row++) z[row] = b[row] = random_number() - 0.5;
+        sm_slipping_divide(&a, N, z);
+        for (int row = 0; row < *a.count; row++) {
+            CHECK(a.place[a.order[row]] == row + 1);
+            double rest = b[row];
+            for (int j = 0; j < *a.count; j++)
+                rest -= matrix[a.order[row] * N + a.order[j]] * z[j];
+            CHECK_NEAR(rest, 0.0, 1e-13);
+        }
+        most = *a.count > most ? *a.count : most;
+    }
+    CHECK(most > N / 2);
+    sm_slipping_forget(&a, N);
+    CHECK(*a.count == 0);
+    for (int i = 0; i < N; i++) CHECK(a.place[i] == 0);
+}
+
 void check_friction(void) {
+    check_slipping();
     check_resolvents();
     check_coupled_steps();
     check_singular_stiffness();

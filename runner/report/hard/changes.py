@@ -15,9 +15,15 @@ _STEPS: dict[str, object] = {
     "force_B": [[0, 0.25], [300, 0.25], [300, 0.0], [500, 0.0], [500, 0.5]],
 }
 _LAG = (
-    "friction is tabulated for steady motion and lags where amplitudes change fast; these scenes "
-    "are transients for half of their time"
+    "friction is tabulated for steady motion and lags where amplitudes change fast, as in the "
+    "first 200 s from rest (6.5e-3); without slip the same jumps are within 8e-4"
 )
+_LAGGING = ("abrupt steps of force", "phase jumps")
+_STUCK = {"limit": 1e9}
+# Without slip free vibrations are all there is. The slow flow is of second order, so that at a
+# detuning d their frequency is off by d^3 / (2 Omega^2): mode B at 1.65 instead of 1.7 rad/s turns
+# by 1.6e-3 rad in the 69 s that it takes to decay.
+_LINEAR = 1.6e-3
 _JUMPS: dict[str, object] = {
     "phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]
 }
@@ -30,15 +36,17 @@ def change_cases() -> list[HardCase]:
         "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "lag, or a jump missed"),
         "abrupt steps of force": (_STEPS, "friction tabulated for steady motion"),
         "phase jumps": (_JUMPS, "friction tabulated for steady motion"),
+        "steps of force, no slip": (_STEPS | _STUCK, "free vibrations that jumps leave behind"),
+        "phase jumps, no slip": (_JUMPS | _STUCK, "free vibrations that jumps leave behind"),
     }
     return [
         HardCase(
             name,
             risk,
             "RMS of modal displacements of the scene",
-            SIGNAL,
+            _LINEAR if "no slip" in name else SIGNAL,
             partial(scene_error, **changed),
-            missed="" if "sweep" in name else _LAG,
+            missed=_LAG if name in _LAGGING else "",
             slow=True,
         )
         for name, (changed, risk) in scenes.items()

@@ -116,7 +116,6 @@ def _hundred_contacts() -> list[HardCase]:
             "seconds for a one-mode table to 1e-3",
             _TABLE_SECONDS,
             _hundred_seconds,
-            missed="the contact problem solves a dense system of all contacts at every stage",
             slow=True,
         ),
     ]

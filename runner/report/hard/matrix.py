@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from runner.report.hard.changes import change_cases
 from runner.report.hard.contacts import contact_cases
+from runner.report.hard.growth import growth_cases
 from runner.report.hard.levels import level_cases
 from runner.report.hard.ratios import ratio_cases
 from runner.report.hard.sharpness import sharpness_cases
@@ -14,6 +15,7 @@ CASES = (
     *sharpness_cases(),
     *level_cases(),
     *contact_cases(),
+    *growth_cases(),
     *ratio_cases(),
     *change_cases(),
     *stepping_cases(),

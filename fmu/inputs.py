@@ -1,0 +1,126 @@
+"""Inputs of a component: their names, what is allowed, how they move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from fmu.stepping import Floats
+from rom import Coulomb, Model, SlipmodeError, _kernel
+
+MODE_NAMES = ("A", "B")
+ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
+
+
+def place(quantity: str, mode: int = 0) -> int:
+    """Where a record, the core's sm_inputs as doubles, holds a quantity."""
+    fields = _kernel.INPUTS.fields
+    assert fields is not None
+    return int(fields[quantity][1]) // 8 + mode
+
+
+_MODES = range(_kernel.MODES)
+_MOVING = [place(name, j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
+_RATES = [place(f"{name}_rate", j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
+_MOVING.append(place("limit_scale"))
+_RATES.append(place("limit_scale_rate"))
+
+
+class Inputs:
+    """Names of a model's inputs, and the records (n, width) in which the core takes them.
+
+    Parameters
+    ----------
+    model : Model
+    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        Where a force input of 1 N acts. Default: the input is the modal force.
+    mode_names : sequence of str
+        See `present_modes`.
+    """
+
+    def __init__(
+        self, model: Model, force: ForcePatterns | None, mode_names: Sequence[str]
+    ) -> None:
+        present = present_modes(model, mode_names)
+        self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
+        self._column = {
+            f"{quantity}_{mode}": place(quantity, j)
+            for j, mode in enumerate(present)
+            for quantity in _kernel.INPUT_FIELDS
+        }
+        if isinstance(model.law, Coulomb):
+            self._column |= {name: place(name) for name in _kernel.SCALE_FIELDS}
+        self.names = tuple(self._column)
+        self._columns = list(self._column.values())
+        at_rest = _kernel.inputs(1)
+        at_rest["frequency"][0, : model.modes] = model.reduced.frequency
+        self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
+        self._to_modal = np.ones(self.at_rest.size)
+        for j, factor in enumerate(force_factors(model, force)):
+            self._to_modal[[place("force", j), place("force_rate", j)]] = factor
+
+    def column(self, name: str) -> int:
+        """Where the records hold an input; a name that is none is refused."""
+        if name in self._column:
+            return self._column[name]
+        if name not in _kernel.SCALE_FIELDS:
+            raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
+        raise SlipmodeError(
+            f"{name}: only the Coulomb law scales with its limit, for the tanh law has a velocity "
+            "alpha besides; tabulate a model with the other limit"
+        )
+
+    def records(self, values: Floats) -> Floats:
+        """Of inputs (n, inputs) in the order of the names."""
+        packed = np.repeat(self.at_rest, len(values), axis=0)
+        packed[:, self._columns] = values
+        return packed
+
+    def modal(self, records: Floats) -> Floats:
+        """Records with forces in newtons turned into modal forces."""
+        return records * self._to_modal
+
+    def refusal(self, record: Floats) -> str:
+        """Why a record (1, width) is refused, naming an input; "" if it is not."""
+        for name, column in self._column.items():
+            value = record[0, column]
+            if not np.isfinite(value):
+                return f"{name}: must be finite, got {value:g}"
+            if name.rpartition("_")[0] == "frequency" and value <= 0:
+                return f"{name}: must be > 0 rad/s, got {value:g}"
+            if name == "limit_scale" and value <= 0:
+                return f"{name}: must be > 0, got {value:g}"
+        return ""
+
+
+def moved_on(record: Floats, duration: float) -> Floats:
+    """A record (1, width) after its inputs moved at their rates for `duration`."""
+    later = record.copy()
+    later[:, _MOVING] += duration * record[:, _RATES]
+    return later
+
+
+def limit_scale(record: Floats) -> float:
+    """Friction limits relative to the model's."""
+    return float(record[0, place("limit_scale")])
+
+
+def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
+    """What the model's modes are called; names past their number are left out."""
+    present = tuple(mode_names)[: model.modes]
+    if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
+        raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+    return present
+
+
+def force_factors(model: Model, force: ForcePatterns | None) -> Floats:
+    """Modal force per unit of the force input, (MODES,)."""
+    factors = np.ones(_kernel.MODES)
+    if force is not None:
+        if len(force) != model.modes:
+            raise SlipmodeError(f"force: needs one entry per mode ({model.modes})")
+        for mode, pattern in enumerate(force):
+            factors[mode] = model.reduced.modal_force(mode, pattern)
+    return factors

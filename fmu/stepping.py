@@ -1,0 +1,55 @@
+"""What the runner drives: inputs go in, outputs come out, step by step."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom import SlipmodeError
+
+Floats = NDArray[np.float64]
+
+
+class StoppedError(SlipmodeError):
+    """A step that could not be taken; the component is as it was before it.
+
+    Attributes
+    ----------
+    time : float
+        Where the component stands [s].
+    outputs : (steps, outputs) ndarray
+        Outputs of the steps of the same call that succeeded.
+    left_table : bool
+        Whether an amplitude leaves the friction table; a larger one helps then.
+    """
+
+    def __init__(
+        self, message: str, time: float, outputs: Floats, left_table: bool = False
+    ) -> None:
+        super().__init__(message)
+        self.time = time
+        self.outputs = outputs
+        self.left_table = left_table
+
+
+class Steppable(Protocol):
+    """What the runner drives: `Component`, or an FMU behind the same names."""
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+
+    def set_inputs(self, **values: float) -> None:
+        """Set inputs by name; the others keep their values."""
+
+    def do_step(self, time: float, duration: float) -> None:
+        """Advance from `time` by `duration` > 0."""
+
+    def outputs(self) -> dict[str, float]:
+        """Outputs at the present time."""
+        ...
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after."""
+        ...

@@ -1,0 +1,16 @@
+"""Magnitudes that are computed with: sums of products of several of them must stay doubles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+SMALLEST, LARGEST = 1e-30, 1e30  # of what is given, in whatever units; 0 is allowed besides
+SMALLEST_PRODUCT, LARGEST_PRODUCT = 1e-75, 1e75  # of what follows from it: squares are doubles
+ALLOWED = f"0 or {SMALLEST:g} to {LARGEST:g} in magnitude"
+
+
+def fits(values: ArrayLike) -> bool:
+    """Whether all values are 0 or within the magnitudes; NaN and infinity are not."""
+    size = np.abs(np.asarray(values, dtype=float))
+    return bool(np.all((size == 0.0) | ((size >= SMALLEST) & (size <= LARGEST))))

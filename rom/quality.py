@@ -1,0 +1,29 @@
+"""What a friction table is worth."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What the table was measured to be worth, relative to the largest |S_j|.
+
+    Attributes
+    ----------
+    tolerance : float
+        What was asked for.
+    interpolation : float
+        Largest error at 64 points between the nodes.
+    resolution : float
+        Change on doubling steps and lines of the contact problem.
+    periodicity : float
+        Largest distance from a periodic contact motion.
+    steps, lines : int
+        Discretisation of the torus.
+    """
+
+    tolerance: float
+    interpolation: float
+    resolution: float
+    periodicity: float
+    steps: int
+    lines: int

@@ -1,0 +1,57 @@
+"""How the cost of a contact step grows with the number of contacts."""
+
+from __future__ import annotations
+
+import math
+import time
+from functools import cache, partial
+from itertools import pairwise
+
+import numpy as np
+
+import rom
+from rom.torus import Discretisation, contact_harmonics
+from runner.report.hard.contacts import many_contacts
+from runner.report.hard.hard_case import HardCase
+
+_CONTACTS = (1, 2, 10, 30, 100)
+_STEPS = 64  # per period
+_POINTS = 16  # amplitudes, from sticking to slipping: two groups of lanes
+_REPEATS = 3
+# 2 where one contact after the other begins or ceases to slip; a factorisation at every stage
+# would make it 3. In between, caches that the matrices of 100 contacts no longer fit.
+_BOUND = 2.5
+
+
+@cache
+def cost(contacts: int) -> float:
+    """CPU time of a step of all contacts at one amplitude [s], Coulomb friction."""
+    case = many_contacts(contacts)
+    reduced = rom.reduce(case.structure, (0,), carrier=case.frequency)
+    amplitudes = np.linspace(0.25, 4.0, _POINTS)[:, np.newaxis]
+    grid = Discretisation(_STEPS, 1)
+    spent = []
+    for _ in range(_REPEATS):
+        started = time.process_time()
+        solved = contact_harmonics(reduced, case.law, amplitudes, grid, tolerance=1e-4)
+        spent.append((time.process_time() - started) / int(solved.marched.sum()))
+    return min(spent)
+
+
+def exponent(few: int, many: int) -> float:
+    """P of cost proportional to N_c^p between two numbers of contacts."""
+    return math.log(cost(many) / cost(few)) / math.log(many / few)
+
+
+def growth_cases() -> list[HardCase]:
+    """From each number of contacts to the next."""
+    return [
+        HardCase(
+            f"{few} to {many} contacts",
+            "work that grows with the cube of their number",
+            "exponent of the cost of a step",
+            _BOUND,
+            partial(exponent, few, many),
+        )
+        for few, many in pairwise(_CONTACTS)
+    ]

@@ -1,0 +1,72 @@
+"""Contact motion over the phases of both carriers, at the amplitudes of one instant."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rom import Model
+from rom.motion import SPIN_UP_PERIODS, reconstruct
+from rom.slow_trajectory import SlowTrajectory
+
+LINES, SAMPLES = 32, 64  # phases of B, and of A, at which the motion is computed
+
+_STEPS_PER_PERIOD = 8  # of the slow amplitudes, which are held: a step has no time to drift
+_TURN = 2 * np.pi
+
+Floats = NDArray[np.float64]
+
+
+def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
+    """Angles theta_j of the carriers, from 0 to 2 pi, at times inside a trajectory, (n, modes)."""
+    steps = trajectory.time.size - 1
+    k = np.clip(np.searchsorted(trajectory.time, times, side="right") - 1, 0, steps - 1)
+    later = (times - trajectory.time[k])[:, np.newaxis]
+    turned = (trajectory.frequency[k] + 0.5 * trajectory.frequency_rate[k] * later) * later
+    return np.asarray((trajectory.angle[k] + turned) % _TURN)
+
+
+def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Floats:
+    """Motion of contact 0 over the phases of both carriers, marched with the amplitudes held.
+
+    The ratio of the frequencies is rounded to an odd multiple of 1 / LINES, so that the march
+    closes after as many periods of A and visits the phases of B evenly; the contacts feel the
+    frequencies through rates only.
+
+    Parameters
+    ----------
+    time : float
+        Whose amplitudes, frequencies and forces are held [s]; the next point of the trajectory
+        is taken.
+
+    Returns
+    -------
+    ndarray, shape (LINES * SAMPLES, 5)
+        Phase of A and of B [rad], displacement [m], velocity [m/s] and friction force [N], in
+        the order of the march.
+    """
+    k = min(int(np.searchsorted(trajectory.time, time)), trajectory.time.size - 1)
+    of_a, of_b = trajectory.point_frequency[k]
+    odd = 2 * max(0, round(0.5 * (of_b / of_a * LINES - 1))) + 1
+    frequency = np.array([of_a, of_a * odd / LINES])
+    period = _TURN / of_a
+    first = int(np.ceil(SPIN_UP_PERIODS * of_a / frequency.min())) * SAMPLES
+    times = period / SAMPLES * np.arange(first, first + LINES * SAMPLES)
+    steps = int(np.ceil(times[-1] / period * _STEPS_PER_PERIOD)) + 1
+    every = np.ones((steps + 1, 1))
+    clock = np.linspace(0.0, steps * period / _STEPS_PER_PERIOD, steps + 1)
+    force = every[1:] * trajectory.point_force[k]
+    held = SlowTrajectory(
+        time=clock,
+        amplitude=every * trajectory.amplitude[k],
+        angle=np.outer(clock, frequency),
+        frequency=every[1:] * frequency,
+        frequency_rate=np.zeros((steps, 2)),
+        force=force,
+        force_rate=np.zeros_like(force),
+        direct=trajectory.direct,
+    )
+    motion = reconstruct(model, held, times)
+    columns = (motion.displacement, motion.velocity, motion.force)
+    phases = np.outer(times, frequency) % _TURN
+    return np.column_stack([phases, *(column[:, 0] for column in columns)])

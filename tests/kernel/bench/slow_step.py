@@ -1,0 +1,26 @@
+"""Cost of a step of the slow flow: `python tests/kernel/bench/slow_step.py`. No test."""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).parent
+CORE = HERE.parents[2] / "rom" / "kernel"
+FLAGS = (
+    *("-O3", "-std=c99", "-fopenmp-simd", "-DSM_OPENMP_SIMD", "-DSM_CLONES"),  # as CMakeLists.txt
+    *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"),
+)
+
+
+def main():
+    """Build the program with the core, and run it."""
+    sources = [HERE / "slow_step.c", HERE.parent / "fixtures.c", *sorted(CORE.glob("*.c"))]
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "slow_step"
+        command = ["cc", *FLAGS, f"-I{CORE}", *map(str, sources), "-lm", "-o", str(program)]
+        subprocess.run(command, check=True)
+        subprocess.run([program], check=True)
+
+
+if __name__ == "__main__":
+    main()

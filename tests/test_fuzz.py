@@ -1,0 +1,122 @@
+"""Whatever is in a file, it is read or refused in one line: no traceback, no endless work."""
+
+import time
+import warnings
+
+import numpy as np
+import pytest
+from fuzz import mutated_model, mutated_scene
+
+import rom
+from fmu import Component
+from rom.amplitude import amplitude_rate
+from runner import plan as planning
+from runner import scene
+from runner.amplitude_range import DryRun
+from runner.fast_motion import ORDERS, Truncation
+
+PATIENCE = 5.0  # [s]
+SCENES = [path.read_text() for path in scene.shipped_scenes().values()]
+SCENES += ["""
+[structure]
+matrices = "structure.npz"
+damping = 0.01
+[friction]
+law = "coulomb"
+limit = [2.0, 1.0]
+[modes]
+A = 1
+[forcing.A]
+vector = [0.1, 1.0, 0.0, 0.0]
+amplitude = 0.15
+frequency = 1.65
+[initial]
+A = [0.5, -0.5]
+[run]
+duration = 100.0
+step = 1.0
+tolerance = 1e-6
+[model]
+formulation = "paper"
+amplitude = [2.0]
+[[contact]]
+window = [90.0, 95.0]
+[[elastic]]
+window = [10.0, 20.0]
+[output]
+elastic = [0, 3]
+"""]  # fmt: skip
+
+
+@pytest.fixture
+def planned(monkeypatch):
+    """Plans scenes of up to 1e5 steps but for the contact problem: what else takes time is work
+    that was asked for."""
+
+    def dry_run(excited, schedule, near, *, progress):
+        modes = len(excited.modes)
+        return DryRun(modes * (1.0,), "not run", np.zeros(modes))
+
+    def measure_truncation(excited, amplitude, near, dofs):
+        return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))
+
+    monkeypatch.setattr(scene, "_LARGEST_STEP_COUNT", 1e5)
+    monkeypatch.setattr(planning, "dry_run", dry_run)
+    monkeypatch.setattr(planning, "measure_truncation", measure_truncation)
+    return lambda path: planning.make_plan(scene.load_scene(path))
+
+
+def refusals(path, contents, use):
+    """How many of the contents, each written to the path, `use` refuses; at worst in one line."""
+    refused = 0
+    for number, content in enumerate(contents):
+        path.write_bytes(content)
+        started = time.perf_counter()
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                use(path)
+        except rom.SlipmodeError as refusal:
+            assert "\n" not in str(refusal), f"input {number}: {refusal}"
+            refused += 1
+        except Exception as error:
+            pytest.fail(f"input {number}: {error!r}\n{content[:600]!r}")
+        assert time.perf_counter() - started < PATIENCE, f"input {number}"
+    return refused
+
+
+@pytest.mark.parametrize("count", [1200, pytest.param(80_000, marks=pytest.mark.slow)])
+def test_no_scene_raises_anything_but_a_refusal(count, planned, tmp_path):
+    rom.two_mass().save(tmp_path / "structure.npz")
+    random = np.random.default_rng(1)
+    scenes = (mutated_scene(SCENES[k % len(SCENES)], random) for k in range(count))
+    refused = refusals(tmp_path / "scene.toml", scenes, planned)
+    assert 0.5 * count < refused < 0.95 * count  # neither all harmless nor all hopeless
+
+
+def load_and_use(path):
+    """Everything that is read from a model."""
+    model = rom.Model.load(path)
+    amplitude = 0.5 * model.table.limit.astype(complex)
+    amplitude_rate(model, amplitude, model.reduced.carrier, amplitude)
+    component = Component(model, contact=model.harmonics is not None)
+    carriers = zip("AB", model.reduced.carrier, strict=False)
+    component.set_inputs(**{f"frequency_{mode}": carrier for mode, carrier in carriers})
+    component.do_step(0.0, 1e-3)
+
+
+@pytest.mark.parametrize("count", [1200, pytest.param(20_000, marks=pytest.mark.slow)])
+def test_no_model_file_raises_anything_but_a_refusal(count, tmp_path):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    models = [
+        rom.tabulate(reduced, rom.Tanh(2.0, 0.1), (4.0,), 1e-1, harmonics=5),
+        rom.tabulate(rom.reduce(rom.two_mass()), rom.Coulomb((2.0, 1.0)), (2.0, 1.0), 1e-1),
+    ]
+    whole = []
+    for model in models:
+        model.save(tmp_path / "whole.rom")
+        whole.append((tmp_path / "whole.rom").read_bytes())
+    random = np.random.default_rng(2)
+    files = (mutated_model(whole[k % len(whole)], random) for k in range(count))
+    refused = refusals(tmp_path / "model.rom", files, load_and_use)
+    assert 0.8 * count < refused < count
