@@ -71,23 +71,23 @@ SM_INLINE void sm_smooth_factor(const int n, const int lanes, const sm_stepper *
     for (int i = 0; i < n; i++) {
         const double steepest = s->laws[i].limit / s->laws[i].alpha;
         const double *restrict sech2 = m->d + i * lanes;
-        double *restrict pivot = f + (i * n + i) * lanes;
+        double *restrict pivot = f + (size_t)(i * n + i) * lanes;
         SM_SIMD
         for (int l = 0; l < lanes; l++) pivot[l] = s->matrix[i * n + i] + steepest * sech2[l];
         for (int j = 0; j < i; j++) {
-            double *restrict entry = f + (i * n + j) * lanes;
+            double *restrict entry = f + (size_t)(i * n + j) * lanes;
             SM_SIMD
             for (int l = 0; l < lanes; l++) entry[l] = s->matrix[i * n + j];
             for (int k = 0; k < j; k++) {
-                const double *restrict a = f + (i * n + k) * lanes;
-                const double *restrict b = f + (j * n + k) * lanes;
+                const double *restrict a = f + (size_t)(i * n + k) * lanes;
+                const double *restrict b = f + (size_t)(j * n + k) * lanes;
                 SM_SIMD
                 for (int l = 0; l < lanes; l++) entry[l] -= a[l] * b[l];
             }
         }
         for (int j = 0; j < i; j++) {
-            double *restrict entry = f + (i * n + j) * lanes;
-            const double *restrict inverse = f + (j * n + j) * lanes;
+            double *restrict entry = f + (size_t)(i * n + j) * lanes;
+            const double *restrict inverse = f + (size_t)(j * n + j) * lanes;
             SM_SIMD
             for (int l = 0; l < lanes; l++) {
                 const double scaled = entry[l] * inverse[l];
@@ -107,15 +107,15 @@ SM_INLINE void sm_smooth_divide(const int n, const int lanes, const sm_lanes *m,
         for (int j = 0; j < i; j++) {
             SM_SIMD
             for (int l = 0; l < lanes; l++)
-                x[i * lanes + l] -= f[(i * n + j) * lanes + l] * x[j * lanes + l];
+                x[i * lanes + l] -= f[(size_t)(i * n + j) * lanes + l] * x[j * lanes + l];
         }
     for (int i = n - 1; i >= 0; i--) {
         SM_SIMD
-        for (int l = 0; l < lanes; l++) x[i * lanes + l] *= f[(i * n + i) * lanes + l];
+        for (int l = 0; l < lanes; l++) x[i * lanes + l] *= f[(size_t)(i * n + i) * lanes + l];
         for (int k = i + 1; k < n; k++) {
             SM_SIMD
             for (int l = 0; l < lanes; l++)
-                x[i * lanes + l] -= f[(k * n + i) * lanes + l] * x[k * lanes + l];
+                x[i * lanes + l] -= f[(size_t)(k * n + i) * lanes + l] * x[k * lanes + l];
         }
     }
 }

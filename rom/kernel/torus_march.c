@@ -2,7 +2,6 @@
 
 #include "smooth_stage.h"
 
-
 /* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
                             const double *restrict a, const double *restrict b,
