@@ -109,6 +109,13 @@ def test_small_motion_sees_a_viscous_damper(alpha):
     np.testing.assert_allclose(Q, exact, rtol=1e-5)  # measured 4e-6 at alpha 0.001
 
 
+@pytest.mark.parametrize("amplitude", [1e-10, 1e-20, 1e-60])
+def test_however_small_the_motion_friction_is_in_proportion(amplitude):
+    pairs, grid = [(1e-6, 1e-6), (amplitude, amplitude)], Discretisation(steps=64, lines=8)
+    usual, tiny = friction_functions(reduce(two_mass()), Tanh(LIMIT, 0.02), pairs, grid)
+    np.testing.assert_allclose(tiny, usual, rtol=1e-5)
+
+
 def test_creep_below_the_threshold_damps_in_proportion_to_alpha():
     reduced, alpha = two_mode("paper"), 1e-3
     k = np.diag(np.abs(reduced.coupling))

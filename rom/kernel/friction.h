@@ -20,6 +20,20 @@ typedef struct {
 
 sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha);
 
+/* tanh w, where e = exp(-2 |w|) and inv = 1 / (1 + e): to rounding also where w is small. */
+SM_INLINE double sm_tanh_from(double w, double e, double inv) {
+    const double size = fabs(w);
+    const double small = size * (1.0 - size * size * (1.0 / 3.0));
+    return copysign(size < 1e-4 ? small : (1.0 - e) * inv, w);
+}
+
+/* The w >= 0 where c w + tanh w = eta >= 0 lies between these. */
+SM_INLINE double sm_tanh_low(const sm_resolvent *f, double eta) {
+    const double slip_bound = (eta - 1.0) / f->c, stick_bound = eta / (1.0 + f->c);
+    return slip_bound > stick_bound ? slip_bound : stick_bound;
+}
+SM_INLINE double sm_tanh_high(const sm_resolvent *f, double eta) { return eta / f->c; }
+
 /* About the w >= 0 where c w + tanh w = eta >= 0. */
 SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     const double inv_c = 1.0 / f->c, knee = f->knee, delta = 1.0 - eta;
@@ -28,7 +42,10 @@ SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     gap = gap > 1.999 ? 1.999 : gap;
     const double from_stick = 0.5 * sm_log_rough((2.0 - gap) / gap);
     const double from_slip = (gap - delta) * inv_c;
-    return delta > 0.0 ? from_stick : from_slip;
+    const double w = delta > 0.0 ? from_stick : from_slip;
+    const double low = sm_tanh_low(f, eta), high = sm_tanh_high(f, eta);
+    const double raised = w < low ? low : w;
+    return raised > high ? high : raised;
 }
 
 /* s v + limit tanh(v / alpha) = y, by Halley's method inside a bracket; d = dv/dy.
@@ -36,16 +53,14 @@ SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
  * end of the bracket the iteration converges whatever the data. */
 SM_INLINE void sm_resolve_tanh(const int lanes, const sm_resolvent *f, const double *restrict y,
                                double *restrict v, double *restrict d) {
-    const double c = f->c, inv_c = 1.0 / c, inv_limit = 1.0 / f->limit;
+    const double c = f->c, inv_limit = 1.0 / f->limit;
     double eta[SM_LANES], w[SM_LANES], low[SM_LANES], high[SM_LANES], slope[SM_LANES];
     SM_SIMD
     for (int l = 0; l < lanes; l++) {
-        const double e = fabs(y[l]) * inv_limit, guess = sm_tanh_guess(f, e);
-        const double slip_bound = (e - 1.0) * inv_c, stick_bound = e / (1.0 + c);
-        low[l] = slip_bound > stick_bound ? slip_bound : stick_bound;
-        high[l] = e * inv_c;
-        const double raised = guess < low[l] ? low[l] : guess;
-        w[l] = raised > high[l] ? high[l] : raised;
+        const double e = fabs(y[l]) * inv_limit;
+        low[l] = sm_tanh_low(f, e);
+        high[l] = sm_tanh_high(f, e);
+        w[l] = sm_tanh_guess(f, e);
         eta[l] = e;
     }
     for (int iteration = 0; iteration < 60; iteration++) {
@@ -54,7 +69,7 @@ SM_INLINE void sm_resolve_tanh(const int lanes, const sm_resolvent *f, const dou
         for (int l = 0; l < lanes; l++) {
             const double e = sm_exp_negative(-2.0 * w[l]);
             const double inv = 1.0 / (1.0 + e);
-            const double t = (1.0 - e) * inv, sech2 = 4.0 * e * inv * inv;
+            const double t = sm_tanh_from(w[l], e, inv), sech2 = 4.0 * e * inv * inv;
             const double value = c * w[l] + t - eta[l];
             const double first = c + sech2, second = -2.0 * t * sech2;
             low[l] = value < 0.0 ? w[l] : low[l];

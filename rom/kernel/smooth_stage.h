@@ -52,7 +52,7 @@ SM_INLINE void sm_smooth_linearise(const int n, const int lanes, const sm_steppe
         for (int l = 0; l < lanes; l++) {
             const double w = v[l] * per_alpha;
             const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
-            g[l] = copysign(limit * (1.0 - e) * inv, w);
+            g[l] = limit * sm_tanh_from(w, e, inv);
             sech2[l] = 4.0 * e * inv * inv;
             residual[l] = r[l] - g[l];
         }

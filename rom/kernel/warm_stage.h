@@ -44,7 +44,7 @@ SM_INLINE void sm_warm_linearise(const int n, const sm_stepper *s, sm_warm *warm
     for (int i = 0; i < n; i++) {
         const double w = warm->next[i] * warm->per_alpha;
         const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
-        tanh[i] = copysign((1.0 - e) * inv, w);
+        tanh[i] = sm_tanh_from(w, e, inv);
         sech2[i] = 4.0 * e * inv * inv;
     }
     for (int i = 0; i < n; i++) {
