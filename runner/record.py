@@ -229,6 +229,11 @@ class Recorder(Sink):
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = tuple(sinks)
 
+    @property
+    def keeps(self) -> bool:
+        """Whether anything that is written is kept."""
+        return bool(self._sinks)
+
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples to every sink; see `Sink.write`."""
         for sink in self._sinks:

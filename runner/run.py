@@ -285,7 +285,7 @@ class _Pass:
         self._rows = [outputs]
         trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
         of_contacts = window in self._plan.scene.contact
-        on_torus = of_contacts and self._model.modes == 2
+        on_torus = of_contacts and self._model.modes == 2 and self._recorder.keeps
         summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
