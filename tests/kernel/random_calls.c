@@ -175,12 +175,12 @@ void check_random_calls(void) {
     for (int k = 0; k < 10000; k++) {
         random_lookup(k % 2 ? &one : &two);
         if (k % 2 == 0) random_motion();
-        if (k % 5 == 0) random_torus();
+        if (k % 10 == 0) random_torus();
     }
     free_table(&one);
     free_table(&two);
     for (int modes = 1; modes <= 2; modes++) {
-        random_component(modes, 0, 5000);
-        random_component(modes, 1, 5000);
+        random_component(modes, 0, 2000);
+        random_component(modes, 1, 2000);
     }
 }
