@@ -103,7 +103,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     const int pulled = contact->answer && segment->pull_start && segment->pull_end;
     if (pulled) sm_pull_start(&march->pull, contact->contacts, segment);
     for (int64_t k = 0; k < steps; k++) {
-        march->warm.tolerance = k + 1 < steps ? SM_WARM_TOLERANCE : SM_WARM_LAST;
+        march->warm.tolerance = k + 1 < steps ? SM_WARM_ON_THE_WAY : SM_WARM_TOLERANCE;
         for (int stage = 0; stage < 2; stage++) {
             const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
             if (k % SM_ROTOR_TURNS == 0)

@@ -11,14 +11,14 @@
 
 #include "contact.h"
 
-/* Of v / alpha: far below what the steps of a march leave; finer where the force is wanted, for
- * S magnifies what v is off by. */
-#define SM_WARM_TOLERANCE 1e-7
-#define SM_WARM_LAST 1e-10
+/* Of v / alpha: far below what the time steps leave; coarser on the way to where the force is
+ * wanted, for S magnifies what v is off by. */
+#define SM_WARM_TOLERANCE 1e-9
+#define SM_WARM_ON_THE_WAY 1e-7
 
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
-    double tolerance;      /* SM_WARM_TOLERANCE or SM_WARM_LAST */
+    double tolerance;      /* SM_WARM_TOLERANCE from the start on */
     double *v, *r;         /* the last solution and its right-hand side */
     double *factor;        /* (N_c, N_c) of J: unit lower triangle, inverse pivots */
     double *next;          /* v under iteration */
@@ -109,6 +109,7 @@ SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm,
 static inline void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v,
                                  const double *force) {
     const int n = s->contacts;
+    warm->tolerance = SM_WARM_TOLERANCE;
     warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
     for (int i = 0; i < n; i++) {
         warm->v[i] = warm->next[i] = v[i];
