@@ -12,6 +12,9 @@
 #include "segment.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
+/* Tolerances of v / alpha: S magnifies what it is off by where the force is read. */
+#define ON_THE_WAY 1e-7
+#define AT_THE_END 1e-10
 
 size_t sm_march_size(int contacts, int orders) {
     return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1) + sm_warm_size(contacts)
@@ -103,7 +106,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     const int pulled = contact->answer && segment->pull_start && segment->pull_end;
     if (pulled) sm_pull_start(&march->pull, contact->contacts, segment);
     for (int64_t k = 0; k < steps; k++) {
-        march->warm.tolerance = k + 1 < steps ? SM_WARM_ON_THE_WAY : SM_WARM_TOLERANCE;
+        march->warm.tolerance = k + 1 < steps ? ON_THE_WAY : AT_THE_END;
         for (int stage = 0; stage < 2; stage++) {
             const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
             if (k % SM_ROTOR_TURNS == 0)

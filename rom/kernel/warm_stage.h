@@ -11,10 +11,7 @@
 
 #include "contact.h"
 
-/* Of v / alpha: far below what the time steps leave; coarser on the way to where the force is
- * wanted, for S magnifies what v is off by. */
-#define SM_WARM_TOLERANCE 1e-9
-#define SM_WARM_ON_THE_WAY 1e-7
+#define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the time steps leave */
 
 typedef struct {
     double per_alpha;      /* 1 / alpha, 0 for exact Coulomb friction */
