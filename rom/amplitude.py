@@ -69,10 +69,7 @@ def answer_across(reduced: Reduced, force: Forces) -> Complexes:
         modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
         if modal[j] == 0.0:
             continue
-        other = np.arange(len(modal)) != j
-        stiffness = reduced.modal_stiffness(reduced.carrier[j])[np.ix_(other, other)]
-        answer = np.zeros(len(modal), dtype=complex)
-        answer[other] = np.linalg.solve(stiffness, 0.5 * modal[other] / modal[j])
+        answer = reduced.others_answer(j, reduced.carrier[j], 0.5 * modal / modal[j])
         across[:, j] = answer[: len(across)]
     return across
 
@@ -105,10 +102,9 @@ def felt_shift(reduced: Reduced, force: Forces) -> Complexes:
         drawn = moved @ reduced.coupling[j]
         if modal[j] == 0.0 or drawn == 0.0:
             continue
-        Omega, other = reduced.carrier[j], np.arange(len(modal)) != j
-        stiffness = reduced.modal_stiffness(Omega)[np.ix_(other, other)]
-        driven = np.linalg.solve(stiffness, modal[other])
-        on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)[other]
+        Omega = reduced.carrier[j]
+        driven = reduced.others_answer(j, Omega, modal)
+        on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)
         shift[j] = -0.5 * (moved @ on_contacts) / drawn / modal[j]
     return shift
 

@@ -110,10 +110,19 @@ class Reduced:
         """What other modes do per a_j at nu_j (modes,), by dampers; (modes, modes + passive)."""
         ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
         for j, nu in enumerate(np.asarray(frequency, dtype=float)):
-            D = self.modal_stiffness(nu)
-            other = np.arange(len(D)) != j
-            ratio[j, other] = -np.linalg.solve(D[np.ix_(other, other)], D[other, j])
+            ratio[j] = self.others_answer(j, nu, -self.modal_stiffness(nu)[:, j])
         return ratio
+
+    def others_answer(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
+        """Displacement of all modes but one, for which it is 0, (modes + passive,).
+
+        By modal forces (modes + passive,) at a frequency [rad/s], with the dampers between them.
+        """
+        other = np.arange(len(force)) != mode
+        stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
+        answer = np.zeros(len(force), dtype=complex)
+        answer[other] = np.linalg.solve(stiffness, force[other])
+        return answer
 
     @cached_property
     def detour(self) -> Complexes:
