@@ -17,7 +17,7 @@ from rom.errors import SlipmodeError
 from runner.channels import OTHER, Channel, Event, Field
 from runner.foreign_messages import Decoder, Numbers, UnreadableError, decoder
 from runner.load import RecordingData, Signals, kind_of, truncation
-from runner.mcapfile.ahead import unpacked
+from runner.mcapfile.ahead import take_all
 from runner.mcapfile.chunk import Contents, Messages
 from runner.mcapfile.scan import DamagedError, scan
 from runner.mcapfile.source import opened
@@ -59,12 +59,7 @@ def read_foreign(path: str | PathLike[str]) -> RecordingData:
     """
     with opened(path) as file:
         gathered = _Gathered()
-        damage = ""
-        try:
-            for record in unpacked(file):
-                gathered.take(record)
-        except DamagedError as error:
-            damage = str(error)
+        damage = take_all(file, gathered.take)
         return gathered.recording(Path(path).name, damage)
 
 

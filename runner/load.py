@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from rom.errors import SlipmodeError
 from runner import overview
 from runner.channels import EVENTS, Channel, Event, Field, decode_event
-from runner.mcapfile.ahead import Unpacked, unpacked
+from runner.mcapfile.ahead import Unpacked, take_all
 from runner.mcapfile.chunk import Contents, Messages
-from runner.mcapfile.scan import DamagedError
 from runner.mcapfile.source import opened
 from runner.mcapfile.tally import Tally
 from runner.record import SCENE_FILE, Header
@@ -143,12 +142,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
     """
     gathered = _Gathered()
     with opened(path) as file:
-        damage = ""
-        try:
-            for record in unpacked(file):
-                gathered.take(record)
-        except DamagedError as error:
-            damage = str(error)
+        damage = take_all(file, gathered.take)
         return gathered.recording(damage)
 
 

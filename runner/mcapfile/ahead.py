@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import BinaryIO
 
@@ -45,6 +45,16 @@ def unpacked(file: BinaryIO) -> Iterator[Unpacked]:
             yield _result(waiting.popleft())
     if damage is not None:
         raise damage
+
+
+def take_all(file: BinaryIO, take: Callable[[Unpacked], None]) -> str:
+    """Hand every record to `take`; what damage put an end to that, "" if none did."""
+    try:
+        for record in unpacked(file):
+            take(record)
+    except DamagedError as error:
+        return str(error)
+    return ""
 
 
 def _result(item: Future[Contents] | records.McapRecord | Index | None) -> Unpacked:
