@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
+from rom.errors import UnvisitedError
 from rom.matrices import Floats
 from rom.near import Order
 
@@ -27,12 +28,15 @@ class Harmonics:
         [m]
     left_out : (n_a, [n_b,] N_c) ndarray
         RMS of the contact displacement beyond these harmonics [m]: their truncation error.
+    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+        Cells where they hold, and are looked up. Default: all.
     """
 
     axes: tuple[Floats, ...]
     orders: tuple[Order, ...]
     P: Complexes
     left_out: Floats
+    visited: NDArray[np.bool_] | None = None
 
     def at(self, amplitude: Complexes) -> Complexes:
         """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
@@ -48,8 +52,17 @@ class Harmonics:
         return np.asarray(self._interpolated(self.left_out, np.abs(amplitude)).real)
 
     def _interpolated(self, values: np.ndarray, modulus: Floats) -> np.ndarray:
-        limit = [axis[-1] for axis in self.axes]
-        return np.asarray(RegularGridInterpolator(self.axes, values)(np.minimum(modulus, limit)))
+        inside = np.minimum(modulus, [axis[-1] for axis in self.axes])
+        if self.visited is not None and not self._are_visited(inside).all():
+            raise UnvisitedError
+        return np.asarray(RegularGridInterpolator(self.axes, values)(inside))
+
+    def _are_visited(self, modulus: Floats) -> NDArray[np.bool_]:
+        cell = (
+            np.clip(np.searchsorted(axis, along, side="right") - 1, 0, axis.size - 2)
+            for axis, along in zip(self.axes, modulus.T, strict=True)
+        )
+        return np.asarray(self.visited is None or self.visited[tuple(cell)])
 
 
 def left_out(P: Complexes, mean_square: Floats) -> Floats:

@@ -17,10 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from rom import _kernel
-from rom.errors import SlipmodeError
+from rom.errors import SlipmodeError, UnvisitedError
 from rom.matrices import Floats
 
 Complexes = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +40,15 @@ class Table:
         leaves the modes (its imaginary part 0).
     modes : int
         Number of modes.
+    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+        Cells where the surface holds, and is looked up. Default: all.
     """
 
     node_a: Floats
     node_b: Floats
     values: Floats
     modes: int
+    visited: Flags | None = None
 
     @property
     def limit(self) -> Floats:
@@ -68,6 +72,7 @@ class Table:
             _kernel.contiguous(self.node_a),
             _kernel.contiguous(self.node_b),
             _kernel.contiguous(self.values),
+            self.visited,
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
@@ -91,6 +96,8 @@ class Table:
         )
         if status == _kernel.OUTSIDE_TABLE:
             largest = points.reshape(-1, self.modes).max(axis=0)
+            if np.all(largest <= self.limit):
+                raise UnvisitedError
             raise SlipmodeError(
                 f"amplitude: {largest} is outside the friction table, whose limit is {self.limit};"
                 " tabulate a larger range"

@@ -14,6 +14,7 @@ from rom.direct import DirectForce
 from rom.friction import limits
 from rom.near import NearResonance, near_resonances, separation
 from rom.passive import ANSWERED_ORDER
+from rom.visited import Visited
 from runner.amplitude_range import Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
 from runner.channels import MODES, Mode
@@ -36,6 +37,8 @@ class Plan:
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m].
+    visited : Visited or None
+        The part of it that a run needs; None: all of it.
     near : tuple of NearResonance
         Combination frequencies that come near a carrier during the scene.
     elastic_order : int or None
@@ -48,20 +51,25 @@ class Plan:
     excited: Excited
     schedule: Schedule
     amplitude: tuple[float, ...]
+    visited: Visited | None
     near: tuple[NearResonance, ...]
     elastic_order: int | None
     decisions: list[Decision]
 
-    def model(self, *, contact: bool = False, progress: bool = False) -> tuple[Model, bool]:
+    def model(
+        self, *, contact: bool = False, visited: bool = False, progress: bool = False
+    ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
-        `contact` asks for one that has contact motion whatever the scene wants of it.
+        `contact` asks for one that has contact motion whatever the scene wants of it, `visited`
+        for one that has to hold no further than the scene is expected to go.
         """
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
             near=self.near,
             harmonics=self._harmonics(contact),
+            visited=self.visited if visited else None,
             progress=progress,
         )
 
@@ -124,7 +132,10 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_recording_decisions(scene),
         *check_assumptions(structure, excited, seen),
     ]
-    return Plan(scene, structure, excited, schedule, amplitude, near, elastic_order, decisions)
+    visited = seen.visited if seen else None
+    return Plan(
+        *(scene, structure, excited, schedule, amplitude, visited, near, elastic_order, decisions)
+    )
 
 
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
