@@ -28,6 +28,7 @@ from rom.visited import Visited, corners, with_neighbours
 Flags = NDArray[np.bool_]
 
 _FIRST_INTERVALS = 8
+_FIRST_INTERVALS_VISITED = 4
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
 _CHECK_POINTS_VISITED = 32  # if only a part of the plane is
@@ -91,9 +92,9 @@ class Axis:
     missed: Floats
 
     @classmethod
-    def upto(cls, end: float) -> Axis:
+    def upto(cls, end: float, intervals: int) -> Axis:
         """The first, even intervals, all of them to be halved."""
-        every = np.ones(_FIRST_INTERVALS, dtype=bool)
+        every = np.ones(intervals, dtype=bool)
         return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
 
     @property
@@ -136,6 +137,11 @@ class Sampling:
     at: Callable[[Floats], Complexes]
     columns: Columns
     visited: Visited | None = None
+
+    @property
+    def first_intervals(self) -> int:
+        """Of the even grid, sampled everywhere, that is halved first."""
+        return _FIRST_INTERVALS if self.visited is None else _FIRST_INTERVALS_VISITED
 
     def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
         """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
@@ -191,7 +197,7 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
-    axes = [Axis.upto(end) for end in limit]
+    axes = [Axis.upto(end, sampling.first_intervals) for end in limit]
     lines = _lines(axes)
     samples = sampling.at(_product(*lines, limit.size)).reshape(*map(len, lines), -1)
     check_points = sampling.check_points(limit)
@@ -201,21 +207,22 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
             break
         for number in range(limit.size):
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
+        if any(axis.poor.any() for axis in axes):
+            continue
         lines = _lines(axes)
         table = sampling.table(lines, samples)
         errors = sampling.error_of(table.terms(check_points), checks, table)
-        if not any(axis.poor.any() for axis in axes):
-            missed = errors > tolerance
-            if not missed.any():
-                carried = samples[..., len(sampling.columns.orders) :]
-                if sampling.visited is not None:
-                    table = replace(table, visited=sampling.visited.cells(*lines))
-                return table, carried, float(errors.max())
-            axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+        missed = errors > tolerance
+        if not missed.any():
+            carried = samples[..., len(sampling.columns.orders) :]
+            if sampling.visited is not None:
+                table = replace(table, visited=sampling.visited.cells(*lines))
+            return table, carried, float(errors.max())
+        axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
     raise SlipmodeError(
         f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
-        "larger alpha, or make the contacts stiffer against the modes"
+        f"{samples.shape[1]} nodes; allow a larger tolerance, or a larger alpha, or make the "
+        "contacts stiffer against the modes"
     )
 
 
@@ -226,11 +233,11 @@ def _halve(
     axis = axes[number]
     if not axis.poor.any():
         return axes, samples
-    lines, between, finer = (list(_lines(axes)) for _ in range(3))
-    between[number] = axis.middles
-    finer[number] = np.concatenate((axis.node, axis.middles))[axis.order]
-    points = _product(between[0], between[1], len(axes))
-    table = sampling.table((lines[0], lines[1]), samples)
+    lines = _lines(axes)
+    between = _replaced(lines, number, axis.middles)
+    finer = _replaced(lines, number, np.concatenate((axis.node, axis.middles))[axis.order])
+    points = _product(*between, len(axes))
+    table = sampling.table(lines, samples)
     surface = table.terms(points)
     # what is not sampled is as it was: on the surface, or what is linear between the nodes
     (left,) = np.nonzero(axis.poor)
@@ -240,7 +247,7 @@ def _halve(
     fresh[:, : surface.shape[1]] = surface
     new = axis.order >= axis.node.size
     counts, taken = (
-        np.compress(new, flags, axis=number).ravel() for flags in sampling.wanted(finer[0], finer[1])
+        np.compress(new, flags, axis=number).ravel() for flags in sampling.wanted(*finer)
     )
     if taken.any():
         fresh[taken] = sampling.at(points[taken])
@@ -254,6 +261,11 @@ def _halve(
 def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:
     """Grid lines of both amplitudes, the single 0 for a mode that is not there."""
     return axes[0].node, axes[1].node if len(axes) == 2 else np.zeros(1)
+
+
+def _replaced(lines: tuple[Floats, Floats], number: int, node: Floats) -> tuple[Floats, Floats]:
+    """Grid lines of both amplitudes, with others for one of them."""
+    return (node, lines[1]) if number == 0 else (lines[0], node)
 
 
 def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:

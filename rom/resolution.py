@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -15,13 +16,14 @@ from rom.matrices import Floats
 from rom.near import NearResonance
 from rom.reduction import Reduced
 from rom.tables import Complexes
-from rom.torus import Discretisation, contact_orders, contact_terms
+from rom.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
 _STEPS = (32, 64, 128, 256, 512, 1024, 2048)
 _LINES = (4, 8, 16, 32, 64, 128)
+_TASKS = 3  # that the probes are split into; fixed, whatever the number of threads
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
@@ -62,7 +64,8 @@ def choose_resolution(
     law: Friction,
     limit: Floats,
     tolerance: float,
-    near: Sequence[NearResonance] = (),
+    near: Sequence[NearResonance],
+    pool: Executor,
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
 
@@ -77,8 +80,13 @@ def choose_resolution(
     @cache
     def solve(steps: int, lines: int) -> _Trial:
         grid = Discretisation(steps, lines)
-        terms = contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near)
-        return _Trial(terms.S, lines * int(terms.marched.sum()))
+
+        def terms(part: Floats) -> ContactTerms:
+            return contact_terms(reduced, law, part, grid, 0.1 * tolerance, limit, near)
+
+        parts = list(pool.map(terms, np.split(points, _TASKS)))
+        work = lines * sum(int(part.marched.sum()) for part in parts)
+        return _Trial(np.concatenate([part.S for part in parts]), work)
 
     least = least_force(reduced, limit)
 

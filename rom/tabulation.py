@@ -90,17 +90,6 @@ def tabulate(
     if near is None:
         near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
     check_softness(reduced, tolerance, near)
-    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
-    solve = partial(
-        contact_terms,
-        reduced,
-        law,
-        grid=resolution.grid,
-        tolerance=0.1 * tolerance,
-        smallest_scale=0.1 * limit,
-        near=near,
-        highest=max(harmonics, 1),
-    )
     orders = contact_orders(reduced, near, harmonics) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
@@ -114,10 +103,20 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        samples = _Samples(solve, columns, pool, bar)
-        table, carried, error = refine(
-            Sampling(samples, columns, visited), limit, tolerance
+        resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near, pool)
+        solve = partial(
+            contact_terms,
+            reduced,
+            law,
+            grid=resolution.grid,
+            tolerance=0.1 * tolerance,
+            smallest_scale=0.1 * limit,
+            near=near,
+            highest=max(harmonics, 1),
         )
+        samples = _Samples(solve, columns, pool, bar)
+        sampling = Sampling(samples, columns, visited)
+        table, carried, error = refine(sampling, limit, tolerance)
     quality = Quality(
         tolerance=tolerance,
         interpolation=error,

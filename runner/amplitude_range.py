@@ -20,8 +20,7 @@ from runner.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
-_REACH = 1 / 32  # of the table around the path of the dry run, which counts as visited
-_MOST_VISITED = 0.5  # of the plane; where more is, tabulating all of it takes hardly longer
+_REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
 _LARGEST_GROWTH = 2.0**40
 
 Floats = NDArray[np.float64]
@@ -84,7 +83,7 @@ class DryRun:
         Range that the friction table needs [kg^1/2 m].
     reason : str
     visited : Visited or None
-        Where the run goes on a table of that range, if that is a smaller part of it.
+        The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
@@ -132,14 +131,10 @@ def dry_run(
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    visited = _visited(path, amplitude, felt) if len(excited.modes) == 2 else None
+    visited = None
+    if len(excited.modes) == 2:
+        visited = Visited.along(path, amplitude, felt + _REACH * np.array(amplitude))
     return DryRun(amplitude, reason, visited, share / excited.reduced.frequency**2)
-
-
-def _visited(path: Floats, amplitude: tuple[float, ...], felt: Floats) -> Visited | None:
-    """The part of the plane around a path (points, 2), if it is worth tabulating it alone."""
-    visited = Visited.along(path, amplitude, felt + _REACH * np.array(amplitude))
-    return visited if visited.share <= _MOST_VISITED else None
 
 
 def _felt(excited: Excited, schedule: Schedule) -> Floats:
@@ -168,9 +163,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
-def _path(
-    excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, Floats, bool]:
+def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
     """Amplitudes (steps + 1, modes) on a coarse table, the largest, and if it was never left."""
     component = excited.component(model, _TOLERANCE * 1e-2)
     try:
