@@ -226,6 +226,16 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     )
 
 
+def least_everywhere(table: Table) -> int:
+    """Contact problems that a table of the whole plane takes at least, instead of one of a part.
+
+    It needs the grid lines that the part needs, and halves each of its first intervals.
+    """
+    first = 2 * _FIRST_INTERVALS + 1
+    nodes = max(table.node_a.size, first) * max(table.node_b.size, first)
+    return nodes + _CHECK_POINTS
+
+
 def _halve(
     sampling: Sampling, axes: list[Axis], samples: Complexes, number: int, tolerance: float
 ) -> tuple[list[Axis], Complexes]:
