@@ -28,10 +28,10 @@ from rom.visited import Visited, corners, with_neighbours
 Flags = NDArray[np.bool_]
 
 _FIRST_INTERVALS = 8
-_FIRST_INTERVALS_VISITED = 4
+_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
-_CHECK_POINTS_VISITED = 32  # if only a part of the plane is
+_CHECK_POINTS_OF_A_PART = 32
 _MOST_NODES = 20_000
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _SMOOTH = 1 / 16  # what halving leaves of an error at the order of the surface
@@ -138,11 +138,6 @@ class Sampling:
     columns: Columns
     visited: Visited | None = None
 
-    @property
-    def first_intervals(self) -> int:
-        """Of the even grid, sampled everywhere, that is halved first."""
-        return _FIRST_INTERVALS if self.visited is None else _FIRST_INTERVALS_VISITED
-
     def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
         """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
         if self.visited is None:
@@ -155,12 +150,12 @@ class Sampling:
         """Where the error of a table over [0, limit] is measured, (points, modes)."""
         if self.visited is None:
             return _halton(_CHECK_POINTS, limit.size) * limit
-        count = int(np.ceil(_CHECK_POINTS_VISITED / self.visited.share))
+        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.visited.share))
         while True:
             points = _halton(count, limit.size) * limit
             inside = points[self.visited.holds(points)]
-            if len(inside) >= _CHECK_POINTS_VISITED:
-                return inside[:_CHECK_POINTS_VISITED]
+            if len(inside) >= _CHECK_POINTS_OF_A_PART:
+                return inside[:_CHECK_POINTS_OF_A_PART]
             count *= 2
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
@@ -197,7 +192,8 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
-    axes = [Axis.upto(end, sampling.first_intervals) for end in limit]
+    intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
+    axes = [Axis.upto(end, intervals) for end in limit]
     lines = _lines(axes)
     samples = sampling.at(_product(*lines, limit.size)).reshape(*map(len, lines), -1)
     check_points = sampling.check_points(limit)
