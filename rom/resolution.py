@@ -100,8 +100,20 @@ def choose_resolution(
         # fewer lines would take one harmonic m for another, and the modes answer to both
         highest = max(abs(m) for _, m in contact_orders(reduced, near))
         enough = [count for count in _LINES if count > 2 * highest]
-        lines = _settled(enough, lambda count: solve(_STEPS[1], count), change, 0.5 * tolerance)
-    steps = _settled(_STEPS, lambda count: solve(count, lines), change, 0.5 * tolerance)
+        lines = _settled(
+            enough,
+            lambda count: solve(_STEPS[1], count),
+            len(points) * _STEPS[1],
+            change,
+            0.5 * tolerance,
+        )
+    steps = _settled(
+        _STEPS,
+        lambda count: solve(count, lines),
+        len(points) * lines,
+        change,
+        0.5 * tolerance,
+    )
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))
 
@@ -109,16 +121,20 @@ def choose_resolution(
 def _settled(
     counts: Sequence[int],
     solve: Callable[[int], _Trial],
+    period: int,
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
 ) -> int:
     """The first count whose answer the next one changes by no more than the tolerance.
 
-    Or one of the next two if that is less work: on coarse grids marches may not settle.
+    Or one of the next two if that is less work: on coarse grids marches may not settle. A period
+    is so much work for a count of 1; the last is not tried where a single one would be too much.
     """
     for k, (count, finer) in enumerate(pairwise(counts)):
         if change(solve(count), solve(finer)) <= tolerance:
-            return min(counts[k : k + 3], key=lambda each: solve(each).work)
+            least = min(solve(count).work, solve(finer).work)
+            tried = [count, finer, *(c for c in counts[k + 2 : k + 3] if period * c < least)]
+            return min(tried, key=lambda each: solve(each).work)
     raise SlipmodeError(
         f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
         "period; allow a larger tolerance"
