@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
 from rom.errors import UnvisitedError
 from rom.matrices import Floats
@@ -52,17 +52,22 @@ class Harmonics:
         return np.asarray(self._interpolated(self.left_out, np.abs(amplitude)).real)
 
     def _interpolated(self, values: np.ndarray, modulus: Floats) -> np.ndarray:
-        inside = np.minimum(modulus, [axis[-1] for axis in self.axes])
-        if self.visited is not None and not self._are_visited(inside).all():
+        """Linear in each amplitude between the nodes of its cell; beyond the last as there."""
+        cells, parts = [], []
+        for axis, along in zip(self.axes, modulus.T, strict=True):
+            inside = np.minimum(along, axis[-1])
+            cell = np.clip(np.searchsorted(axis, inside, side="right") - 1, 0, axis.size - 2)
+            part = (inside - axis[cell]) / (axis[cell + 1] - axis[cell])
+            cells.append(cell)
+            parts.append((1.0 - part, part))
+        if self.visited is not None and not self.visited[tuple(cells)].all():
             raise UnvisitedError
-        return np.asarray(RegularGridInterpolator(self.axes, values)(inside))
-
-    def _are_visited(self, modulus: Floats) -> NDArray[np.bool_]:
-        cell = (
-            np.clip(np.searchsorted(axis, along, side="right") - 1, 0, axis.size - 2)
-            for axis, along in zip(self.axes, modulus.T, strict=True)
-        )
-        return np.asarray(self.visited is None or self.visited[tuple(cell)])
+        result = np.zeros((len(modulus), *values.shape[len(cells) :]), dtype=values.dtype)
+        for corner in product((0, 1), repeat=len(cells)):
+            weight = np.prod([part[k] for part, k in zip(parts, corner, strict=True)], axis=0)
+            nodes = tuple(cell + k for cell, k in zip(cells, corner, strict=True))
+            result += weight.reshape(-1, *(1,) * (result.ndim - 1)) * values[nodes]
+        return result
 
 
 def left_out(P: Complexes, mean_square: Floats) -> Floats:

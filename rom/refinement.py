@@ -194,10 +194,16 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     """
     intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
     axes = [Axis.upto(end, intervals) for end in limit]
-    lines = _lines(axes)
-    samples = sampling.at(_product(*lines, limit.size)).reshape(*map(len, lines), -1)
+    node_a, node_b = _lines(axes)
+    samples = sampling.at(_product(node_a, node_b, limit.size))
+    samples = samples.reshape(node_a.size, node_b.size, -1)
     check_points = sampling.check_points(limit)
     checks = sampling.at(check_points)
+
+    def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
+        table = sampling.table(_lines(axes), samples)
+        return table, sampling.error_of(table.terms(check_points), checks, table)
+
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
@@ -205,20 +211,19 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
         if any(axis.poor.any() for axis in axes):
             continue
-        lines = _lines(axes)
-        table = sampling.table(lines, samples)
-        errors = sampling.error_of(table.terms(check_points), checks, table)
+        table, errors = measured(axes, samples)
         missed = errors > tolerance
         if not missed.any():
             carried = samples[..., len(sampling.columns.orders) :]
             if sampling.visited is not None:
-                table = replace(table, visited=sampling.visited.cells(*lines))
+                table = replace(table, visited=sampling.visited.cells(*_lines(axes)))
             return table, carried, float(errors.max())
         axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+    _, errors = measured(axes, samples)
     raise SlipmodeError(
         f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes; allow a larger tolerance, or a larger alpha, or make the "
-        "contacts stiffer against the modes"
+        f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
+        "larger alpha, or make the contacts stiffer against the modes"
     )
 
 

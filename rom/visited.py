@@ -36,7 +36,7 @@ class Visited:
 
     @classmethod
     def along(cls, path: Floats, limit: Sequence[float], reach: Floats) -> Visited:
-        """Tiles within `reach` (2,) of a path (points, 2) of amplitudes.
+        """Tiles within `reach` (2,) of a path (points, 2) of amplitudes, at least two.
 
         Between two points the path stays in the box that has them as corners.
         """

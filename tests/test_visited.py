@@ -1,5 +1,6 @@
 """Tables of the visited part of the amplitude plane: as exact there, refused elsewhere."""
 
+import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -14,6 +15,7 @@ from rom.errors import UnvisitedError
 from rom.passive import ANSWERED_ORDER
 from rom.visited import Visited, corners, with_neighbours
 from runner import amplitude_range
+from runner.cli import main
 from runner.scene import parse_scene
 
 BOTH = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))
@@ -251,6 +253,23 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
     for topic, values in signals(again).items():
         if topic != "/events":
             np.testing.assert_array_equal(values, expected[topic])
+
+
+@pytest.mark.parametrize("name", ["two-mode", "sweep"])
+def test_the_plan_measures_what_is_saved(name, capsys):
+    assert main(["plan", name]) == 0
+    (line,) = (s for s in capsys.readouterr().out.splitlines() if s.startswith("its tabulation"))
+    solved, more, seconds, error = map(
+        float,
+        re.search(
+            r"(\d+) contact problems .* at least (\d+) more, (\S+) s of .* found (\S+),", line
+        ).groups(),
+    )
+    plan = runner.make_plan(runner.load_scene(name))
+    whole, _ = plan.model()
+    assert whole.quality.solved >= solved + more > 1.3 * solved
+    assert 1e-5 * more < seconds < 1e-2 * more  # measured: 0.5 ms each
+    assert 0 < error <= 1e-3
 
 
 @pytest.mark.parametrize(
