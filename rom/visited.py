@@ -38,7 +38,8 @@ class Visited:
     def along(cls, path: Floats, limit: Sequence[float], reach: Floats) -> Visited:
         """Tiles within `reach` (2,) of a path (points, 2) of amplitudes, at least two.
 
-        Between two points the path stays in the box that has them as corners.
+        Between two points the path stays in the box that has them as corners. A component is made
+        at rest, wherever it is started then: the tile at the origin is marked as well.
         """
         scale = _TILES / np.asarray(limit, dtype=float)
         first = np.floor(scale * (np.minimum(path[:-1], path[1:]) - reach)).astype(int)
@@ -48,8 +49,9 @@ class Visited:
         steps = np.zeros((_TILES + 1, _TILES + 1), dtype=int)
         for rows, columns, sign in ((a, b, 1), (end_a, end_b, 1), (a, end_b, -1), (end_a, b, -1)):
             np.add.at(steps, (rows, columns), sign)
-        covered = steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1]
-        return cls(covered > 0, np.array(limit, dtype=float))
+        tiles = steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
+        tiles[0, 0] = True
+        return cls(tiles, np.array(limit, dtype=float))
 
     @property
     def share(self) -> float:

@@ -233,6 +233,14 @@ def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path, monkeypa
         assert np.all(np.abs(found[topic] - expected[topic]).max(axis=0) <= 1e-3 * scale), topic
 
 
+def test_a_run_that_starts_elsewhere_needs_only_what_it_visits(tmp_path):
+    moving = SCENE.replace("[run]", "[initial]\nA = [2.0, 1.0]\nB = [0.3, 0.9]\n[run]")
+    recording = runner.run(scene("moving", moving), tmp_path)
+    assert recording.model.table.visited is not None
+    with pytest.raises(UnvisitedError):
+        recording.model.table((0.6, 1.2))
+
+
 def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeypatch):
     """A dry run that saw only the first half of the path."""
     real = amplitude_range._path
