@@ -9,10 +9,11 @@ import pytest
 
 import fmu
 import runner
-from rom import Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
+from rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
 from rom.cache import cached_model
 from rom.errors import UnvisitedError
 from rom.passive import ANSWERED_ORDER
+from rom.torus import Discretisation, contact_terms
 from rom.visited import Visited, corners, with_neighbours
 from runner import amplitude_range
 from runner.cli import main
@@ -23,25 +24,25 @@ LIMIT = (3.6, 1.5)
 # up one axis to the steady state of mode A, then mode B joins: the shipped two-mode scene
 PATH = np.array([(0.0, 0.0), (3.0, 0.0), (2.95, 0.5), (2.9, 0.8), (3.1, 1.25)])
 REACH = np.array(LIMIT) / 32
+LAW = Tanh(2.0, 0.02)
 
 
 def visited_tiles(path=PATH, reach=REACH):
     return Visited.along(path, LIMIT, reach)
 
 
-def tabulated(alpha=0.02, **arguments):
-    return tabulate(BOTH, Tanh(2.0, alpha), LIMIT, 1e-3, harmonics=ANSWERED_ORDER, **arguments)
-
-
-@pytest.fixture(scope="module", params=[0.02, 0.005])
-def pair(request):
-    """A table of the visited part, and one of everything."""
-    return tabulated(request.param, visited=visited_tiles()), tabulated(request.param)
+def tabulated(law=LAW, **arguments):
+    return tabulate(BOTH, law, LIMIT, 1e-3, harmonics=ANSWERED_ORDER, **arguments)
 
 
 @pytest.fixture(scope="module")
 def part():
     return tabulated(visited=visited_tiles())
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return tabulated()
 
 
 def points_inside(visited, count):
@@ -65,7 +66,7 @@ def test_all_that_is_within_reach_of_the_path_is_marked():
 
 def test_a_cell_is_visited_where_a_tile_in_it_is():
     visited = visited_tiles()
-    for halvings in range(3, 8):
+    for halvings in range(3, 7):
         node = np.linspace(0, 1, 2**halvings + 1)
         cells = visited.cells(node * LIMIT[0], node * LIMIT[1])
         for a, b in np.ndindex(cells.shape):
@@ -91,22 +92,22 @@ def test_the_nodes_around_cells():
 # How exact, at what cost
 
 
-def test_it_holds_to_the_tolerance_where_it_was_visited(pair):
-    part, whole = pair
-    points = points_inside(visited_tiles(), 300)
-    scale = np.abs(whole.table.nodes()[..., :2]).max(axis=(0, 1))
-    apart = np.abs(part.table(points) - whole.table(points)) / scale
-    # asked for: 1e-3 of either; measured: 0.5e-3 at the worst
+@pytest.mark.parametrize("law", [Tanh(2.0, 0.1), LAW, Tanh(2.0, 0.005), Coulomb(2.0)], ids=str)
+def test_it_holds_to_the_tolerance_where_it_was_visited(law):
+    part = tabulated(law, visited=visited_tiles())
+    points = points_inside(visited_tiles(), 200)
+    grid = Discretisation(part.quality.steps, part.quality.lines)
+    S = contact_terms(BOTH, law, points, grid, 1e-4, np.array(LIMIT) / 10).S
+    apart = np.abs(part.table(points) - S) / np.abs(part.table.nodes()[..., :2]).max(axis=(0, 1))
+    # asked for: 1e-3; measured, also along other paths: 0.64e-3 at the worst
     assert apart.max() < 1e-3
 
 
-def test_it_takes_less_than_half_of_the_contact_problems(pair):
-    part, whole = pair
-    assert part.quality.solved < 0.45 * whole.quality.solved  # measured: 0.3
+def test_it_takes_less_than_half_of_the_contact_problems(part, whole):
+    assert part.quality.solved < 0.4 * whole.quality.solved  # measured: 0.28
 
 
-def test_its_harmonics_are_those_of_the_whole(pair):
-    part, whole = pair
+def test_its_harmonics_are_those_of_the_whole(part, whole):
     points = points_inside(visited_tiles(), 100).astype(complex)
     P, expected = part.harmonics.at(points), whole.harmonics.at(points)
     scale = np.abs(expected).max()
@@ -115,7 +116,9 @@ def test_its_harmonics_are_those_of_the_whole(pair):
 
 
 def test_it_does_not_depend_on_the_threads():
-    hashes = {tabulated(0.1, visited=visited_tiles(), threads=n).hash for n in (1, 2, 3)}
+    hashes = {
+        tabulated(Tanh(2.0, 0.1), visited=visited_tiles(), threads=n).hash for n in (1, 2, 3)
+    }
     assert len(hashes) == 1
 
 
@@ -212,7 +215,7 @@ def scene(name, text=SCENE):
     return replace(parse_scene(text, "."), name=name)
 
 
-def whole(monkeypatch):
+def need_everything(monkeypatch):
     """From now on plans say that all of a table is needed."""
     monkeypatch.setattr("runner.plan._MOST_VISITED", 0.0)
 
@@ -224,7 +227,7 @@ def signals(recording):
 def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path, monkeypatch):
     on_part = runner.run(scene("part"), tmp_path)
     assert on_part.model.table.visited is not None
-    whole(monkeypatch)
+    need_everything(monkeypatch)
     on_whole = runner.run(scene("whole"), tmp_path)
     assert on_whole.model.table.visited is None
     found, expected = signals(on_part), signals(on_whole)
@@ -256,7 +259,7 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
     assert warning.subject == "visited part"
     assert "leave the visited part of the friction table at t = " in warning.reason
     monkeypatch.setattr(amplitude_range, "_path", real)
-    whole(monkeypatch)
+    need_everything(monkeypatch)
     expected = signals(runner.run(scene("whole"), tmp_path))
     for topic, values in signals(again).items():
         if topic != "/events":
