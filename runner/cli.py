@@ -84,7 +84,8 @@ def _plan(options: argparse.Namespace) -> int:
     shown = [d for d in plan.decisions if d.level == "info"]
     if plan.visited is not None:
         model, _ = plan.model(visited=True, progress=True)
-        shown.append(visited_saving(model))
+        after = [d.subject for d in shown].index("visited part") + 1
+        shown.insert(after, visited_saving(model))
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:
