@@ -28,6 +28,7 @@ from fmu.stepping import Floats, StoppedError
 from rom import Model, SlipmodeError, _kernel
 from rom.amplitude import slow_flow
 from rom.answer_plane import answer_plane
+from rom.errors import UnvisitedError
 from rom.torus import contact_problem
 
 STEPS_PER_PERIOD = 40
@@ -113,6 +114,8 @@ class Component:
         status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == _kernel.OUTSIDE_TABLE:
             limit = limit_scale(self._inputs) * self.model.table.limit
+            if np.all(np.abs(start[: self.model.modes]) <= limit):
+                raise UnvisitedError
             raise SlipmodeError(
                 f"amplitude: {np.abs(start[: self.model.modes])} is outside the friction table, "
                 f"whose limit is {limit}"
@@ -257,6 +260,9 @@ class Component:
             _kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
         last = self.outputs()
         self.set_state(state)
+        if self.model.table.visited is not None:
+            when = f"at t = {last['time']:g} s"
+            return f"the amplitudes leave the visited part of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
         limit = scale * self.model.table.limit

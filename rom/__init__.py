@@ -17,6 +17,7 @@ from rom.resonance import ResonanceCurve, ResonanceSurface, resonance, resonance
 from rom.slow_trajectory import SlowTrajectory
 from rom.structure import Structure, load_structure, two_mass
 from rom.tabulation import tabulate
+from rom.visited import Visited
 
 __all__ = [
     "Coulomb",
@@ -32,6 +33,7 @@ __all__ = [
     "SlowTrajectory",
     "Structure",
     "Tanh",
+    "Visited",
     "load_structure",
     "near_resonances",
     "reconstruct",

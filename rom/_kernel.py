@@ -61,6 +61,7 @@ class Table(Structure):
         ("node_a", c_void_p),
         ("node_b", c_void_p),
         ("values", c_void_p),
+        ("visited", c_void_p),
     )
 
 
@@ -245,7 +246,13 @@ def contiguous(values: Any) -> Floats:
     return np.ascontiguousarray(values, dtype=float)
 
 
-def table(modes: int, node_a: Floats, node_b: Floats, values: Floats) -> Table:
+def table(
+    modes: int,
+    node_a: Floats,
+    node_b: Floats,
+    values: Floats,
+    visited: NDArray[np.bool_] | None,
+) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
     result = Table(
         modes=modes,
@@ -256,6 +263,7 @@ def table(modes: int, node_a: Floats, node_b: Floats, values: Floats) -> Table:
         node_a=node_a.ctypes.data,
         node_b=node_b.ctypes.data if modes == 2 else None,
         values=values.ctypes.data,
+        visited=None if visited is None else visited.ctypes.data,
     )
-    result.owned = (node_a, node_b, values)
+    result.owned = (node_a, node_b, values, visited)
     return result

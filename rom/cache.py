@@ -19,6 +19,7 @@ from rom.model import FORMAT, REDUCED_ARRAYS, Model
 from rom.near import NearResonance
 from rom.reduction import Reduced
 from rom.tabulation import tabulate
+from rom.visited import Visited
 
 
 def cache_folder() -> Path:
@@ -35,6 +36,7 @@ def cached_model(
     *,
     near: Sequence[NearResonance] = (),
     harmonics: int = 0,
+    visited: Visited | None = None,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -50,7 +52,7 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same; it will be computed again next time.
     """
-    key = _key(reduced, law, amplitude, tolerance, near, harmonics)
+    key = _key(reduced, law, amplitude, tolerance, near, harmonics, visited)
     path = cache_folder() / f"{key}.rom"
     if path.is_file():
         try:
@@ -58,7 +60,11 @@ def cached_model(
         except SlipmodeError:
             path.unlink(missing_ok=True)
     model = tabulate(
-        *(reduced, law, amplitude, tolerance), near=near, harmonics=harmonics, progress=progress
+        *(reduced, law, amplitude, tolerance),
+        near=near,
+        harmonics=harmonics,
+        visited=visited,
+        progress=progress,
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -75,12 +81,14 @@ def _key(
     tolerance: float,
     near: Sequence[NearResonance],
     harmonics: int,
+    visited: Visited | None,
 ) -> str:
     """Hash of everything that the table depends on."""
     arrays = (
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
         limits(law, reduced.n_contacts),
         np.asarray(amplitude, dtype=float),
+        np.zeros(0) if visited is None else visited.tiles,
     )
     named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
     terms = [astuple(term) for term in near]

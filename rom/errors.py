@@ -1,4 +1,4 @@
-"""The one exception that users of slipmode are meant to see."""
+"""The exceptions that users of slipmode are meant to see."""
 
 
 class SlipmodeError(ValueError):
@@ -7,3 +7,13 @@ class SlipmodeError(ValueError):
     The message is one line that names the key, variable or file at fault and says what is
     allowed or what to do next. The command line prints it as it is.
     """
+
+
+class UnvisitedError(SlipmodeError):
+    """Amplitudes outside the part of a friction table that was tabulated."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "amplitude: outside the visited part of the friction table, the only one that holds; "
+            "tabulate all of it"
+        )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 
+from rom.errors import UnvisitedError
 from rom.matrices import Floats
 from rom.near import Order
 
@@ -27,12 +28,15 @@ class Harmonics:
         [m]
     left_out : (n_a, [n_b,] N_c) ndarray
         RMS of the contact displacement beyond these harmonics [m]: their truncation error.
+    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+        Cells where they hold, and are looked up. Default: all.
     """
 
     axes: tuple[Floats, ...]
     orders: tuple[Order, ...]
     P: Complexes
     left_out: Floats
+    visited: NDArray[np.bool_] | None = None
 
     def at(self, amplitude: Complexes) -> Complexes:
         """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
@@ -48,8 +52,22 @@ class Harmonics:
         return np.asarray(self._interpolated(self.left_out, np.abs(amplitude)).real)
 
     def _interpolated(self, values: np.ndarray, modulus: Floats) -> np.ndarray:
-        limit = [axis[-1] for axis in self.axes]
-        return np.asarray(RegularGridInterpolator(self.axes, values)(np.minimum(modulus, limit)))
+        """Linear in each amplitude between the nodes of its cell; beyond the last as there."""
+        cells, parts = [], []
+        for axis, along in zip(self.axes, modulus.T, strict=True):
+            inside = np.minimum(along, axis[-1])
+            cell = np.clip(np.searchsorted(axis, inside, side="right") - 1, 0, axis.size - 2)
+            part = (inside - axis[cell]) / (axis[cell + 1] - axis[cell])
+            cells.append(cell)
+            parts.append((1.0 - part, part))
+        if self.visited is not None and not self.visited[tuple(cells)].all():
+            raise UnvisitedError
+        result = np.zeros((len(modulus), *values.shape[len(cells) :]), dtype=values.dtype)
+        for corner in product((0, 1), repeat=len(cells)):
+            weight = np.prod([part[k] for part, k in zip(parts, corner, strict=True)], axis=0)
+            nodes = tuple(cell + k for cell, k in zip(cells, corner, strict=True))
+            result += weight.reshape(-1, *(1,) * (result.ndim - 1)) * values[nodes]
+        return result
 
 
 def left_out(P: Complexes, mean_square: Floats) -> Floats:

@@ -20,7 +20,7 @@ from rom.quality import Quality
 from rom.reduction import Reduced
 from rom.tables import Table
 
-FORMAT = 10  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 11  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -121,13 +121,17 @@ class Model:
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        table = Table(content["node_a"], content["node_b"], content["values"], len(reduced.modes))
+        visited = content.get("visited")
+        table = Table(
+            *(content["node_a"], content["node_b"], content["values"]), len(reduced.modes), visited
+        )
         near = tuple(NearResonance(*term) for term in header["near"])
         quality = Quality(**header["quality"])
         harmonics = None
         if header["orders"]:
             orders = tuple((n, m) for n, m in header["orders"])
-            harmonics = Harmonics(table.axes, orders, content["P"], content["left_out"])
+            P, left_out = content["P"], content["left_out"]
+            harmonics = Harmonics(table.axes, orders, P, left_out, visited)
         return cls(reduced, law, table, harmonics, near, quality)
 
     def _header(self) -> dict[str, Any]:
@@ -146,6 +150,8 @@ class Model:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+        if self.table.visited is not None:
+            arrays |= {"visited": self.table.visited}
         return arrays | {
             "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,

@@ -12,13 +12,15 @@ class Quality:
     tolerance : float
         What was asked for.
     interpolation : float
-        Largest error at 64 points between the nodes.
+        Largest error at points between the nodes.
     resolution : float
         Change on doubling steps and lines of the contact problem.
     periodicity : float
         Largest distance from a periodic contact motion.
     steps, lines : int
         Discretisation of the torus.
+    solved : int
+        Contact problems solved for the nodes and for measuring the interpolation.
     """
 
     tolerance: float
@@ -27,3 +29,4 @@ class Quality:
     periodicity: float
     steps: int
     lines: int
+    solved: int

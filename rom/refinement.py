@@ -5,6 +5,10 @@ tolerance: what it missed new samples by falls with this halving at least half a
 last one.
 Every sample becomes a node, so nothing is computed only to be checked; an independent set of
 points measures the error of the finished table.
+
+Where only a part of the plane is visited, samples are taken at the corners of its cells and at the
+nodes next to them, whose values the slopes there feel most. At all other nodes stands what the
+surface was before its grid lines were halved.
 """
 
 from __future__ import annotations
@@ -19,12 +23,15 @@ from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.near import Order
 from rom.tables import Complexes, Table, make_table
+from rom.visited import Visited, corners, with_neighbours
 
 Flags = NDArray[np.bool_]
 
 _FIRST_INTERVALS = 8
+_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
+_CHECK_POINTS_OF_A_PART = 32
 _MOST_NODES = 20_000
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _SMOOTH = 1 / 16  # what halving leaves of an error at the order of the surface
@@ -85,9 +92,9 @@ class Axis:
     missed: Floats
 
     @classmethod
-    def upto(cls, end: float) -> Axis:
+    def upto(cls, end: float, intervals: int) -> Axis:
         """The first, even intervals, all of them to be halved."""
-        every = np.ones(_FIRST_INTERVALS, dtype=bool)
+        every = np.ones(intervals, dtype=bool)
         return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
 
     @property
@@ -95,8 +102,13 @@ class Axis:
         """Midpoints of the poor intervals."""
         return (0.5 * (self.node[:-1] + self.node[1:]))[self.poor]
 
-    def halved(self, error: Floats, tolerance: float) -> tuple[Axis, NDArray[np.intp]]:
-        """With the midpoints as nodes, where the surface had errors (poor,); their order."""
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """What sorts the nodes and, after them, the midpoints."""
+        return np.argsort(np.concatenate((self.node, self.middles)), kind="stable")
+
+    def halved(self, error: Floats, tolerance: float) -> Axis:
+        """With the midpoints as nodes, where the surface had errors (poor,)."""
         before = self.missed[self.poor]
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(error, before, out=np.ones_like(error), where=known)
@@ -104,10 +116,9 @@ class Axis:
         still, missed = np.zeros_like(self.poor), self.missed.copy()
         still[self.poor] = left > tolerance
         missed[self.poor] = error
-        node = np.concatenate((self.node, self.middles))
-        order = np.argsort(node, kind="stable")
+        node = np.concatenate((self.node, self.middles))[self.order]
         parts = np.where(self.poor, 2, 1)
-        return Axis(node[order], np.repeat(still, parts), np.repeat(missed, parts)), order
+        return Axis(node, np.repeat(still, parts), np.repeat(missed, parts))
 
     def poor_at(self, points: Floats) -> Axis:
         """With the intervals that hold the points to be halved too."""
@@ -118,14 +129,34 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """Where samples come from: values (points, columns) at amplitudes (points, modes)."""
+    """Where samples come from: values (points, columns) at amplitudes (points, modes).
+
+    `visited` is the part of the plane where they are wanted; None: everywhere.
+    """
 
     at: Callable[[Floats], Complexes]
     columns: Columns
+    visited: Visited | None = None
 
-    def on_grid(self, node_a: Floats, node_b: Floats, modes: int) -> Complexes:
-        """Samples (n_a, n_b, columns) on a grid."""
-        return self.at(_product(node_a, node_b, modes)).reshape(node_a.size, node_b.size, -1)
+    def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
+        """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
+        if self.visited is None:
+            every = np.ones((node_a.size, node_b.size), dtype=bool)
+            return every, every
+        ends = corners(self.visited.cells(node_a, node_b))
+        return ends, with_neighbours(ends)
+
+    def check_points(self, limit: Floats) -> Floats:
+        """Where the error of a table over [0, limit] is measured, (points, modes)."""
+        if self.visited is None:
+            return _halton(_CHECK_POINTS, limit.size) * limit
+        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.visited.share))
+        while True:
+            points = _halton(count, limit.size) * limit
+            inside = points[self.visited.holds(points)]
+            if len(inside) >= _CHECK_POINTS_OF_A_PART:
+                return inside[:_CHECK_POINTS_OF_A_PART]
+            count *= 2
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
@@ -133,11 +164,10 @@ class Sampling:
         tabulated = samples[..., : len(orders)]
         return make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
 
-    def error_of(self, table: Table, points: Floats, exact: Complexes) -> Floats:
-        """Relative error of a table at points with samples `exact`, (points,)."""
+    def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
+        """Relative error of values of a table where samples are `exact`, (points,)."""
         tabulated = exact[..., : len(self.columns.orders)]
-        difference = np.abs(table.terms(points) - tabulated)
-        return self.columns.error(difference, table.nodes())
+        return self.columns.error(np.abs(surface - tabulated), table.nodes())
 
 
 def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, Complexes, float]:
@@ -162,30 +192,49 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
-    modes = limit.size
-    axes = [Axis.upto(end) for end in limit]
+    intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
+    axes = [Axis.upto(end, intervals) for end in limit]
     node_a, node_b = _lines(axes)
-    samples = sampling.on_grid(node_a, node_b, modes)
-    check_points = _halton(_CHECK_POINTS, modes) * limit
+    samples = sampling.at(_product(node_a, node_b, limit.size))
+    samples = samples.reshape(node_a.size, node_b.size, -1)
+    check_points = sampling.check_points(limit)
     checks = sampling.at(check_points)
+
+    def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
+        table = sampling.table(_lines(axes), samples)
+        return table, sampling.error_of(table.terms(check_points), checks, table)
+
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
-        for number in range(modes):
+        for number in range(limit.size):
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
-        table = sampling.table(_lines(axes), samples)
-        errors = sampling.error_of(table, check_points, checks)
-        if not any(axis.poor.any() for axis in axes):
-            missed = errors > tolerance
-            if not missed.any():
-                carried = samples[..., len(sampling.columns.orders) :]
-                return table, carried, float(errors.max())
-            axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+        if any(axis.poor.any() for axis in axes):
+            continue
+        table, errors = measured(axes, samples)
+        missed = errors > tolerance
+        if not missed.any():
+            carried = samples[..., len(sampling.columns.orders) :]
+            if sampling.visited is not None:
+                table = replace(table, visited=sampling.visited.cells(*_lines(axes)))
+            return table, carried, float(errors.max())
+        axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+    _, errors = measured(axes, samples)
     raise SlipmodeError(
         f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
         f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
         "larger alpha, or make the contacts stiffer against the modes"
     )
+
+
+def least_everywhere(table: Table) -> int:
+    """Contact problems that a table of the whole plane takes at least, instead of one of a part.
+
+    It needs the grid lines that the part needs, and halves each of its first intervals.
+    """
+    first = 2 * _FIRST_INTERVALS + 1
+    nodes = max(table.node_a.size, first) * max(table.node_b.size, first)
+    return nodes + _CHECK_POINTS
 
 
 def _halve(
@@ -195,20 +244,39 @@ def _halve(
     axis = axes[number]
     if not axis.poor.any():
         return axes, samples
-    between = _lines([*axes[:number], replace(axis, node=axis.middles), *axes[number + 1 :]])
-    fresh = sampling.on_grid(*between, len(axes))
+    lines = _lines(axes)
+    between = _replaced(lines, number, axis.middles)
+    finer = _replaced(lines, number, np.concatenate((axis.node, axis.middles))[axis.order])
     points = _product(*between, len(axes))
-    table = sampling.table(_lines(axes), samples)
-    error = sampling.error_of(table, points, fresh.reshape(len(points), -1))
-    worst = error.reshape(fresh.shape[:2]).max(axis=1 - number)
-    halved, order = axis.halved(worst, tolerance)
-    merged = np.take(np.concatenate((samples, fresh), axis=number), order, axis=number)
-    return [*axes[:number], halved, *axes[number + 1 :]], merged
+    table = sampling.table(lines, samples)
+    surface = table.terms(points)
+    # what is not sampled is as it was: on the surface, or what is linear between the nodes
+    (left,) = np.nonzero(axis.poor)
+    beside = np.take(samples, left, axis=number), np.take(samples, left + 1, axis=number)
+    shape = beside[0].shape
+    fresh = (0.5 * (beside[0] + beside[1])).reshape(len(points), -1)
+    fresh[:, : surface.shape[1]] = surface
+    new = axis.order >= axis.node.size
+    counts, taken = (
+        np.compress(new, flags, axis=number).ravel() for flags in sampling.wanted(*finer)
+    )
+    if taken.any():
+        fresh[taken] = sampling.at(points[taken])
+    error = np.where(counts, sampling.error_of(surface, fresh, table), 0.0)
+    worst = error.reshape(shape[:2]).max(axis=1 - number)
+    both = np.concatenate((samples, fresh.reshape(shape)), axis=number)
+    merged = np.take(both, axis.order, axis=number)
+    return [*axes[:number], axis.halved(worst, tolerance), *axes[number + 1 :]], merged
 
 
 def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:
     """Grid lines of both amplitudes, the single 0 for a mode that is not there."""
     return axes[0].node, axes[1].node if len(axes) == 2 else np.zeros(1)
+
+
+def _replaced(lines: tuple[Floats, Floats], number: int, node: Floats) -> tuple[Floats, Floats]:
+    """Grid lines of both amplitudes, with others for one of them."""
+    return (node, lines[1]) if number == 0 else (lines[0], node)
 
 
 def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:

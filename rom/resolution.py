@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -15,13 +16,14 @@ from rom.matrices import Floats
 from rom.near import NearResonance
 from rom.reduction import Reduced
 from rom.tables import Complexes
-from rom.torus import Discretisation, contact_orders, contact_terms
+from rom.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
 _STEPS = (32, 64, 128, 256, 512, 1024, 2048)
 _LINES = (4, 8, 16, 32, 64, 128)
+_TASKS = 3  # that the probes are split into; fixed, whatever the number of threads
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
@@ -62,7 +64,8 @@ def choose_resolution(
     law: Friction,
     limit: Floats,
     tolerance: float,
-    near: Sequence[NearResonance] = (),
+    near: Sequence[NearResonance],
+    pool: Executor,
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
 
@@ -77,8 +80,13 @@ def choose_resolution(
     @cache
     def solve(steps: int, lines: int) -> _Trial:
         grid = Discretisation(steps, lines)
-        terms = contact_terms(reduced, law, points, grid, 0.1 * tolerance, limit, near)
-        return _Trial(terms.S, lines * int(terms.marched.sum()))
+
+        def terms(part: Floats) -> ContactTerms:
+            return contact_terms(reduced, law, part, grid, 0.1 * tolerance, limit, near)
+
+        parts = list(pool.map(terms, np.split(points, _TASKS)))
+        work = lines * sum(int(part.marched.sum()) for part in parts)
+        return _Trial(np.concatenate([part.S for part in parts]), work)
 
     least = least_force(reduced, limit)
 
@@ -92,8 +100,20 @@ def choose_resolution(
         # fewer lines would take one harmonic m for another, and the modes answer to both
         highest = max(abs(m) for _, m in contact_orders(reduced, near))
         enough = [count for count in _LINES if count > 2 * highest]
-        lines = _settled(enough, lambda count: solve(_STEPS[1], count), change, 0.5 * tolerance)
-    steps = _settled(_STEPS, lambda count: solve(count, lines), change, 0.5 * tolerance)
+        lines = _settled(
+            enough,
+            lambda count: solve(_STEPS[1], count),
+            len(points) * _STEPS[1],
+            change,
+            0.5 * tolerance,
+        )
+    steps = _settled(
+        _STEPS,
+        lambda count: solve(count, lines),
+        len(points) * lines,
+        change,
+        0.5 * tolerance,
+    )
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))
 
@@ -101,16 +121,20 @@ def choose_resolution(
 def _settled(
     counts: Sequence[int],
     solve: Callable[[int], _Trial],
+    period: int,
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
 ) -> int:
     """The first count whose answer the next one changes by no more than the tolerance.
 
-    Or one of the next two if that is less work: on coarse grids marches may not settle.
+    Or one of the next two if that is less work: on coarse grids marches may not settle. A period
+    is so much work for a count of 1; the last is not tried where a single one would be too much.
     """
     for k, (count, finer) in enumerate(pairwise(counts)):
         if change(solve(count), solve(finer)) <= tolerance:
-            return min(counts[k : k + 3], key=lambda each: solve(each).work)
+            least = min(solve(count).work, solve(finer).work)
+            tried = [count, finer, *(c for c in counts[k + 2 : k + 3] if period * c < least)]
+            return min(tried, key=lambda each: solve(each).work)
     raise SlipmodeError(
         f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
         "period; allow a larger tolerance"

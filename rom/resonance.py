@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
 
 from rom.amplitude import (
     Complexes,
@@ -224,6 +223,8 @@ class _Steady:
 
     def from_rest(self, Omega: Floats) -> Complexes:
         """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
+        from scipy.integrate import solve_ivp  # takes longer to import than many a table
+
         slowest = self.model.reduced.modal_damping.min()
         if slowest <= 0.0:
             slowest = 1e-3 * self.model.reduced.frequency.min()

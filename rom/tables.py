@@ -10,17 +10,17 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
+from scipy.linalg import solve_banded
 
 from rom import _kernel
-from rom.errors import SlipmodeError
+from rom.errors import SlipmodeError, UnvisitedError
 from rom.matrices import Floats
 
 Complexes = NDArray[np.complex128]
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +39,15 @@ class Table:
         leaves the modes (its imaginary part 0).
     modes : int
         Number of modes.
+    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+        Cells where the surface holds, and is looked up. Default: all.
     """
 
     node_a: Floats
     node_b: Floats
     values: Floats
     modes: int
+    visited: Flags | None = None
 
     @property
     def limit(self) -> Floats:
@@ -68,6 +71,7 @@ class Table:
             _kernel.contiguous(self.node_a),
             _kernel.contiguous(self.node_b),
             _kernel.contiguous(self.values),
+            self.visited,
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
@@ -91,6 +95,8 @@ class Table:
         )
         if status == _kernel.OUTSIDE_TABLE:
             largest = points.reshape(-1, self.modes).max(axis=0)
+            if np.all(largest <= self.limit):
+                raise UnvisitedError
             raise SlipmodeError(
                 f"amplitude: {largest} is outside the friction table, whose limit is {self.limit};"
                 " tabulate a larger range"
@@ -118,11 +124,12 @@ def make_table(
     modes = 1 if node_b.size == 1 else 2
     odd_a, odd_b = (np.array(orders) % 2 == 1).T
     f = np.stack((samples.real, samples.imag), axis=-1)  # (n_a, n_b, k, 2)
-    f_a = _slopes(node_a, f, odd_a)
+    f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if modes == 2:
-        f_b = _slopes(node_b, f.swapaxes(0, 1), odd_b).swapaxes(0, 1)
-        f_ab = _slopes(node_b, f_a.swapaxes(0, 1), odd_b).swapaxes(0, 1)
+        weights = _slope_weights(node_b, odd_b)
+        f_b = np.einsum("kij,ajks->aiks", weights, f)
+        f_ab = np.einsum("kij,ajks->aiks", weights, f_a)
     for j in range(modes):
         own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[j]
         gain = np.array([loss[j] * (j == mode) for mode in range(2)])
@@ -136,18 +143,30 @@ def make_table(
     return Table(node_a, node_b, values.reshape(*values.shape[:3], -1), modes)
 
 
-def _slopes(node: Floats, f: Floats, odd: NDArray[np.bool_]) -> Floats:
-    """df/dnode along axis 0 of f (n, ..., k, 2) by cubic splines, odd or even about node = 0."""
-    if node.size < 4:
+def _slope_weights(node: Floats, odd: Flags) -> Floats:
+    """Weights (k, n, n) of values in their slopes at the nodes, by cubic splines.
+
+    The splines are odd (k,) or even about node = 0 and not-a-knot at the far end.
+    """
+    n = node.size
+    if n < 4:
         raise SlipmodeError("a friction table needs at least four amplitudes per mode")
-    slopes = np.empty_like(f)
-    for parity in np.unique(odd):
-        same = f[..., odd == parity, :]
-        # not-a-knot at the far end: scipy has it as a pair only, so give it the cubic's own slope
-        end = np.tensordot(_end_weights(node[-4:]), same[-4:], axes=1)
-        ends: Any = ((2 if parity else 1, np.zeros_like(end)), (1, end))
-        slopes[..., odd == parity, :] = CubicSpline(node, same, bc_type=ends)(node, 1)
-    return slopes
+    step = np.diff(node)
+    # continuous second derivative: row i holds for the slopes at i - 1, i and i + 1
+    below, above = step[1:], step[:-1]
+    bands = np.zeros((3, n))  # above, on and below the diagonal
+    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = above, 2.0 * (below + above), below
+    bands[1, 0] = bands[1, -1] = 1.0
+    of_values = np.zeros((n, n))
+    i = np.arange(1, n - 1)
+    of_values[i, i - 1] = -3.0 * below / above
+    of_values[i, i + 1] = 3.0 * above / below
+    of_values[i, i] = -of_values[i, i - 1] - of_values[i, i + 1]
+    of_values[-1, -4:] = _end_weights(node[-4:])
+    even = solve_banded((1, 1), bands, of_values)
+    bands[0, 1], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
+    both = np.stack((even, solve_banded((1, 1), bands, of_values)))
+    return np.asarray(both[odd.astype(int)])
 
 
 def _end_weights(node: Floats) -> Floats:

@@ -26,6 +26,7 @@ from rom.resolution import choose_resolution, least_force
 from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
+from rom.visited import Visited
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
@@ -39,6 +40,7 @@ def tabulate(
     *,
     near: Sequence[NearResonance] | None = None,
     harmonics: int = 0,
+    visited: Visited | None = None,
     threads: int | None = None,
     progress: bool = False,
 ) -> Model:
@@ -59,6 +61,9 @@ def tabulate(
     harmonics : int
         Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
         motion; 0: none. A march needs those that the modes answer to, `ANSWERED_ORDER`.
+    visited : Visited, optional
+        Where the table of two modes has to hold; it is not looked up elsewhere. Default:
+        everywhere.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -79,21 +84,12 @@ def tabulate(
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    if visited is not None and not np.array_equal(visited.limit, limit):
+        raise SlipmodeError(f"visited: must be a part of the same range, got {visited.limit}")
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
     if near is None:
         near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
     check_softness(reduced, tolerance, near)
-    resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near)
-    solve = partial(
-        contact_terms,
-        reduced,
-        law,
-        grid=resolution.grid,
-        tolerance=0.1 * tolerance,
-        smallest_scale=0.1 * limit,
-        near=near,
-        highest=max(harmonics, 1),
-    )
     orders = contact_orders(reduced, near, harmonics) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(near, limit.size)),
@@ -107,8 +103,20 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
+        resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near, pool)
+        solve = partial(
+            contact_terms,
+            reduced,
+            law,
+            grid=resolution.grid,
+            tolerance=0.1 * tolerance,
+            smallest_scale=0.1 * limit,
+            near=near,
+            highest=max(harmonics, 1),
+        )
         samples = _Samples(solve, columns, pool, bar)
-        table, carried, error = refine(Sampling(samples, columns), limit, tolerance)
+        sampling = Sampling(samples, columns, visited)
+        table, carried, error = refine(sampling, limit, tolerance)
     quality = Quality(
         tolerance=tolerance,
         interpolation=error,
@@ -116,6 +124,7 @@ def tabulate(
         periodicity=samples.periodicity,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
+        solved=samples.solved,
     )
     kept = _harmonics(table, orders, carried) if orders else None
     reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, limit))
@@ -127,7 +136,8 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     nodes = tuple(axis.size for axis in table.axes)
     columns = carried.reshape(*nodes, len(orders) + 1, -1)
     P = np.ascontiguousarray(columns[..., :-1, :])
-    return Harmonics(table.axes, tuple(orders), P, np.ascontiguousarray(columns[..., -1, :].real))
+    beyond = np.ascontiguousarray(columns[..., -1, :].real)
+    return Harmonics(table.axes, tuple(orders), P, beyond, table.visited)
 
 
 def _contact_motion(
@@ -161,6 +171,7 @@ class _Samples:
         self._pool = pool
         self._bar = bar
         self.periodicity = 0.0
+        self.solved = 0
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         tasks = [
@@ -174,5 +185,6 @@ class _Samples:
             lost = (terms.power - terms.leaving)[:, np.newaxis]
             parts.append(np.hstack((terms.S, terms.T, lost, carried)))
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
+            self.solved += len(terms.S)
             self._bar.update(len(terms.S))
         return np.concatenate(parts)

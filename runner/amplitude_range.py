@@ -14,11 +14,13 @@ from rom.amplitude import felt_shift
 from rom.cache import cached_model
 from rom.friction import limits
 from rom.near import NearResonance
+from rom.visited import Visited
 from runner.channels import Mode
 from runner.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
+_REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
 _LARGEST_GROWTH = 2.0**40
 
 Floats = NDArray[np.float64]
@@ -80,6 +82,8 @@ class DryRun:
     amplitude : tuple of float
         Range that the friction table needs [kg^1/2 m].
     reason : str
+    visited : Visited or None
+        The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
@@ -87,6 +91,7 @@ class DryRun:
 
     amplitude: tuple[float, ...]
     reason: str
+    visited: Visited | None
     contact_share: Floats
 
 
@@ -112,7 +117,7 @@ def dry_run(
             near=near,
             progress=progress,
         )
-        reached, complete = _largest_amplitudes(excited, coarse, schedule)
+        path, reached, complete = _path(excited, coarse, schedule)
         if complete:
             break
         limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
@@ -120,15 +125,16 @@ def dry_run(
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
-    amplitude = np.maximum((1.0 + _MARGIN) * (reached + _felt(excited, schedule)), 1e-2 * limit)
+    felt = _felt(excited, schedule)
+    least = np.maximum((1.0 + _MARGIN) * (reached + felt), 1e-2 * limit)
+    amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    return DryRun(
-        tuple(_round_up(value) for value in amplitude),
-        reason,
-        share / excited.reduced.frequency**2,
-    )
+    visited = None
+    if len(excited.modes) == 2:
+        visited = Visited.along(path, amplitude, felt + _REACH * np.array(amplitude))
+    return DryRun(amplitude, reason, visited, share / excited.reduced.frequency**2)
 
 
 def _felt(excited: Excited, schedule: Schedule) -> Floats:
@@ -157,8 +163,8 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
-def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, bool]:
-    """Largest amplitudes on a coarse table, and whether the run stayed inside it."""
+def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
+    """Amplitudes (steps + 1, modes) on a coarse table, the largest, and if it was never left."""
     component = excited.component(model, _TOLERANCE * 1e-2)
     try:
         outputs = component.run(schedule.durations, schedule.inputs(component.input_names))
@@ -168,11 +174,11 @@ def _largest_amplitudes(excited: Excited, model: Model, schedule: Schedule) -> t
             raise SlipmodeError(f"run: {stop}") from None
         outputs, complete = stop.outputs, False
     modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
-    start = np.abs(np.array(excited.amplitude))
-    reached: Floats = np.maximum(modulus.max(axis=0, initial=0.0), start)
+    path = np.vstack((np.abs(np.array(excited.amplitude)), modulus))
+    reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.limit):
         reached = model.table.limit  # it left within one step: no telling which way
-    return reached, complete
+    return path, reached, complete
 
 
 def _round_up(value: float) -> float:

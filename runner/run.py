@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from fmu import Steppable, StoppedError
-from rom import Model
+from rom import Model, SlipmodeError
+from rom.errors import UnvisitedError
 from rom.motion import Motion, reconstruct, sum_harmonics
 from runner import channels
 from runner.interruption import interrupts_held_back
@@ -43,6 +45,7 @@ class Recording:
     ----------
     plan : Plan
     model : Model
+        Where `plan.visited` is set, its table holds in that part only.
     mcap, rrd : Path or None
         The files, where the scene's [log] asks for them.
     steps : int
@@ -114,20 +117,24 @@ def run(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
-    model, cached = plan.model(progress=progress)
-    tabulated = time.perf_counter()
+    model, cached = plan.model(visited=fmu is None, progress=progress)
+    table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
     rrd = folder / f"{scene.name}.rrd" if scene.log.rerun else None
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
-    with (
-        interrupts_held_back() as raise_if_interrupted,
-        _stepping(fmu, plan, model) as component,
-        _open(plan, model, mcap, rrd, fmu, live) as recorder,
-    ):
-        pass_ = _Pass(plan, model, component, recorder, raise_if_interrupted)
-        pass_.through_slow_time(progress)
+    through = partial(_through, mcap=mcap, rrd=rrd, fmu=fmu, live=live, progress=progress)
+    try:
+        pass_ = through(plan, model)
+    except SlipmodeError as refusal:
+        if not _left_visited(model, refusal):
+            raise
+        left = time.perf_counter()
+        plan = plan.after_leaving(refusal)
+        model, cached = plan.model(progress=progress)
+        table_seconds += time.perf_counter() - left
+        pass_ = through(plan, model)
     return Recording(
         plan=plan,
         model=model,
@@ -135,11 +142,39 @@ def run(
         rrd=rrd,
         steps=plan.schedule.durations.size,
         samples=pass_.samples,
-        table_seconds=tabulated - started,
+        table_seconds=table_seconds,
         slow_seconds=pass_.slow_seconds,
         total_seconds=time.perf_counter() - started,
         cached=cached,
     )
+
+
+def _through(
+    plan: Plan,
+    model: Model,
+    *,
+    mcap: Path | None,
+    rrd: Path | None,
+    fmu: str | PathLike[str] | None,
+    live: Viewer | None,
+    progress: bool,
+) -> _Pass:
+    """One pass through slow time, recorded."""
+    with (
+        interrupts_held_back() as raise_if_interrupted,
+        _stepping(fmu, plan, model) as component,
+        _open(plan, model, mcap, rrd, fmu, live) as recorder,
+    ):
+        pass_ = _Pass(plan, model, component, recorder, raise_if_interrupted)
+        pass_.through_slow_time(progress)
+    return pass_
+
+
+def _left_visited(model: Model, refusal: SlipmodeError) -> bool:
+    """Whether a run was refused for going where only all of the friction table holds."""
+    if isinstance(refusal, StoppedError):
+        return refusal.left_table and model.table.visited is not None
+    return isinstance(refusal, UnvisitedError)
 
 
 def _stepping(

@@ -17,4 +17,15 @@ static inline const double *sm_keep(double **memory, const double *source, size_
     return count > 0 ? memcpy(sm_take(memory, count), source, count * sizeof(double)) : NULL;
 }
 
+/* Doubles that hold so many bytes. */
+static inline size_t sm_doubles(size_t bytes) {
+    return (bytes + sizeof(double) - 1) / sizeof(double);
+}
+
+/* Copies bytes there; NULL for none. */
+static inline const unsigned char *sm_keep_bytes(double **memory, const unsigned char *source,
+                                                 size_t bytes) {
+    return bytes > 0 ? memcpy(sm_take(memory, sm_doubles(bytes)), source, bytes) : NULL;
+}
+
 #endif

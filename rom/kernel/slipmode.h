@@ -31,7 +31,7 @@ typedef enum {
     SM_NOT_FINITE,     /* NaN or infinity in an input or in a computed state */
     SM_NO_MEMORY,
     SM_NOT_CONVERGED,  /* the implicit contact step did not reach its tolerance */
-    SM_OUTSIDE_TABLE,  /* an amplitude left the tabulated range */
+    SM_OUTSIDE_TABLE,  /* an amplitude left what is tabulated */
     SM_STEP_TOO_SMALL  /* the slow flow cannot meet its tolerance */
 } sm_status;
 
@@ -152,10 +152,13 @@ typedef struct {
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
+    const uint8_t *visited; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
+                               not looked up; NULL: it holds everywhere, as it does for one mode */
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
-/* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last node. */
+/* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last
+ * node and in cells that are not visited. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
 /* Values and slopes: (3, 2 (modes + near + power)), the columns, their d/da and their d/db. */
 SM_API sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,

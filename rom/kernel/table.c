@@ -24,7 +24,7 @@ static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
     if (table->near < 0 || table->near > SM_NEAR || (table->power & ~1)) return 0;
-    if (table->modes == 1) return table->count_b == 1;
+    if (table->modes == 1) return table->count_b == 1 && !table->visited;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
            table->count_b <= MAX_COUNT;
 }
@@ -43,19 +43,20 @@ sm_status sm_table_check(const sm_table *table) {
     return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
 }
 
-/* Doubles of the nodes and of the values. */
+/* Doubles of the nodes and of the values, bytes of the cells. */
 typedef struct {
-    size_t a, b, values;
+    size_t a, b, values, cells;
 } sizes;
 
 static sizes sizes_of(const sm_table *table) {
     const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
-    return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table)};
+    return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
+                   table->visited ? (a - 1) * (b - 1) : 0};
 }
 
 size_t sm_table_size(const sm_table *table) {
     const sizes s = sizes_of(table);
-    return s.a + s.b + s.values;
+    return s.a + s.b + s.values + sm_doubles(s.cells);
 }
 
 sm_table sm_table_copy(const sm_table *table, double **memory) {
@@ -64,6 +65,7 @@ sm_table sm_table_copy(const sm_table *table, double **memory) {
     copy.node_a = sm_keep(memory, table->node_a, s.a);
     copy.node_b = sm_keep(memory, table->node_b, s.b);
     copy.values = sm_keep(memory, table->values, s.values);
+    copy.visited = sm_keep_bytes(memory, table->visited, s.cells);
     return copy;
 }
 
@@ -104,13 +106,11 @@ typedef struct {
     hermite a, b;
 } patch;
 
-static patch patch_at(const sm_table *table, const double *amplitudes, int32_t *cell) {
+static patch patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell) {
     patch found = {.fields = field_count(table)};
-    cell[0] = sm_find_cell(table->node_a, table->count_a, amplitudes[0], cell[0]);
     found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
     size_t node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
-        cell[1] = sm_find_cell(table->node_b, table->count_b, amplitudes[1], cell[1]);
         found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
         node += (size_t)cell[1];
     } else {
@@ -178,19 +178,26 @@ static sm_status check_amplitude(double amplitude, double largest) {
     return amplitude >= 0.0 && amplitude <= largest ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
-static sm_status check_amplitudes(const sm_table *table, const double *amplitudes) {
-    sm_status status = check_amplitude(amplitudes[0], table->node_a[table->count_a - 1]);
-    if (status == SM_OK && table->modes == SM_MODES)
-        status = check_amplitude(amplitudes[1], table->node_b[table->count_b - 1]);
-    return status;
+/* Leaves the cell of the amplitudes, looked for first where `cell` says. */
+static sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
+    const int32_t count_a = table->count_a, count_b = table->count_b;
+    sm_status status = check_amplitude(amplitudes[0], table->node_a[count_a - 1]);
+    if (status != SM_OK) return status;
+    cell[0] = sm_find_cell(table->node_a, count_a, amplitudes[0], cell[0]);
+    if (table->modes != SM_MODES) return SM_OK;
+    status = check_amplitude(amplitudes[1], table->node_b[count_b - 1]);
+    if (status != SM_OK) return status;
+    cell[1] = sm_find_cell(table->node_b, count_b, amplitudes[1], cell[1]);
+    const size_t place = (size_t)cell[0] * (size_t)(count_b - 1) + (size_t)cell[1];
+    return !table->visited || table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
 /* The nodes and values are not checked one by one: a NaN among them shows in the result. */
 sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
     if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
-    const sm_status status = check_amplitudes(table, amplitudes);
-    if (status != SM_OK) return status;
     int32_t cell[SM_MODES] = {0};
+    const sm_status status = find_cell(table, amplitudes, cell);
+    if (status != SM_OK) return status;
     const patch found = patch_at(table, amplitudes, cell);
     values_of(&found, table->modes, s);
     return sm_all_finite(s, found.fields) ? SM_OK : SM_NOT_FINITE;
@@ -207,7 +214,7 @@ sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes
 
 sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
                                double *slopes) {
-    const sm_status status = check_amplitudes(table, amplitudes);
+    const sm_status status = find_cell(table, amplitudes, cell);
     if (status != SM_OK) return status;
     const patch found = patch_at(table, amplitudes, cell);
     slopes_of(&found, table->modes, slopes);
