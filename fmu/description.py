@@ -197,6 +197,8 @@ class _Writer:
                 attributes[name] = literal(value)
         if variable.derivative_of is not None:
             attributes["derivative"] = self.reference(variable.derivative_of)
+        if variable.kind is Kind.START:  # where a force jumps, in Model Exchange
+            attributes["reinit"] = "true"
         return attributes
 
     def reference(self, name: str) -> str:

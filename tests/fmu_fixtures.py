@@ -44,9 +44,9 @@ def unzipped(fmus, tmp_path_factory):
     return folders
 
 
-def component(model):
+def component(model, **options):
     """What the FMUs must agree with."""
-    result = fmu.Component(model, FORCE, contact=True, elastic=(0, 1))
+    result = fmu.Component(model, FORCE, contact=True, elastic=(0, 1), **options)
     result.set_inputs(**START)
     return result
 

@@ -1,0 +1,187 @@
+"""Events of Model Exchange: what forces that jump do to the continuous states."""
+
+import ctypes
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_fixtures import START, VERSIONS, component, instance
+from scipy.integrate import solve_ivp
+
+AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
+STATES = (*AMPLITUDES, "theta_A", "theta_B", "dissipated_energy")
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+TOLERANCE = 1e-9
+JUMP_AT, END = 40.5, 70.5
+JUMP = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
+
+
+@pytest.fixture(params=VERSIONS)
+def fmi(request):
+    return request.param
+
+
+class Master:
+    """A Model Exchange importer: its own integrator, events where it is told."""
+
+    def __init__(self, made):
+        self.made, self.fmu = made, made.fmu
+        self.time = 0.0
+
+    def update(self):
+        """The event iteration; whether it changed states."""
+        call = self.fmu.newDiscreteStates if self.made.fmi == 2 else self.fmu.updateDiscreteStates
+        again, terminate, nominals, changed, timed, _ = call()
+        assert not (again or terminate or nominals or timed)
+        return bool(changed)
+
+    def start(self, **values):
+        self.made.start(**values)
+        assert not self.update()
+        self.fmu.enterContinuousTimeMode()
+        return self
+
+    def event(self, **inputs):
+        """An event at which inputs are set; whether it changed states."""
+        self.fmu.enterEventMode()
+        self.made.set(**inputs)
+        changed = self.update()
+        self.fmu.enterContinuousTimeMode()
+        return changed
+
+    def states(self):
+        return self.made.get(*STATES)
+
+    def integrate_to(self, end):
+        rates = np.empty(len(STATES))
+        call = {2: "getDerivatives", 3: "getContinuousStateDerivatives"}[self.made.fmi]
+        get = getattr(self.fmu, call)
+
+        def put(time, states):
+            states = np.ascontiguousarray(states)
+            self.fmu.setTime(time)
+            self.fmu.setContinuousStates(states.ctypes.data_as(DOUBLES), states.size)
+
+        def derivative(time, states):
+            put(time, states)
+            get(rates.ctypes.data_as(DOUBLES), rates.size)
+            return rates.copy()
+
+        span = (self.time, end)
+        solved = solve_ivp(derivative, span, self.states(), "DOP853", rtol=1e-10, atol=1e-11)
+        put(end, solved.y[:, -1])
+        self.time = end
+
+
+def by_component(model, *pieces):
+    """Amplitudes after pieces of (end, inputs that hold until then)."""
+    stepped = component(model, tolerance=TOLERANCE)
+    for end, inputs in pieces:
+        stepped.set_inputs(**inputs)
+        stepped.do_step(stepped.time, end - stepped.time)
+    out = stepped.outputs()
+    return np.array([out[name] for name in AMPLITUDES])
+
+
+def test_a_jump_is_that_of_co_simulation(unzipped, fmi, two_mode_model):
+    """Of forces, phases and frequencies at once."""
+    expected = by_component(two_mode_model, (JUMP_AT, {}), (END, JUMP))
+    with instance(unzipped[fmi], fmi) as slave:
+        slave.start(tolerance=TOLERANCE).step(0.0, JUMP_AT)
+        slave.set(**JUMP)
+        slave.step(JUMP_AT, END - JUMP_AT)
+        np.testing.assert_array_equal(slave.get(*AMPLITUDES), expected)
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        master = Master(made).start()
+        master.integrate_to(JUMP_AT)
+        before = master.states()
+        assert master.event(**JUMP)
+        moved = master.states() - before
+        assert np.abs(moved[:4]).min() > 1e-3  # measured 0.0019 to 0.032
+        assert not moved[4:].any()
+        master.integrate_to(END)
+        np.testing.assert_allclose(made.get(*AMPLITUDES), expected, rtol=0, atol=5e-8)  # 1.7e-8
+
+
+def test_what_changes_between_events_does_not_jump(unzipped, fmi, two_mode_model):
+    """An importer may set inputs at any time; the event that comes after holds them."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        master = Master(made).start()
+        master.integrate_to(10.0)
+        states = master.states()
+        made.set(force_A=0.4, phase_B=1.0)
+        np.testing.assert_array_equal(master.states(), states)
+        assert not master.event()
+        assert not master.event(force_A=0.4, frequency_B=1.7)
+        np.testing.assert_array_equal(master.states(), states)
+
+
+def test_the_initial_event_does_not_jump(unzipped, fmi):
+    """Whatever acts first did before, as in Co-Simulation."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        made.start(A_re=0.3)
+        made.set(force_A=0.4)
+        assert not Master(made).update()
+        assert made.get(*AMPLITUDES).tolist() == [0.3, 0.0, 0.0, 0.0]
+
+
+def test_each_iteration_of_an_event_jumps_from_the_one_before(unzipped, fmi):
+    """There and back, and past a second call to enter the mode."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        master = Master(made).start()
+        master.integrate_to(10.0)
+        states = master.states()
+        made.fmu.enterEventMode()
+        made.set(force_A=0.4)
+        made.fmu.enterEventMode()
+        assert master.update()
+        assert not master.update()
+        assert np.abs(master.states() - states).max() > 0.02  # measured 0.0217
+        made.set(force_A=START["force_A"])
+        assert master.update()
+        np.testing.assert_allclose(master.states(), states, rtol=0, atol=1e-15)
+
+
+def test_a_state_saved_within_an_event_knows_what_was_held(unzipped, fmi):
+    with (
+        instance(unzipped[fmi], fmi, exchange=True) as made,
+        instance(unzipped[fmi], fmi, exchange=True) as twin,
+    ):
+        master = Master(made).start()
+        master.integrate_to(10.0)
+        made.fmu.enterEventMode()
+        made.set(force_A=0.4)
+        saved = made.serialize()
+        twin.restore(saved)
+        assert twin.serialize() == saved
+        assert master.update()
+        assert Master(twin).update()
+        np.testing.assert_array_equal(made.get(*STATES), twin.get(*STATES))
+        assert made.serialize() == twin.serialize()
+
+
+def test_reset_forgets_what_was_held(unzipped, fmi):
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        Master(made).start().event(force_A=0.4)
+        made.fmu.enterEventMode()
+        made.fmu.reset()
+        assert not Master(made).start(force_A=0.7).event()
+
+
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_model):
+    """Two samples of an input at one time are an event to FMPy: left value, then the right one."""
+    before = START | {"phase_B": 0.0}
+    points = ((0.0, before), (JUMP_AT, before), (JUMP_AT, before | JUMP), (END, before | JUMP))
+    rows = [(time, *inputs.values()) for time, inputs in points]
+    result = fmpy.simulate_fmu(
+        fmus[fmi],
+        fmi_type=kind,
+        stop_time=END,
+        output_interval=0.5,
+        relative_tolerance=TOLERANCE,
+        input=np.array(rows, dtype=[(name, float) for name in ("time", *before)]),
+        output=AMPLITUDES,
+    )
+    expected = by_component(two_mode_model, (JUMP_AT, {}), (END, JUMP))
+    np.testing.assert_allclose([result[name][-1] for name in AMPLITUDES], expected, atol=1e-6)
