@@ -219,9 +219,8 @@ class _Writer:
         ]
 
     def differentiable(self) -> str:
-        """Whether all derivatives and outputs have directional derivatives: contacts have none."""
-        contact = any(v.name.startswith("contact_") for v in self.variables)
-        return "false" if contact else "true"
+        """Whether everything has directional derivatives: they are announced for all or none."""
+        return literal(not any(v.marched for v in self.variables))
 
     def derivatives(self) -> list[Variable]:
         return [v for v in self.variables if v.kind is Kind.RATE]

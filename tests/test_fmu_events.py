@@ -1,16 +1,12 @@
 """Events of Model Exchange: what forces that jump do to the continuous states."""
 
-import ctypes
-
 import fmpy
 import numpy as np
 import pytest
+from fmu_exchange import STATES, Master
 from fmu_fixtures import START, VERSIONS, component, instance
-from scipy.integrate import solve_ivp
 
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
-STATES = (*AMPLITUDES, "theta_A", "theta_B", "dissipated_energy")
-DOUBLES = ctypes.POINTER(ctypes.c_double)
 TOLERANCE = 1e-9
 JUMP_AT, END = 40.5, 70.5
 JUMP = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
@@ -19,58 +15,6 @@ JUMP = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
 @pytest.fixture(params=VERSIONS)
 def fmi(request):
     return request.param
-
-
-class Master:
-    """A Model Exchange importer: its own integrator, events where it is told."""
-
-    def __init__(self, made):
-        self.made, self.fmu = made, made.fmu
-        self.time = 0.0
-
-    def update(self):
-        """The event iteration; whether it changed states."""
-        call = self.fmu.newDiscreteStates if self.made.fmi == 2 else self.fmu.updateDiscreteStates
-        again, terminate, nominals, changed, timed, _ = call()
-        assert not (again or terminate or nominals or timed)
-        return bool(changed)
-
-    def start(self, **values):
-        self.made.start(**values)
-        assert not self.update()
-        self.fmu.enterContinuousTimeMode()
-        return self
-
-    def event(self, **inputs):
-        """An event at which inputs are set; whether it changed states."""
-        self.fmu.enterEventMode()
-        self.made.set(**inputs)
-        changed = self.update()
-        self.fmu.enterContinuousTimeMode()
-        return changed
-
-    def states(self):
-        return self.made.get(*STATES)
-
-    def integrate_to(self, end):
-        rates = np.empty(len(STATES))
-        call = {2: "getDerivatives", 3: "getContinuousStateDerivatives"}[self.made.fmi]
-        get = getattr(self.fmu, call)
-
-        def put(time, states):
-            states = np.ascontiguousarray(states)
-            self.fmu.setTime(time)
-            self.fmu.setContinuousStates(states.ctypes.data_as(DOUBLES), states.size)
-
-        def derivative(time, states):
-            put(time, states)
-            get(rates.ctypes.data_as(DOUBLES), rates.size)
-            return rates.copy()
-
-        span = (self.time, end)
-        solved = solve_ivp(derivative, span, self.states(), "DOP853", rtol=1e-10, atol=1e-11)
-        put(end, solved.y[:, -1])
-        self.time = end
 
 
 def by_component(model, *pieces):
