@@ -238,15 +238,15 @@ static void step(instance *i) {
     if (got == OK) i->time += length;
 }
 
-/* States change only where it says so, and only once. */
-static void update(instance *i) {
+/* States change only where it says so, and only once. `whole`: no argument is NULL. */
+static void update(instance *i, int whole) {
     const size_t nx = 3 * (size_t)model->modes + 1, bytes = nx * sizeof(double);
-    const int legal = in(i, EVENTS) && below(8) != 0;
+    const int legal = in(i, EVENTS) && whole;
     double before[16], after[16];
     int changed = 0, again = 0;
     if (legal) CHECK(fmi->get_states(i->c, before, nx) == OK, "update");
     const long messages_before = messages.count;
-    judge(fmi->update_discrete(i->c, legal || !in(i, EVENTS) ? &changed : NULL), legal, 0,
+    judge(fmi->update_discrete(i->c, whole ? &changed : NULL), legal, 0,
           messages_before, "update");
     if (!legal) return;
     CHECK(fmi->get_states(i->c, after, nx) == OK, "update");
@@ -264,7 +264,7 @@ static void event(instance *i) {
     CHECK(fmi->enter_events(i->c) == OK, "event");
     i->state = EVENTS;
     CHECK(fmi->set_real(i->c, &vr, 1, &value) == OK, "event");
-    update(i);
+    update(i, 1);
     CHECK(fmi->enter_continuous(i->c) == OK, "event");
     i->state = CONTINUOUS;
 }
@@ -283,7 +283,7 @@ static void exchange(instance *i) {
         judge(fmi->enter_events(i->c), in(i, EXCHANGE), 0, before, "enter events");
         if (in(i, EXCHANGE)) i->state = EVENTS;
         break;
-    case 1: update(i); break;
+    case 1: update(i, arguments); break;
     case 2:
     case 3:
         judge(fmi->enter_continuous(i->c), in(i, EVENTS), 0, before, "enter continuous");
