@@ -9,9 +9,10 @@ from html import escape
 
 import numpy as np
 
-from fmu.description import FmiVersion, literal
+from fmu.description import FmiVersion
 from fmu.quantities import UNITS
 from fmu.variable import Causality, Variable
+from fmu.xml_writer import literal
 from rom import Model, Tanh
 from rom.friction import limits
 
