@@ -49,8 +49,8 @@ _USE = (
     "amplitudes and says so (<code>valuesOfContinuousStatesChanged</code>). A force set in "
     "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
     "the first step or in the initial event: what acts first did before.",
-    "<b>Directional derivatives</b> by states and inputs are analytic, those of the table's "
-    "interpolant; |a| and arg a have none at a = 0. Motion of contacts and DOFs has none: it is "
+    "<b>Directional derivatives</b> by states and inputs, not by parameters, are analytic, those "
+    "of the table's interpolant; |a| and arg a have none at a = 0. Motion of contacts and DOFs has none: it is "
     "marched over the last few periods, through the corners of dry friction. An FMU with such "
     "outputs does not announce directional derivatives, because those of all variables would be "
     "meant; the others are there.",

@@ -109,7 +109,7 @@ def test_at_rest_moduli_and_phases_have_none(scalable, fmi):
             status, message = refusal(made, name)
             assert status == DISCARD
             assert f"{name}, value reference" in message
-            assert "where it is zero" in message
+            assert "where the amplitude is zero" in message
         assert directional(made, ["B_abs"], "B_re") == [1.0]
         made.step(0.0, 1.0)
         assert np.isfinite(directional(made, ["A_abs", "A_phase"], "A_re")).all()

@@ -8,6 +8,7 @@ from fmu_fixtures import START, VERSIONS, component, instance
 
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
 TOLERANCE = 1e-9
+FMI_ERRORS = fmpy.fmi1.FMICallException
 JUMP_AT, END = 40.5, 70.5
 JUMP = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
 
@@ -102,6 +103,24 @@ def test_a_state_saved_within_an_event_knows_what_was_held(unzipped, fmi):
         assert Master(twin).update()
         np.testing.assert_array_equal(made.get(*STATES), twin.get(*STATES))
         assert made.serialize() == twin.serialize()
+
+
+def test_a_jump_beyond_all_numbers_is_refused(unzipped, fmi):
+    """The states are as before it, and the importer may take it back."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        master = Master(made).start(A_re=0.1)
+        states = master.states()
+        made.set(force_A=1.7e308)
+        made.fmu.enterEventMode()
+        made.set(force_A=-1.7e308)
+        with pytest.raises(FMI_ERRORS):
+            master.update()
+        assert "a force jumps too far" in made.messages[-1][1]
+        made.set(force_A=1.7e308)
+        assert not master.update()
+        made.set(force_A=START["force_A"])
+        made.fmu.enterContinuousTimeMode()
+        np.testing.assert_array_equal(master.states(), states)
 
 
 def test_reset_forgets_what_was_held(unzipped, fmi):

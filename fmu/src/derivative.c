@@ -53,23 +53,25 @@ static double polar_sensitivity(int32_t kind, const double *a, const double *d) 
 static fmu_status find_sensitivity(const fmu_instance *instance, uint32_t unknown,
                                    const direction *along, double *sensitivity) {
     const fmu_variable *v = find(instance, unknown);
-    if (v && is_state(v)) {
+    if (!v) return refuse(instance, FMU_ERROR, unknown, "has no derivative");
+    if (is_state(v)) {
         *sensitivity = along->state[v->slot];
-    } else if (v && v->kind == FMU_RATE) {
+    } else if (v->kind == FMU_RATE) {
         *sensitivity = along->rate[v->slot];
-    } else if (v && v->kind == FMU_OUTPUT && (v->slot == 7 || v->slot == 8)) {
+    } else if (v->kind == FMU_OUTPUT && (v->slot == 7 || v->slot == 8)) {
         *sensitivity = along->power[v->slot - 7];
-    } else if (v && (v->kind == FMU_MODULUS || v->kind == FMU_PHASE)) {
+    } else if (v->kind == FMU_MODULUS || v->kind == FMU_PHASE) {
         const int place = 1 + 2 * v->slot;
         const double *a = instance->outputs + place;
         if (!(a[0] * a[0] + a[1] * a[1] > 0.0))
-            return refuse(instance, FMU_DISCARD, unknown, "has no derivative where it is zero");
+            return refuse(instance, FMU_DISCARD, unknown,
+                          "has no derivative where the amplitude is zero");
         *sensitivity = polar_sensitivity(v->kind, a, along->state + place);
-    } else if (v && v->kind == FMU_OUTPUT && v->slot >= SM_OUTPUTS_FIXED) {
-        return refuse(instance, FMU_ERROR, unknown,
-                      "has no derivative: contacts are marched over the last periods");
     } else {
-        return refuse(instance, FMU_ERROR, unknown, "has no derivative");
+        const int marched = v->kind == FMU_OUTPUT && v->slot >= SM_OUTPUTS_FIXED;
+        return refuse(instance, FMU_ERROR, unknown,
+                      marched ? "has no derivative: contacts are marched over the last periods"
+                              : "has no derivative");
     }
     return FMU_OK;
 }

@@ -246,8 +246,8 @@ static void update(instance *i, int whole) {
     int changed = 0, again = 0;
     if (legal) CHECK(fmi->get_states(i->c, before, nx) == OK, "update");
     const long messages_before = messages.count;
-    judge(fmi->update_discrete(i->c, whole ? &changed : NULL), legal, 0,
-          messages_before, "update");
+    judge(fmi->update_discrete(i->c, whole ? &changed : NULL), legal, 0, messages_before,
+          "update");
     if (!legal) return;
     CHECK(fmi->get_states(i->c, after, nx) == OK, "update");
     CHECK(changed || memcmp(before, after, bytes) == 0, "update");
@@ -399,10 +399,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
         i->state = INSTANTIATED;
         i->time = 0.0;
     } else if (call < 55) set_reals(i);
-    else if (call < 72) {
-        if (i->interface || below(4) == 0) step(i);
-        else exchange(i);
-    }
+    else if (call < 72 && (i->interface || below(4) == 0)) step(i);
+    else if (call < 72) exchange(i);
     else if (call < 76) end(i);
     else if (call < 80) refused(i);
     else if (call < 85) enter(i);
