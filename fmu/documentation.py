@@ -50,10 +50,11 @@ _USE = (
     "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
     "the first step or in the initial event: what acts first did before.",
     "<b>Directional derivatives</b> by states and inputs, not by parameters, are analytic, those "
-    "of the table's interpolant; |a| and arg a have none at a = 0. Motion of contacts and DOFs "
-    "has none: it is marched over the last few periods, through the corners of dry friction. An "
-    "FMU with such outputs does not announce directional derivatives, because those of all "
-    "variables would be meant; the others are there.",
+    "of the table's interpolant, but for a small term that would take its second derivatives and "
+    "is a central difference; |a| and arg a have none at a = 0. Motion of contacts and DOFs has "
+    "none: it is marched over the last few periods, through the corners of dry friction. An FMU "
+    "with such outputs does not announce directional derivatives, because those of all variables "
+    "would be meant; the others are there.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
