@@ -56,6 +56,10 @@ class Writer(ABC):
         """The version of the standard, and the instantiation token as it calls it."""
 
     @abstractmethod
+    def _reference(self, name: str) -> str:
+        """How the model structure refers to a variable."""
+
+    @abstractmethod
     def _add_interfaces(self, root: Element) -> None:
         """Model Exchange and Co-Simulation, and what the FMU can do there."""
 
@@ -162,10 +166,6 @@ class Writer(ABC):
         if variable.kind is Kind.START:  # where a force jumps, in Model Exchange
             attributes["reinit"] = "true"
         return attributes
-
-    @abstractmethod
-    def _reference(self, name: str) -> str:
-        """How the model structure refers to a variable."""
 
     def _unknown(self, variable: Variable, needs: Sequence[str], key: str) -> dict[str, str]:
         ordered = sorted(needs, key=lambda name: self.index[name])

@@ -48,7 +48,7 @@ def test_a_jump_is_that_of_co_simulation(unzipped, fmi, two_mode_model):
         np.testing.assert_allclose(made.get(*AMPLITUDES), expected, rtol=0, atol=5e-8)  # 1.7e-8
 
 
-def test_what_changes_between_events_does_not_jump(unzipped, fmi, two_mode_model):
+def test_what_changes_between_events_does_not_jump(unzipped, fmi):
     """An importer may set inputs at any time; the event that comes after holds them."""
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         master = Master(made).start()
@@ -147,4 +147,5 @@ def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_mod
         output=AMPLITUDES,
     )
     expected = by_component(two_mode_model, (JUMP_AT, {}), (END, JUMP))
-    np.testing.assert_allclose([result[name][-1] for name in AMPLITUDES], expected, atol=1e-6)
+    last = [result[name][-1] for name in AMPLITUDES]
+    np.testing.assert_allclose(last, expected, rtol=0, atol=3e-7)  # measured 7.7e-8
