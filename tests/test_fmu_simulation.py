@@ -212,10 +212,10 @@ def test_a_decaying_amplitude_does_not_slow_down(scalable, fmi):
         made.start(A_re=1.0, force_A=0.0, force_B=0.0)
         seconds = []
         for k in range(60):  # 0.01 per second: 1e-308 after 140,000 s
-            started = time.perf_counter()
+            started = time.thread_time()
             for j in range(50):
                 made.step(5000.0 * k + 100.0 * j, 100.0)
-            seconds.append(time.perf_counter() - started)
+            seconds.append(time.thread_time() - started)
         assert made.get("A_abs")[0] == 0.0
         assert np.median(seconds[-20:]) < 3.0 * np.median(seconds[:20])
 
