@@ -9,9 +9,10 @@ from html import escape
 
 import numpy as np
 
-from fmu.description import FmiVersion, literal
+from fmu.description import FmiVersion
 from fmu.quantities import UNITS
 from fmu.variable import Causality, Variable
+from fmu.xml_writer import literal
 from rom import Model, Tanh
 from rom.friction import limits
 
@@ -41,6 +42,19 @@ _USE = (
     "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
     "energy. Contact motion is that of the last few periods on amplitudes which are straight "
     "lines; in a transient it differs from Co-Simulation by about their curvature.",
+    "Where a force jumps, in amplitude or phase, the modes go on as they were, and the free "
+    "vibrations that this leaves behind are part of the amplitudes. In Co-Simulation that is "
+    "where a force is set between two steps to another value than it has come to. In Model "
+    "Exchange it is where a force is set in Event Mode: the event iteration then changes the "
+    "amplitudes and says so (<code>valuesOfContinuousStatesChanged</code>). A force set in "
+    "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
+    "the first step or in the initial event: what acts first did before.",
+    "<b>Directional derivatives</b> by states and inputs, not by parameters, are analytic, those "
+    "of the table's interpolant, but for a small term that would take its second derivatives and "
+    "is a central difference; |a| and arg a have none at a = 0. Motion of contacts and DOFs has "
+    "none: it is marched over the last few periods, through the corners of dry friction. An FMU "
+    "with such outputs does not announce directional derivatives, because those of all variables "
+    "would be meant; the others are there.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "

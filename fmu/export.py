@@ -13,6 +13,8 @@ from fmu import binaries, cross
 from fmu.component import Component
 from fmu.description import MODEL_IDENTIFIER, Description, Experiment, FmiVersion
 from fmu.documentation import icon_png, index_html
+from fmu.fmi2_xml import Fmi2Writer
+from fmu.fmi3_xml import Fmi3Writer, build_description
 from fmu.inputs import MODE_NAMES, present_modes
 from fmu.reference import reference_files
 from fmu.resources import Force, resource_files
@@ -115,12 +117,13 @@ def export(
         experiment=Experiment(stop_time, step_size, tolerance),
         sources=[source for source in sources if source.endswith(".c")],
     )
+    writer = Fmi2Writer if fmi == 2 else Fmi3Writer
     page = index_html(name, model, variables, fmi, description.version)
     host = binaries.host_platform()
     libraries = {host: binaries.host_binary()}
     libraries |= {other: cross.platform_binary(other) for other in platforms if other != host}
     content = {
-        "modelDescription.xml": description.to_xml(fmi),
+        "modelDescription.xml": writer(description).to_bytes(),
         **{_library_path(at, fmi): library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
@@ -130,7 +133,7 @@ def export(
         **reference_files(component, modes, choice.start, variables, description.experiment),
     }
     if fmi == 3:
-        content["sources/buildDescription.xml"] = description.build_xml()
+        content["sources/buildDescription.xml"] = build_description(description.sources)
     _write(target, content)
     return target
 

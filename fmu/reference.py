@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 from fmu.component import Component
-from fmu.description import Experiment, to_bytes
+from fmu.description import Experiment
 from fmu.stepping import StoppedError
 from fmu.variable import Causality, Kind, Variable
+from fmu.xml_writer import to_bytes
 
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

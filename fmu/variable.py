@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from fmu.quantities import Quantity
+from rom import _kernel
 
 
 class Type(IntEnum):
@@ -82,6 +83,15 @@ class Variable:
     derivative_of: str | None = None
     needs: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
+
+    @property
+    def marched(self) -> bool:
+        """Whether it is motion of contacts or DOFs, which are marched over the last periods.
+
+        Through the corners of dry friction, in a number of steps that follows the frequencies:
+        not a smooth function of states and inputs, so it has no directional derivative.
+        """
+        return self.kind is Kind.OUTPUT and self.slot >= _kernel.OUTPUTS_FIXED
 
     @property
     def variability(self) -> str:

@@ -10,6 +10,7 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackL
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 import fmu
+import rom
 
 FORCE = ({0: 1.0}, {1: 1.0})
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
@@ -44,9 +45,25 @@ def unzipped(fmus, tmp_path_factory):
     return folders
 
 
-def component(model):
+@pytest.fixture(scope="session")
+def coulomb_model():
+    reduced = rom.reduce(rom.two_mass())
+    return rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(3.0, 3.0), tolerance=1e-2)
+
+
+@pytest.fixture(scope="session")
+def scalable(coulomb_model, tmp_path_factory):
+    """{2: folder, 3: folder}: FMUs whose friction limit is an input, without contact motion."""
+    folder = tmp_path_factory.mktemp("scalable")
+    for fmi in VERSIONS:
+        path = fmu.export(coulomb_model, folder / f"{fmi}.fmu", FORCE, fmi=fmi, start=START)
+        shutil.unpack_archive(path, folder / str(fmi), format="zip")
+    return {fmi: folder / str(fmi) for fmi in VERSIONS}
+
+
+def component(model, **options):
     """What the FMUs must agree with."""
-    result = fmu.Component(model, FORCE, contact=True, elastic=(0, 1))
+    result = fmu.Component(model, FORCE, contact=True, elastic=(0, 1), **options)
     result.set_inputs(**START)
     return result
 

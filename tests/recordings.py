@@ -60,10 +60,18 @@ def flip(position):
     return change
 
 
-def rewritten(path, time_ns=lambda topic, number: number, *, describe=True, units=True, length=0):
+def rewritten(
+    path,
+    time_ns=lambda topic, number: number,
+    *,
+    describe=True,
+    units=True,
+    length=0,
+    chunked=True,
+):
     """A recording made with the plain writer: channels of ours, as they are or with a fault."""
     with path.open("wb") as file:
-        writer = Writer(file)
+        writer = Writer(file, use_chunking=chunked)
         writer.start()
         for channel in CHANNELS:
             schema = channel.descriptor().SerializeToString() if describe else b"\xff\xff"

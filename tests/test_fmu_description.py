@@ -93,6 +93,17 @@ def test_dependencies_tell_what_moves_what(unzipped, fmi):
         assert any(moved[name][k] for name in listed & set(inputs))
 
 
+def test_events_may_change_the_amplitudes(unzipped, fmi):
+    """And no other state: a force that jumps leaves the carriers and the energy as they are."""
+    root = etree.parse(unzipped[fmi] / "modelDescription.xml").getroot()
+    changed = [
+        typed.get("name") or typed.getparent().get("name")
+        for typed in root.iter()
+        if typed.get("reinit") == "true"
+    ]
+    assert changed == ["A_re", "A_im", "B_re", "B_im"]
+
+
 def test_the_tables_are_numpys(unzipped, two_mode_model):
     resources = unzipped[3] / "resources"
     np.testing.assert_array_equal(np.load(resources / "table.npy"), two_mode_model.table.values)

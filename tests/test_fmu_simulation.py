@@ -13,35 +13,15 @@ from urllib.parse import quote
 import fmpy
 import numpy as np
 import pytest
-from fmu_fixtures import FORCE, START, VERSIONS, Instance, component, instance
+from fmu_fixtures import START, VERSIONS, Instance, component, instance
 
 import fmu
-import rom
 from fmu.inputs import place
 
 TESTS = Path(__file__).parent
 FMI_ERRORS = fmpy.fmi1.FMICallException
 SLOW = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
 FAST = ("contact_0_x", "contact_1_v", "contact_0_f", "x_0", "x_1")
-
-
-_DOUBLES = ctypes.POINTER(ctypes.c_double)
-
-
-@pytest.fixture(scope="module")
-def coulomb_model():
-    reduced = rom.reduce(rom.two_mass())
-    return rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(3.0, 3.0), tolerance=1e-2)
-
-
-@pytest.fixture(scope="module")
-def scalable(coulomb_model, tmp_path_factory):
-    """{2: folder, 3: folder}: FMUs whose friction limit is an input."""
-    folder = tmp_path_factory.mktemp("scalable")
-    for fmi in VERSIONS:
-        path = fmu.export(coulomb_model, folder / f"{fmi}.fmu", FORCE, fmi=fmi, start=START)
-        shutil.unpack_archive(path, folder / str(fmi), format="zip")
-    return {fmi: folder / str(fmi) for fmi in VERSIONS}
 
 
 @pytest.fixture(params=VERSIONS)
@@ -113,52 +93,6 @@ def test_model_exchange_agrees_with_co_simulation(fmus, fmi):
         scale = np.abs(stepped[name]).max()
         apart = 0.03 if name.endswith("_v") else 0.005  # measured 0.026, 0.0046
         np.testing.assert_allclose(solved[name], stepped[name], atol=apart * scale, err_msg=name)
-
-
-def _directional(made, unknowns, known):
-    unknown = [made.reference[name] for name in unknowns]
-    return made.fmu.getDirectionalDerivative(unknown, [made.reference[known]], [1.0])
-
-
-def test_directional_derivatives_are_those_of_differences(scalable, fmi):
-    """Of every derivative and differentiable output, by every input and state."""
-    states = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
-    unknowns = [
-        *(f"der({state})" for state in states),
-        *("input_power", "dissipated_power", "A_abs", "A_phase", "B_abs", "B_phase", *states),
-    ]
-    at = {"A_re": 1.1, "A_im": -0.4, "B_re": 0.3, "B_im": 0.5, "force_rate_A": 1e-3}
-    step = 1e-5
-    with instance(scalable[fmi], fmi, exchange=True) as made:
-        description = fmpy.read_model_description(scalable[fmi])
-        assert description.modelExchange.providesDirectionalDerivative or fmi == 3
-        made.start(**at)
-        if fmi == 2:
-            made.fmu.newDiscreteStates()
-        else:
-            made.fmu.updateDiscreteStates()
-        made.fmu.enterContinuousTimeMode()
-        base = made.get(*states)
-        inputs = [v.name for v in description.modelVariables if v.causality == "input"]
-        assert "limit_scale" in inputs
-
-        def values(name, change):
-            if name in states:
-                moved = base + change * (np.array(states) == name)
-                made.fmu.setContinuousStates(moved.ctypes.data_as(_DOUBLES), moved.size)
-                result = made.get(*unknowns)
-                made.fmu.setContinuousStates(base.ctypes.data_as(_DOUBLES), base.size)
-                return result
-            before = made.get(name)[0]
-            made.set(**{name: before + change})
-            result = made.get(*unknowns)
-            made.set(**{name: before})
-            return result
-
-        for name in (*states, *inputs):
-            expected = (values(name, step) - values(name, -step)) / (2 * step)
-            analytic = _directional(made, unknowns, name)
-            np.testing.assert_allclose(analytic, expected, atol=2e-4, err_msg=name)
 
 
 def test_the_friction_limit_follows_its_input(scalable, fmi, coulomb_model):
@@ -278,10 +212,10 @@ def test_a_decaying_amplitude_does_not_slow_down(scalable, fmi):
         made.start(A_re=1.0, force_A=0.0, force_B=0.0)
         seconds = []
         for k in range(60):  # 0.01 per second: 1e-308 after 140,000 s
-            started = time.perf_counter()
+            started = time.thread_time()
             for j in range(50):
                 made.step(5000.0 * k + 100.0 * j, 100.0)
-            seconds.append(time.perf_counter() - started)
+            seconds.append(time.thread_time() - started)
         assert made.get("A_abs")[0] == 0.0
         assert np.median(seconds[-20:]) < 3.0 * np.median(seconds[:20])
 

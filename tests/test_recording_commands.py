@@ -1,6 +1,7 @@
 """info, doctor, recover and export: of sound recordings and of damaged ones."""
 
 import json
+import re
 
 import numpy as np
 import pyarrow.csv
@@ -89,6 +90,14 @@ def test_recordings_of_the_plain_writer_are_read_and_sound(tmp_path):
 def test_time_that_runs_backwards(tmp_path):
     path = rewritten(tmp_path / "back.mcap", lambda topic, number: 100 - number)
     assert doctor(path) == [f"{topic}: time runs backwards" for topic in ("/modes", "/contact/0")]
+
+
+def test_messages_outside_chunks_are_one_complaint(tmp_path):
+    path = rewritten(tmp_path / "loose.mcap", chunked=False)
+    (complaint,) = doctor(path)
+    first = re.fullmatch(r"messages outside chunks: 100, from byte (\d+) on", complaint)
+    message = 5  # its opcode
+    assert path.read_bytes()[int(first[1])] == message
 
 
 # recover

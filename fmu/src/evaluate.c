@@ -76,8 +76,7 @@ static fmu_status apply_inputs(fmu_instance *instance) {
     return answer(instance, pass_inputs(instance), "inputs");
 }
 
-/* The inputs where the importer, or the component, has taken the angles. */
-static sm_inputs inputs_now(const fmu_instance *instance) {
+sm_inputs fmu_inputs_now(const fmu_instance *instance) {
     sm_inputs inputs = modal_inputs(instance);
     memcpy(inputs.angle, instance->outputs + 5, sizeof inputs.angle);
     return inputs;
@@ -93,7 +92,7 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     fmu_status status = start(instance);
     if (status != FMU_OK || instance->rates_current) return status;
     double *outputs = instance->outputs, power[2];
-    const sm_inputs inputs = inputs_now(instance);
+    const sm_inputs inputs = fmu_inputs_now(instance);
     status = answer(instance,
                     sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
                                       instance->rates, &power[0], &power[1]),
@@ -108,7 +107,7 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
 fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
                                     const sm_inputs *d_inputs, double *d_rates,
                                     double d_power[2]) {
-    const sm_inputs inputs = inputs_now(instance);
+    const sm_inputs inputs = fmu_inputs_now(instance);
     const fmu_status status =
         answer(instance,
                sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
@@ -143,7 +142,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
         instance->motion_current || !instance->model.motion.wanted)
         return status;
-    const sm_inputs inputs = inputs_now(instance);
+    const sm_inputs inputs = fmu_inputs_now(instance);
     double *outputs = instance->outputs;
     status = answer(instance,
                     sm_component_recent_motion(instance->component, &inputs, outputs + 1,

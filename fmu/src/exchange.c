@@ -5,11 +5,30 @@
 #include <string.h>
 
 fmu_status fmu_enter_events(fmu_instance *instance) {
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    if (instance->state == FMU_CONTINUOUS) instance->held = sm_hold_force(&inputs);
     instance->state = FMU_EVENTS;
     return FMU_OK;
 }
 
+fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    double amplitude[2 * SM_MODES];
+    memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
+    *states_changed = sm_force_jump(&instance->model.flow, &instance->held, &inputs, amplitude);
+    if (!*states_changed) return FMU_OK;
+    for (int k = 0; k < 2 * SM_MODES; k++)
+        if (!isfinite(amplitude[k]))
+            return fmu_say(instance, FMU_ERROR, "a force jumps too far: amplitude %g",
+                           amplitude[k]);
+    memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
+    instance->held = sm_hold_force(&inputs);
+    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
 fmu_status fmu_enter_continuous(fmu_instance *instance) {
+    memset(&instance->held, 0, sizeof instance->held);
     instance->state = FMU_CONTINUOUS;
     return FMU_OK;
 }

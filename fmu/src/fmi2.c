@@ -210,9 +210,12 @@ fmi2Status fmi2EnterEventMode(fmi2Component c) {
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     ALLOW(FMU_EVENTS, "fmi2NewDiscreteStates");
     REFUSE_IF(!info, "fmi2NewDiscreteStates: the event info is NULL");
-    const fmi2EventInfo none = {.newDiscreteStatesNeeded = fmi2False};
-    *info = none;
-    return fmi2OK;
+    int states_changed;
+    const fmu_status status = fmu_update_discrete(c, &states_changed);
+    const fmi2EventInfo nothing_else = {
+        .valuesOfContinuousStatesChanged = status == FMU_OK && states_changed};
+    *info = nothing_else;
+    return (fmi2Status)status;
 }
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {

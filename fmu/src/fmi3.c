@@ -232,10 +232,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
     REFUSE_IF(!update_needed || !terminate || !nominals_changed || !states_changed ||
                   !next_time_defined || !next_time,
               "fmi3UpdateDiscreteStates: an argument is NULL");
-    *update_needed = *terminate = *nominals_changed = fmi3False;
-    *states_changed = *next_time_defined = fmi3False;
+    int jumped;
+    const fmu_status status = fmu_update_discrete(c, &jumped);
+    *update_needed = *terminate = *nominals_changed = *next_time_defined = fmi3False;
+    *states_changed = status == FMU_OK && jumped;
     *next_time = 0.0;
-    return fmi3OK;
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {

@@ -36,6 +36,7 @@ static void set_defaults(fmu_instance *instance) {
     memcpy(instance->parameters, model->parameters, sizeof instance->parameters);
     memcpy(instance->amplitude, model->amplitude, sizeof instance->amplitude);
     instance->inputs = model->inputs;
+    memset(&instance->held, 0, sizeof instance->held);
     instance->started = 0;
 }
 

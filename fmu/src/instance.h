@@ -6,6 +6,7 @@
 #ifndef FMU_INSTANCE_H
 #define FMU_INSTANCE_H
 
+#include "jump.h"
 #include "model.h"
 
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
@@ -50,6 +51,7 @@ typedef struct {
     double parameters[FMU_PARAMETERS];
     double amplitude[2 * SM_MODES];     /* at the start */
     sm_inputs inputs;                   /* in the importer's units; angles unused */
+    sm_held_force held;                 /* known within an event: what acted before it */
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
     double *outputs;                    /* as sm_component_outputs packs them */
     size_t output_count;
@@ -110,6 +112,8 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance);
 fmu_status fmu_evaluate_motion(fmu_instance *instance);
 /* Forces in the importer's units become modal ones. */
 void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs);
+/* The inputs as the core takes them, where the importer, or the component, has the angles. */
+sm_inputs fmu_inputs_now(const fmu_instance *instance);
 /* Changes of the rates of all states, and of input and dissipated power, along changes of the
  * amplitudes and of modal inputs with their angles; the outputs must be up to date. */
 fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
@@ -129,7 +133,12 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration);
 
 /* ---- Model Exchange -------------------------------------------------------------------- */
 
+/* From here the forces of before are held, but not in the initial event: whatever acts first did
+ * before. */
 fmu_status fmu_enter_events(fmu_instance *instance);
+/* Forces that have jumped since then change the amplitudes as they do between the steps of a
+ * component, by the free vibrations that are left behind. */
+fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed);
 fmu_status fmu_enter_continuous(fmu_instance *instance);
 size_t fmu_state_count(const fmu_instance *instance);
 fmu_status fmu_set_time(fmu_instance *instance, double time);

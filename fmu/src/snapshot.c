@@ -17,6 +17,7 @@ typedef struct {
 typedef struct {
     double started, start, stop, parameters[FMU_PARAMETERS], amplitude[2 * SM_MODES];
     sm_inputs inputs;
+    sm_held_force held;
 } fixed_part;
 
 struct fmu_snapshot {
@@ -50,7 +51,8 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
     fixed_part fixed = {.started = instance->started,
                         .start = instance->start,
                         .stop = instance->stop,
-                        .inputs = instance->inputs};
+                        .inputs = instance->inputs,
+                        .held = instance->held};
     memcpy(fixed.parameters, instance->parameters, sizeof fixed.parameters);
     memcpy(fixed.amplitude, instance->amplitude, sizeof fixed.amplitude);
     memcpy(taken->content, &fixed, sizeof fixed);
@@ -91,6 +93,7 @@ fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapsh
     instance->start = fixed.start;
     instance->stop = fixed.stop;
     instance->inputs = fixed.inputs;
+    instance->held = fixed.held;
     memcpy(instance->amplitude, fixed.amplitude, sizeof fixed.amplitude);
     memcpy(instance->outputs, snapshot->content + FIXED,
            instance->output_count * sizeof *instance->outputs);

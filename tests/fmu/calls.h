@@ -38,7 +38,7 @@ typedef struct {
     status (*deserialize)(void *c, const void *bytes, size_t size, void **state);
     status (*step)(void *c, double time, double step);
     status (*enter_events)(void *c);
-    status (*update_discrete)(void *c, int arguments);
+    status (*update_discrete)(void *c, int *states_changed);
     status (*enter_continuous)(void *c);
     status (*completed_step)(void *c, int arguments);
     status (*set_time)(void *c, double time);

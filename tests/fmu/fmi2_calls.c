@@ -53,9 +53,11 @@ static status get_enumeration(void *c, const uint32_t *vr, size_t count, int32_t
     return (status)fmi2GetInteger(c, vr, count, value);
 }
 
-static status update_discrete(void *c, int arguments) {
-    fmi2EventInfo info;
-    return (status)fmi2NewDiscreteStates(c, arguments ? &info : NULL);
+static status update_discrete(void *c, int *states_changed) {
+    fmi2EventInfo info = {.valuesOfContinuousStatesChanged = fmi2False};
+    const status got = (status)fmi2NewDiscreteStates(c, states_changed ? &info : NULL);
+    if (states_changed) *states_changed = info.valuesOfContinuousStatesChanged;
+    return got;
 }
 
 static status completed_step(void *c, int arguments) {

@@ -60,11 +60,13 @@ static status set_boolean(void *c, const uint32_t *vr, size_t count, const int *
     return (status)fmi3SetBoolean(c, vr, count, value ? &narrow : NULL, count);
 }
 
-static status update_discrete(void *c, int arguments) {
-    fmi3Boolean flag[5];
+static status update_discrete(void *c, int *states_changed) {
+    fmi3Boolean flag[5] = {false};
     double next;
-    return (status)fmi3UpdateDiscreteStates(c, arguments ? &flag[0] : NULL, &flag[1], &flag[2],
-                                            &flag[3], &flag[4], &next);
+    const status got = (status)fmi3UpdateDiscreteStates(
+        c, &flag[0], &flag[1], &flag[2], states_changed ? &flag[3] : NULL, &flag[4], &next);
+    if (states_changed) *states_changed = flag[3];
+    return got;
 }
 
 static status completed_step(void *c, int arguments) {

@@ -238,13 +238,44 @@ static void step(instance *i) {
     if (got == OK) i->time += length;
 }
 
+/* States change only where it says so, and only once. `whole`: no argument is NULL. */
+static void update(instance *i, int whole) {
+    const size_t nx = 3 * (size_t)model->modes + 1, bytes = nx * sizeof(double);
+    const int legal = in(i, EVENTS) && whole;
+    double before[16], after[16];
+    int changed = 0, again = 0;
+    if (legal) CHECK(fmi->get_states(i->c, before, nx) == OK, "update");
+    const long messages_before = messages.count;
+    judge(fmi->update_discrete(i->c, whole ? &changed : NULL), legal, 0, messages_before,
+          "update");
+    if (!legal) return;
+    CHECK(fmi->get_states(i->c, after, nx) == OK, "update");
+    CHECK(changed || memcmp(before, after, bytes) == 0, "update");
+    CHECK(fmi->update_discrete(i->c, &again) == OK && !again, "update again");
+    CHECK(fmi->get_states(i->c, before, nx) == OK, "update again");
+    CHECK(memcmp(before, after, bytes) == 0, "update again");
+}
+
+/* An event as importers make it: an input is set, then the states follow. */
+static void event(instance *i) {
+    uint32_t vr = (uint32_t)below(model->variables);
+    while (model->variable[vr].kind != FMU_INPUT) vr = (vr + 1) % (uint32_t)model->variables;
+    const double value = good_value(&model->variable[vr]);
+    CHECK(fmi->enter_events(i->c) == OK, "event");
+    i->state = EVENTS;
+    CHECK(fmi->set_real(i->c, &vr, 1, &value) == OK, "event");
+    update(i, 1);
+    CHECK(fmi->enter_continuous(i->c) == OK, "event");
+    i->state = CONTINUOUS;
+}
+
 static void exchange(instance *i) {
     const size_t nx = 3 * (size_t)model->modes + 1, wrong = nx + (size_t)below(2) * 2 - 1;
     double values[16] = {0.0};
     const long before = messages.count;
     const int arguments = below(8) != 0, right = below(8) != 0;
     const double time = below(8) ? i->time + uniform() : hostile_number();
-    const int kind = below(10);
+    const int kind = below(11);
     for (size_t k = 0; k < nx; k++) values[k] = uniform() - 0.5;
     if (kind == 6 && !right) values[below((int)nx)] = NAN;
     switch (kind) {
@@ -252,10 +283,7 @@ static void exchange(instance *i) {
         judge(fmi->enter_events(i->c), in(i, EXCHANGE), 0, before, "enter events");
         if (in(i, EXCHANGE)) i->state = EVENTS;
         break;
-    case 1:
-        judge(fmi->update_discrete(i->c, arguments), in(i, EVENTS) && arguments, 0, before,
-              "update");
-        break;
+    case 1: update(i, arguments); break;
     case 2:
     case 3:
         judge(fmi->enter_continuous(i->c), in(i, EVENTS), 0, before, "enter continuous");
@@ -277,6 +305,9 @@ static void exchange(instance *i) {
     case 8:
         judge(fmi->get_derivatives(i->c, values, right ? nx : wrong), in(i, EXCHANGE) && right, 1,
               before, "derivatives");
+        break;
+    case 9:
+        if (in(i, EXCHANGE)) event(i);
         break;
     default:
         judge(fmi->get_nominals(i->c, values, right ? nx : wrong), in(i, EXCHANGE) && right, 0,
@@ -368,7 +399,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
         i->state = INSTANTIATED;
         i->time = 0.0;
     } else if (call < 55) set_reals(i);
-    else if (call < 72) step(i);
+    else if (call < 72 && (i->interface || below(4) == 0)) step(i);
+    else if (call < 72) exchange(i);
     else if (call < 76) end(i);
     else if (call < 80) refused(i);
     else if (call < 85) enter(i);

@@ -13,7 +13,7 @@ import rom
 from fmu.binaries import folder, host_platform
 from fmu.cross import fmi_headers
 
-STEPS = 20_000
+STEPS = 500  # a round
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
 SLOW = (*AMPLITUDES, "A_abs", "B_abs", "input_power", "dissipated_power", "dissipated_energy")
