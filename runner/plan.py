@@ -133,7 +133,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     else:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
-    visited, visited_decisions = _visited(modes, seen)
+    visited, visited_decisions = _visited(scene, seen)
     elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, near)
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
@@ -172,19 +172,19 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
     return tuple(modes), decisions
 
 
-def _visited(modes: Sequence[Mode], seen: DryRun | None) -> tuple[Visited | None, list[Decision]]:
+def _visited(scene: Scene, seen: DryRun | None) -> tuple[Visited | None, list[Decision]]:
     """The part of the friction table that a run needs; None: all of it."""
-    if len(modes) == 1:
-        return None, []
     if seen is None or seen.visited is None:
-        reason = "model.amplitude is given, so no dry run says where the scene goes"
-        return None, [Decision("visited part", "all of the table", reason)]
-    share = f"{seen.visited.share:.0%}"
-    if seen.visited.share > _MOST_VISITED:
-        reason = f"the dry run comes near {share} of it: to tabulate that alone would save little"
-        return None, [Decision("visited part", "all of the table", reason)]
-    reason = "as far as the dry run comes near; a run that leaves it is repeated on all of it"
-    return seen.visited, [Decision("visited part", f"{share} of the table", reason)]
+        return None, []
+    share = f"the dry run comes near {seen.visited.share:.0%} of it"
+    if scene.model.table == "whole":
+        reason = f'{share}: model.table = "visited" would do without the rest'
+    elif seen.visited.share > _MOST_VISITED:
+        reason = f"{share}: to tabulate that alone would save little"
+    else:
+        reason = f"{share}; a run that leaves that part is repeated on all of it"
+        return seen.visited, [Decision("visited part", "alone", reason)]
+    return None, [Decision("visited part", "all of the table", reason)]
 
 
 def _other_modes(reduced: Reduced) -> Decision:

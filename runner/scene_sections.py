@@ -108,11 +108,15 @@ class Run:
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """How the reduced model is made; table range per mode, None to let the plan find it."""
+    """How the reduced model is made; table range per mode, None to let the plan find it.
+
+    The friction table holds in the whole range, or only where the scene goes.
+    """
 
     tolerance: float
     formulation: Literal["consistent", "paper"]
     amplitude: tuple[float, ...] | None
+    table: Literal["whole", "visited"]
 
 
 @dataclass(frozen=True)

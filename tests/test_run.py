@@ -146,12 +146,6 @@ def test_shipped_scenes_give_their_numbers(shipped):
     assert max(np.abs(column(data, f"/contact/{i}", "f")).max() for i in range(2)) <= 2.0
 
 
-def test_shipped_scenes_need_a_part_of_the_friction_table(shipped):
-    two = len(shipped.plan.excited.modes) == 2
-    assert (shipped.model.table.visited is not None) == two  # and none had to be run again
-    assert not [d for d in shipped.plan.decisions if d.subject == "visited part" and not two]
-
-
 def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     scene, schedule = shipped.plan.scene, shipped.plan.schedule
     slow, fast = {"/modes", "/forcing", "/energy"}, {"/contact/0", "/contact/1"}

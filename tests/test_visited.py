@@ -202,6 +202,8 @@ frequency = 1.65
 [run]
 duration = 600.0
 step = 1.0
+[model]
+table = "visited"
 [[contact]]
 window = [580.0, 600.0]
 samples_per_period = 32
@@ -215,20 +217,18 @@ def scene(name, text=SCENE):
     return replace(parse_scene(text, "."), name=name)
 
 
-def need_everything(monkeypatch):
-    """From now on plans say that all of a table is needed."""
-    monkeypatch.setattr("runner.plan._MOST_VISITED", 0.0)
+def on_whole_table(folder):
+    return runner.run(scene("whole", SCENE.replace('"visited"', '"whole"')), folder)
 
 
 def signals(recording):
     return {topic: values for topic, (_, _, values) in recording.read().channels.items()}
 
 
-def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path, monkeypatch):
+def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path):
     on_part = runner.run(scene("part"), tmp_path)
     assert on_part.model.table.visited is not None
-    need_everything(monkeypatch)
-    on_whole = runner.run(scene("whole"), tmp_path)
+    on_whole = on_whole_table(tmp_path)
     assert on_whole.model.table.visited is None
     found, expected = signals(on_part), signals(on_whole)
     for topic in ("/modes", "/energy", "/contact/0", "/contact/1"):
@@ -259,16 +259,16 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
     assert warning.subject == "visited part"
     assert "leave the visited part of the friction table at t = " in warning.reason
     monkeypatch.setattr(amplitude_range, "_path", real)
-    need_everything(monkeypatch)
-    expected = signals(runner.run(scene("whole"), tmp_path))
+    expected = signals(on_whole_table(tmp_path))
     for topic, values in signals(again).items():
         if topic != "/events":
             np.testing.assert_array_equal(values, expected[topic])
 
 
-@pytest.mark.parametrize("name", ["two-mode", "sweep"])
-def test_the_plan_measures_what_is_saved(name, capsys):
-    assert main(["plan", name]) == 0
+def test_the_plan_measures_what_is_saved(tmp_path, capsys):
+    path = tmp_path / "part.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    assert main(["plan", str(path)]) == 0
     (line,) = (s for s in capsys.readouterr().out.splitlines() if s.startswith("its tabulation"))
     solved, more, seconds, error = map(
         float,
@@ -276,7 +276,7 @@ def test_the_plan_measures_what_is_saved(name, capsys):
             r"(\d+) contact problems .* at least (\d+) more, (\S+) s of .* found (\S+),", line
         ).groups(),
     )
-    plan = runner.make_plan(runner.load_scene(name))
+    plan = runner.make_plan(runner.load_scene(path))
     whole, _ = plan.model()
     assert whole.quality.solved >= solved + more > 1.3 * solved
     assert 1e-5 * more < seconds < 1e-2 * more  # measured: 0.5 ms each
@@ -284,17 +284,37 @@ def test_the_plan_measures_what_is_saved(name, capsys):
 
 
 @pytest.mark.parametrize(
-    ("change", "reason"),
+    ("change", "choice", "reason"),
     [
-        (("[log]", "[model]\namplitude = [3.6, 1.5]\n[log]"), "no dry run says where"),
-        (("amplitude = 0.15", "amplitude = [[0, 0.0], [600, 0.15]]"), None),
+        ((), "alone", "comes near 1.% of it; a run that leaves that part is repeated"),
+        (('"visited"', '"whole"'), "all of the table", 'table = "visited" would do without'),
+        (("[[0, 0.0], [200, 0.0], [200, 0.25]]", "[[0, 0.0], [600, 0.25]]"), "alone", "near"),
     ],
 )
-def test_the_plan_says_what_is_tabulated(change, reason):
-    plan = runner.make_plan(scene("planned", SCENE.replace(*change)))
+def test_the_plan_says_what_is_tabulated(change, choice, reason):
+    plan = runner.make_plan(scene("planned", SCENE.replace(*change) if change else SCENE))
     (decision,) = (d for d in plan.decisions if d.subject == "visited part")
-    if reason is None:
-        assert decision.choice == f"{plan.visited.share:.0%} of the table"
-    else:
-        assert plan.visited is None
-        assert reason in decision.reason
+    assert decision.choice == choice
+    assert re.search(reason, decision.reason)
+    assert (plan.visited is not None) == (choice == "alone")
+
+
+def test_where_most_is_visited_all_of_it_is_tabulated(monkeypatch):
+    monkeypatch.setattr("runner.plan._MOST_VISITED", 0.1)
+    plan = runner.make_plan(scene("planned"))
+    assert plan.visited is None
+    (decision,) = (d for d in plan.decisions if d.subject == "visited part")
+    assert "would save little" in decision.reason
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (('"visited"', '"part"'), 'model.table: must be one of "whole", "visited"'),
+        (("[[contact]]", "amplitude = [3.6, 1.5]\n[[contact]]"), "leave out model.amplitude"),
+    ],
+)
+def test_a_part_that_cannot_be_told_is_refused(change, complaint):
+    with pytest.raises(SlipmodeError, match=complaint) as refusal:
+        scene("refused", SCENE.replace(*change))
+    assert len(str(refusal.value).splitlines()) == 1
