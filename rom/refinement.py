@@ -2,7 +2,7 @@
 
 Intervals between grid lines are halved until the surface can be expected to be within the
 tolerance: what it missed new samples by falls with this halving at least half as well as with the
-last one.
+last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
 Every sample becomes a node, so nothing is computed only to be checked; an independent set of
 points measures the error of the finished table.
 
@@ -23,7 +23,7 @@ from rom.errors import SlipmodeError
 from rom.matrices import Floats
 from rom.near import Order
 from rom.tables import Complexes, Table, make_table
-from rom.visited import Visited, corners, with_neighbours
+from rom.visited import Visited, corners, widened, with_neighbours
 
 Flags = NDArray[np.bool_]
 
@@ -34,7 +34,7 @@ _CHECK_POINTS = 64
 _CHECK_POINTS_OF_A_PART = 32
 _MOST_NODES = 20_000
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
-_SMOOTH = 1 / 16  # what halving leaves of an error at the order of the surface
+_LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
 
 
 @dataclass(frozen=True)
@@ -112,13 +112,14 @@ class Axis:
         before = self.missed[self.poor]
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(error, before, out=np.ones_like(error), where=known)
-        left = error * np.minimum(_CAUTION * np.maximum(rate, _SMOOTH), 1.0)
+        left = error * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
         still, missed = np.zeros_like(self.poor), self.missed.copy()
         still[self.poor] = left > tolerance
         missed[self.poor] = error
         node = np.concatenate((self.node, self.middles))[self.order]
         parts = np.where(self.poor, 2, 1)
-        return Axis(node, np.repeat(still, parts), np.repeat(missed, parts))
+        # a kink beside an interval bends the surface in it too, and may be seen only there
+        return Axis(node, widened(np.repeat(still, parts)), np.repeat(missed, parts))
 
     def poor_at(self, points: Floats) -> Axis:
         """With the intervals that hold the points to be halved too."""

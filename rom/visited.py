@@ -84,11 +84,12 @@ def corners(cells: Flags) -> Flags:
 
 def with_neighbours(nodes: Flags) -> Flags:
     """Marked nodes and the eight around each."""
-    along = _widened(nodes)
-    return _widened(along.T).T
+    along = widened(nodes)
+    return widened(along.T).T
 
 
-def _widened(nodes: Flags) -> Flags:
+def widened(nodes: Flags) -> Flags:
+    """Marked nodes and those next to them along the first axis."""
     wide = nodes.copy()
     wide[1:] |= nodes[:-1]
     wide[:-1] |= nodes[1:]
