@@ -76,7 +76,7 @@ def _viewer(url: str | None) -> Viewer | None:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from runner.plan import make_plan
+    from runner.plan import VISITED, make_plan
     from runner.saving import visited_saving
     from runner.scene import load_scene
 
@@ -84,7 +84,7 @@ def _plan(options: argparse.Namespace) -> int:
     shown = [d for d in plan.decisions if d.level == "info"]
     if plan.visited is not None:
         model, _ = plan.model(visited=True, progress=True)
-        after = [d.subject for d in shown].index("visited part") + 1
+        after = [d.subject for d in shown].index(VISITED) + 1
         shown.insert(after, visited_saving(model))
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]

@@ -17,12 +17,13 @@ from rom.passive import ANSWERED_ORDER
 from rom.visited import Visited
 from runner.amplitude_range import DryRun, Excited, dry_run
 from runner.assumptions import Decision, check_assumptions
-from runner.channels import MODES, Mode
+from runner.channels import MODES, Level, Mode
 from runner.fast_motion import ORDERS, measure_truncation
 from runner.pace import check_pace
 from runner.scene import Scene, Window
 from runner.schedule import Schedule, make_schedule
 
+VISITED = "visited part"  # what the plan calls it
 # Of the table. Shares of 0.08, 0.22, 0.35, 0.49, 0.74 were measured to take 0.37, 0.54, 0.67, 0.65
 # and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
 # other scenes of the same range.
@@ -78,12 +79,13 @@ class Plan:
             progress=progress,
         )
 
-    def after_leaving(self, refusal: SlipmodeError) -> Plan:
-        """The plan for a run on all of the table, where one on its visited part was refused."""
-        decision = Decision(
-            "visited part", "left", f"on all of the table again: {refusal}", "warning"
-        )
-        return replace(self, visited=None, decisions=[*self.decisions, decision])
+    def on_whole_table(self, reason: str, level: Level = "info") -> Plan:
+        """The plan for a run on all of the table, though the scene asks for its visited part."""
+        if self.visited is None:
+            return self
+        others = [decision for decision in self.decisions if decision.subject != VISITED]
+        decision = Decision(VISITED, "all of the table", reason, level)
+        return replace(self, visited=None, decisions=[*others, decision])
 
     def _harmonics(self, contact: bool) -> int:
         """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
@@ -183,8 +185,8 @@ def _visited(scene: Scene, seen: DryRun | None) -> tuple[Visited | None, list[De
         reason = f"{share}: to tabulate that alone would save little"
     else:
         reason = f"{share}; a run that leaves that part is repeated on all of it"
-        return seen.visited, [Decision("visited part", "alone", reason)]
-    return None, [Decision("visited part", "all of the table", reason)]
+        return seen.visited, [Decision(VISITED, "alone", reason)]
+    return None, [Decision(VISITED, "all of the table", reason)]
 
 
 def _other_modes(reduced: Reduced) -> Decision:

@@ -93,7 +93,8 @@ def run(
     output : path
         Folder for the recordings <scene>.mcap and <scene>.rrd; made if missing.
     fmu : path, optional
-        An FMU of the scene's model that does the slow-time steps, with the same result.
+        An FMU of the scene's model that does the slow-time steps, with the same result
+        as on the whole table.
     live : Viewer, optional
         Show the run there while it is recorded: `runner.viewer.find_viewer` opens one.
     progress : bool
@@ -117,7 +118,9 @@ def run(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
-    model, cached = plan.model(visited=fmu is None, progress=progress)
+    if fmu is not None:
+        plan = plan.on_whole_table("an FMU has all of it")
+    model, cached = plan.model(visited=True, progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -131,7 +134,7 @@ def run(
         if not _left_visited(model, refusal):
             raise
         left = time.perf_counter()
-        plan = plan.after_leaving(refusal)
+        plan = plan.on_whole_table(f"a run on the part was refused: {refusal}", "warning")
         model, cached = plan.model(progress=progress)
         table_seconds += time.perf_counter() - left
         pass_ = through(plan, model)

@@ -17,6 +17,7 @@ from rom.torus import Discretisation, contact_terms
 from rom.visited import Visited, corners, with_neighbours
 from runner import amplitude_range
 from runner.cli import main
+from runner.fmu_export import export_fmu
 from runner.scene import parse_scene
 
 BOTH = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))
@@ -104,7 +105,7 @@ def test_it_holds_to_the_tolerance_where_it_was_visited(law):
 
 
 def test_it_takes_less_than_half_of_the_contact_problems(part, whole):
-    assert part.quality.solved < 0.4 * whole.quality.solved  # measured: 0.28
+    assert part.quality.solved < 0.4 * whole.quality.solved  # measured: 0.26
 
 
 def test_its_harmonics_are_those_of_the_whole(part, whole):
@@ -297,6 +298,15 @@ def test_the_plan_says_what_is_tabulated(change, choice, reason):
     assert decision.choice == choice
     assert re.search(reason, decision.reason)
     assert (plan.visited is not None) == (choice == "alone")
+
+
+def test_an_fmu_does_the_steps_on_the_whole_table(tmp_path):
+    path = export_fmu(scene("part"), tmp_path / "part.fmu")
+    through = runner.run(scene("through"), tmp_path, fmu=path)
+    assert through.model.table.visited is None
+    assert "an FMU has all of it" in [d.reason for d in through.plan.decisions]
+    expected = signals(on_whole_table(tmp_path))
+    np.testing.assert_array_equal(signals(through)["/modes"], expected["/modes"])
 
 
 def test_where_most_is_visited_all_of_it_is_tabulated(monkeypatch):
