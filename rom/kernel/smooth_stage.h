@@ -10,7 +10,7 @@
 
 #include "contact.h"
 
-#define SM_SMOOTH_TOLERANCE 1e-10 /* of the friction limits: what is left of the residual */
+#define SM_SMOOTH_TOLERANCE 1e-12 /* of the friction limits: what is left of the residual */
 #define SM_SMOOTH_STEPS 6
 #define SM_FLAT 20.0 /* v / alpha from which tanh is 1 to rounding */
 
