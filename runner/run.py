@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-from tqdm import tqdm
-
 from fmu import Steppable, StoppedError
 from rom import Model, SlipmodeError
 from rom.errors import UnvisitedError
-from rom.motion import Motion, reconstruct, sum_harmonics
 from runner import channels
 from runner.interruption import interrupts_held_back
 from runner.live import LiveSink
@@ -26,15 +20,9 @@ from runner.plan import Plan, make_plan
 from runner.provenance import describe_run
 from runner.record import Header, McapSink, Recorder, Sink
 from runner.rerun_sink import RerunSink
-from runner.scene import Scene, Window, load_scene
-from runner.torus_motion import carrier_phases, torus_motion
-from runner.trajectory import sample_times, slow_trajectory
+from runner.scene import Scene, load_scene
+from runner.slow_pass import SlowPass
 from runner.viewer import Viewer
-
-_STEPS_PER_BLOCK = 256
-_SAMPLES_PER_BATCH = 16384
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,14 +149,14 @@ def _through(
     fmu: str | PathLike[str] | None,
     live: Viewer | None,
     progress: bool,
-) -> _Pass:
+) -> SlowPass:
     """One pass through slow time, recorded."""
     with (
         interrupts_held_back() as raise_if_interrupted,
         _stepping(fmu, plan, model) as component,
         _open(plan, model, mcap, rrd, fmu, live) as recorder,
     ):
-        pass_ = _Pass(plan, model, component, recorder, raise_if_interrupted)
+        pass_ = SlowPass(plan, model, component, recorder, raise_if_interrupted)
         pass_.through_slow_time(progress)
     return pass_
 
@@ -224,132 +212,3 @@ def _open(
         Recorder(sinks).close()
         raise
     return Recorder(sinks)
-
-
-class _Pass:
-    """One pass of a component through the schedule of a plan."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        model: Model,
-        component: Steppable,
-        recorder: Recorder,
-        raise_if_interrupted: Callable[[], None],
-    ) -> None:
-        self.samples = 0
-        self.slow_seconds = 0.0
-        self._plan = plan
-        self._model = model
-        self._component = component
-        self._recorder = recorder
-        self._raise_if_interrupted = raise_if_interrupted
-        self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
-        inputs = plan.schedule.inputs(component.input_names)
-        component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
-        self._inputs = inputs
-        self._columns = {name: k for k, name in enumerate(component.output_names)}
-        self._rows = [self._present_row()]
-        windows = (*plan.scene.contact, *plan.scene.elastic)
-        self._windows = sorted(windows, key=lambda window: window.start)
-
-    def through_slow_time(self, progress: bool) -> None:
-        """Step, record, and reconstruct each contact window once its end is reached."""
-        schedule = self._plan.schedule
-        recorder = self._recorder
-        recorder.event(0.0, "info", _summary(self._plan, self._model))
-        for decision in self._plan.decisions:
-            if decision.level != "info":
-                words = f"{decision.subject} {decision.choice}: {decision.reason}"
-                recorder.event(0.0, decision.level, words)
-        self._record(self._rows[0], 0)
-        steps = schedule.durations.size
-        try:
-            with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
-                for first in range(0, steps, _STEPS_PER_BLOCK):
-                    block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
-                    self._advance(schedule.durations[block], self._inputs[block], first)
-                    bar.update(block.stop - first)
-        except (StoppedError, KeyboardInterrupt) as stop:
-            reason = str(stop) if isinstance(stop, StoppedError) else "interrupted by the user"
-            recorder.event(self._now, "error", reason)
-            raise
-        recorder.event(self._now, "info", "end of the scene")
-
-    def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:
-        self._raise_if_interrupted()
-        started = time.perf_counter()
-        try:
-            outputs = self._component.run(durations, inputs)
-        except StoppedError as stop:
-            self._keep(stop.outputs, first)
-            raise
-        finally:
-            self.slow_seconds += time.perf_counter() - started
-        self._keep(outputs, first)
-
-    def _keep(self, outputs: Floats, first: int) -> None:
-        """Record the outputs of the steps from number `first` on."""
-        if not len(outputs):
-            return
-        self._rows.append(outputs)
-        self._now = float(self._plan.schedule.time[first + len(outputs)])
-        self._record(outputs, first + 1)
-        while self._windows and self._windows[0].end <= self._now:
-            self._reconstruct(self._windows.pop(0))
-
-    def _present_row(self) -> Floats:
-        now = self._component.outputs()
-        return np.array([[now[name] for name in self._columns]])
-
-    def _record(self, outputs: Floats, first: int) -> None:
-        """Slow channels of the communication points from number `first` on."""
-        schedule, modes = self._plan.schedule, self._plan.excited.modes
-        points = slice(first, first + len(outputs))
-        time_ = schedule.time[points]
-        parts = self._take(outputs, [f"{m}_{p}" for m in modes for p in ("re", "im")])
-        moduli = np.hypot(parts[:, 0::2], parts[:, 1::2])
-        self._recorder.write("/modes", time_, np.hstack((parts, moduli)))
-        names = [f"{q}_{m}" for m in modes for q in ("force", "frequency", "phase")]
-        self._recorder.write("/forcing", time_, schedule.at_points(names)[points])
-        energy = ["input_power", "dissipated_power", "dissipated_energy"]
-        self._recorder.write("/energy", time_, self._take(outputs, energy))
-
-    def _take(self, outputs: Floats, names: Sequence[str]) -> Floats:
-        return outputs[:, [self._columns[name] for name in names]]
-
-    def _reconstruct(self, window: Window) -> None:
-        outputs = np.concatenate(self._rows)
-        self._rows = [outputs]
-        trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
-        of_contacts = window in self._plan.scene.contact
-        on_torus = of_contacts and self._model.modes == 2 and self._recorder.keeps
-        summed = not of_contacts and self._plan.elastic_order is not None
-        times = sample_times(window, trajectory)
-        for start in range(0, times.size, _SAMPLES_PER_BATCH):
-            self._raise_if_interrupted()
-            batch = times[start : start + _SAMPLES_PER_BATCH]
-            motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
-            self._record_motion(motion, of_contacts)
-            if on_torus:
-                self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
-            self.samples += batch.size
-        if on_torus:
-            torus = torus_motion(self._model, trajectory, window.end)
-            self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
-
-    def _record_motion(self, motion: Motion, of_contacts: bool) -> None:
-        if of_contacts:
-            for i in range(self._model.reduced.n_contacts):
-                values = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
-                self._recorder.write(f"/contact/{i}", motion.time, np.column_stack(values))
-        if elastic := self._plan.scene.output.elastic:
-            self._recorder.write("/elastic", motion.time, motion.elastic(self._model, elastic))
-
-
-def _summary(plan: Plan, model: Model) -> str:
-    modes = " and ".join(plan.excited.modes)
-    return (
-        f"{plan.scene.title}: mode {modes}, {model.reduced.n_contacts} contacts, "
-        f"{model.reduced.formulation} formulation, table tolerance {model.quality.tolerance:g}"
-    )
