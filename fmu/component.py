@@ -105,7 +105,8 @@ class Component:
         """
         given, start = np.atleast_1d(np.asarray(amplitude, dtype=complex)), self._start
         modes = self.model.modes
-        if given.ndim > 1 or given.size > start.size or (given.size > modes and given[modes:].any()):
+        too_many = given.size > modes and (given.size > start.size or given[modes:].any())
+        if given.ndim > 1 or too_many:
             raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
         start[:] = 0.0
         start[: given.size] = given
