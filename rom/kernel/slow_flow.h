@@ -22,8 +22,8 @@ sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *input
 double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
                          const sm_flow_state *state);
 
-/* Derivative of the unknowns. It has one compiled body, in a file of its own, and what `instant`
- * remembers is only spared work: equal arguments give equal bits. */
+/* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
+ * work: equal arguments give equal bits. */
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now,
                                   sm_instant *instant, const double *y, double *dy);
 /* At the inputs that `instant` is set to. */
