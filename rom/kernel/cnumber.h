@@ -27,9 +27,13 @@ static inline sm_complex sm_cdiv(sm_complex a, sm_complex b) {
 }
 /* z^n for a number on the unit circle, by squares; n < 0 by the conjugate. */
 static inline sm_complex sm_unit_power(sm_complex z, int n) {
-    sm_complex power = n < 0 ? sm_conj(z) : z, result = sm_cx(1.0, 0.0);
-    for (int left = n < 0 ? -n : n; left > 0; left >>= 1, power = sm_cmul(power, power))
-        if (left & 1) result = sm_cmul(result, power);
+    unsigned left = n < 0 ? 0u - (unsigned)n : (unsigned)n;
+    sm_complex power = n < 0 ? sm_conj(z) : z;
+    sm_complex result = left & 1u ? power : sm_cx(1.0, 0.0);
+    while (left >>= 1) {
+        power = sm_cmul(power, power);
+        if (left & 1u) result = sm_cmul(result, power);
+    }
     return result;
 }
 
