@@ -118,8 +118,9 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     return status;
 }
 
-/* A step to begin with. From rest a = rate h at first, and the error of a step is measured against
- * that: it is of the order of (h |stiffness / mass|)^4. The factor is measured, 5 less a margin. */
+/* A step to begin with. From rest a = rate h at first, and the error of a step is measured
+ * against that: it is of the order of (h |stiffness / mass|)^4. The factor is measured, 5 less a
+ * margin. */
 static double first_step(const sm_component *c) {
     double fastest = 0.0;
     for (int j = 0; j < c->flow.table.modes; j++)

@@ -60,9 +60,9 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
     }
     for (int j = 0; j < modes; j++) {
         const sm_factors *by = &instant->factor[j];
-        const sm_complex free = sm_csub(by->drive, sm_cmul(by->spring, mode[j].amplitude));
+        const sm_complex linear = sm_csub(by->drive, sm_cmul(by->spring, mode[j].amplitude));
         mode[j].force = sm_cmul(by->grip, mode[j].pull);
-        mode[j].rate = sm_cadd(free, sm_cmul(by->push, mode[j].pull));
+        mode[j].rate = sm_cadd(linear, sm_cmul(by->push, mode[j].pull));
     }
 }
 

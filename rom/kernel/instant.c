@@ -147,13 +147,15 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
 }
 
 /* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
-static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *angle) {
+static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
     for (int k = 0; k < flow->table.near; k++) {
         const sm_complex first = instant->near_wave[0];
-        const int like_first = instant->like_first[k];
-        instant->near_wave[k] = like_first == 0  ? sm_cx(cos(angle[k]), sin(angle[k]))
-                                : like_first > 0 ? first
-                                                 : sm_conj(first);
+        if (instant->like_first[k]) {
+            instant->near_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
+            continue;
+        }
+        const double angle = sm_near_angle(&flow->near[k], theta);
+        instant->near_wave[k] = sm_cx(cos(angle), sin(angle));
     }
 }
 
@@ -166,12 +168,7 @@ void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inpu
     const int same = same_but_angles(instant, inputs);
     const int here = instant->known && memcmp(instant->inputs.angle, inputs->angle, angles) == 0;
     if (!same) set_coefficients(instant, flow, inputs);
-    if (!here) {
-        double angle[SM_NEAR];
-        for (int k = 0; k < flow->table.near; k++)
-            angle[k] = sm_near_angle(&flow->near[k], inputs->angle);
-        set_near_waves(instant, flow, angle);
-    }
+    if (!here) set_near_waves(instant, flow, inputs->angle);
     instant->inputs = *inputs;
     instant->known = 1;
 }
@@ -182,10 +179,7 @@ int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs) {
 
 void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
                      double elapsed) {
-    double angle[SM_NEAR];
     for (int j = 0; j < flow->table.modes; j++)
         instant->inputs.angle[j] = angle_after(inputs, j, elapsed);
-    for (int k = 0; k < flow->table.near; k++)
-        angle[k] = sm_near_angle(&flow->near[k], instant->inputs.angle);
-    set_near_waves(instant, flow, angle);
+    set_near_waves(instant, flow, instant->inputs.angle);
 }

@@ -39,7 +39,7 @@ SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int cou
 /* Estimated error of the amplitudes after the step, relative to the tolerance. The range of the
  * table goes with the friction limits. */
 SM_INLINE double error_of(const sm_table *table, double limit_scale, double h, double tolerance,
-                       double (*k)[SM_UNKNOWNS], const double *y_new) {
+                          double (*k)[SM_UNKNOWNS], const double *y_new) {
     const double range[SM_MODES] = {table->node_a[table->count_a - 1],
                                     table->modes == SM_MODES ? table->node_b[table->count_b - 1]
                                                              : 0.0};
@@ -59,7 +59,7 @@ SM_INLINE double error_of(const sm_table *table, double limit_scale, double h, d
 
 /* To the inputs of a stage; `held`: they turn their angles alone. */
 SM_INLINE void set_instant(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
-                        double elapsed, double h, const sm_inputs *end, int stage, int held) {
+                           double elapsed, double h, const sm_inputs *end, int stage, int held) {
     const double later = elapsed + NODE[stage] * h;
     if (NODE[stage] == 1.0) {
         sm_instant_set(instant, flow, end);
@@ -71,10 +71,11 @@ SM_INLINE void set_instant(sm_instant *instant, const sm_slow_flow *flow, const 
     }
 }
 
-SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                           double h, const sm_inputs *end, double tolerance, sm_instant *instant,
-                           const double *y, const double *dy, double *y_new, double *dy_new,
-                           double *error) {
+SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                      double elapsed, double h, const sm_inputs *end,
+                                      double tolerance, sm_instant *instant, const double *y,
+                                      const double *dy, double *y_new, double *dy_new,
+                                      double *error) {
     double k[STAGES][SM_UNKNOWNS];
     for (int u = 0; u < SM_UNKNOWNS; u++) k[0][u] = dy[u];
     const int held = sm_instant_holds(instant, inputs);
