@@ -85,6 +85,8 @@ class Component:
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
         self._inputs = self._named.at_rest
+        self._start = np.zeros(_kernel.MODES, dtype=complex)
+        self._start_address = self._start.ctypes.data
         self.reset()
 
     @property
@@ -102,22 +104,26 @@ class Component:
         SlipmodeError
             If the time or an amplitude is not finite, or outside the friction table.
         """
-        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
-        start = np.zeros(_kernel.MODES, dtype=complex)
-        if given.ndim > 1 or given.size > start.size or given[self.model.modes :].any():
-            raise SlipmodeError(f"amplitude: the model has {self.model.modes} modes, got {given}")
+        given, start = np.atleast_1d(np.asarray(amplitude, dtype=complex)), self._start
+        modes = self.model.modes
+        too_many = given.size > modes and (given.size > start.size or given[modes:].any())
+        if given.ndim > 1 or too_many:
+            raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
+        start[:] = 0.0
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
+        status = _kernel.lib.sm_component_reset(self._handle, time, self._start_address)
+        if status == _kernel.OK:
+            return
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
-        status = _kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == _kernel.OUTSIDE_TABLE:
             limit = limit_scale(self._inputs) * self.model.table.limit
             if np.all(np.abs(start[: self.model.modes]) <= limit):
                 raise UnvisitedError
             raise SlipmodeError(
-                f"amplitude: {np.abs(start[: self.model.modes])} is outside the friction table, "
+                f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
                 f"whose limit is {limit}"
             )
         _kernel.check(status, "reset")
@@ -192,8 +198,7 @@ class Component:
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        packed = self._named.records(values)
-        scaled = self._named.modal(packed)
+        scaled = self._named.modal(self._named.records(values))
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         status = _kernel.lib.sm_component_run(
@@ -203,9 +208,10 @@ class Component:
         )
         if done.value:
             last = done.value - 1
-            self._inputs = moved_on(packed[last : last + 1], float(lengths[last]))
+            record = self._named.records(values[last : done.value])
+            self._inputs = moved_on(record, float(lengths[last]))
         if status != _kernel.OK:
-            failed = packed[done.value : done.value + 1]
+            failed = self._named.records(values[done.value : done.value + 1])
             stop = self._stopped(status, float(lengths[done.value]), failed, outputs[: done.value])
             own = self._named.modal(self._inputs)
             _kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)

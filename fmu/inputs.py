@@ -53,10 +53,13 @@ class Inputs:
         if isinstance(model.law, Coulomb):
             self._column |= {name: place(name) for name in _kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
-        self._columns = list(self._column.values())
         at_rest = _kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
+        self._given = np.zeros(self.at_rest.size, dtype=bool)
+        self._source = np.zeros(self.at_rest.size, dtype=np.intp)
+        for number, column in enumerate(self._column.values()):
+            self._given[column], self._source[column] = True, number
         self._to_modal = np.ones(self.at_rest.size)
         for j, factor in enumerate(force_factors(model, force)):
             self._to_modal[[place("force", j), place("force_rate", j)]] = factor
@@ -74,9 +77,7 @@ class Inputs:
 
     def records(self, values: Floats) -> Floats:
         """Of inputs (n, inputs) in the order of the names."""
-        packed = np.repeat(self.at_rest, len(values), axis=0)
-        packed[:, self._columns] = values
-        return packed
+        return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
 
     def modal(self, records: Floats) -> Floats:
         """Records with forces in newtons turned into modal forces."""
@@ -97,8 +98,11 @@ class Inputs:
 
 def moved_on(record: Floats, duration: float) -> Floats:
     """A record (1, width) after its inputs moved at their rates for `duration`."""
+    rates = record.take(_RATES, axis=1)
+    if not rates.any():
+        return record
     later = record.copy()
-    later[:, _MOVING] += duration * record[:, _RATES]
+    later[:, _MOVING] += duration * rates
     return later
 
 

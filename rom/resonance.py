@@ -24,6 +24,8 @@ Force = Sequence[Mapping[int, float] | ArrayLike]
 _RELAXATION_PASSES = 60
 _NEWTON_PASSES = 25
 _CURVE_PASSES = 12
+_RELAXED = 1e-4  # of the table's range: from there on it is Newton's
+_SETTLED = 1e-11  # of the table's range: Newton's next update would be rounding
 _CONVERGED = 1e-10  # of the forces in the amplitude equation
 
 
@@ -191,27 +193,37 @@ class _Steady:
         for _ in range(_RELAXATION_PASSES):
             Q = self.friction(amplitude, Omega) / amplitude
             balanced = 0.5 * self.excitation / (stiffness - Q)
-            modulus = 0.5 * (np.abs(amplitude) + np.minimum(np.abs(balanced), self._limit))
-            turned = np.exp(1j * np.angle(balanced))
-            amplitude = np.maximum(modulus, 1e-12 * self._limit) * turned
+            before, wanted = np.abs(amplitude), np.minimum(np.abs(balanced), self._limit)
+            modulus = np.maximum(0.5 * (before + wanted), 1e-12 * self._limit)
+            amplitude = modulus * np.exp(1j * np.angle(balanced))
+            if np.all(np.abs(wanted - before) <= _RELAXED * self._limit):
+                break
         return np.where(self.excitation == 0.0, 0.0, amplitude)  # an unforced mode is at rest
 
     def polish(self, Omega: Floats, start: Complexes) -> Complexes:
-        """Newton's method at all points at once, inside the table."""
-        y = self.inside(start).view(float)
-        step = 1e-7 * self._limit.max()
+        """Newton's method, inside the table, at all points that still move."""
+        found = self.inside(start)
+        moving = np.arange(len(found))
         for _ in range(_NEWTON_PASSES):
-            residual = self.rate(y.view(complex), Omega).view(float)
-            jacobian = np.empty((*y.shape, y.shape[-1]))
-            for k in range(y.shape[-1]):
-                shifted = y.copy()
-                shifted[:, k] += step
-                jacobian[..., k] = (
-                    self.rate(shifted.view(complex), Omega).view(float) - residual
-                ) / step
-            update = np.linalg.solve(jacobian, residual[..., np.newaxis])[..., 0]
-            y = self.inside((y - update).view(complex)).view(float)
-        return y.view(complex)
+            before = found[moving]
+            after = self.inside(before - self._newton_update(Omega[moving], before))
+            found[moving] = after
+            moving = moving[np.abs(after - before).max(axis=-1) > _SETTLED * self._limit.max()]
+            if moving.size == 0:
+                break
+        return found
+
+    def _newton_update(self, Omega: Floats, amplitude: Complexes) -> Complexes:
+        """Jacobian^-1 rate (points, modes), the Jacobian by differences in one call."""
+        y = amplitude.view(float)
+        step = 1e-7 * self._limit.max()
+        shifts = np.vstack((np.zeros(y.shape[-1]), step * np.eye(y.shape[-1])))
+        shifted = y + shifts[:, np.newaxis]  # (1 + 2 modes, points, 2 modes)
+        rates = self.rate(shifted.view(complex), Omega).view(float)
+        jacobian = np.moveaxis(rates[1:] - rates[0], 0, -1) / step
+        return np.asarray(np.linalg.solve(jacobian, rates[0][..., np.newaxis])[..., 0]).view(
+            complex
+        )
 
     def imbalance(self, Omega: Floats, amplitude: Complexes) -> Floats:
         """Unbalanced force relative to the forces in the amplitude equations, (points,)."""

@@ -25,12 +25,15 @@ static inline double sm_cabs2(sm_complex a) { return a.re * a.re + a.im * a.im; 
 static inline sm_complex sm_cdiv(sm_complex a, sm_complex b) {
     return sm_cscale(sm_cmul(a, sm_conj(b)), 1.0 / sm_cabs2(b));
 }
-/* z^n for a number on the unit circle; n < 0 by the conjugate. */
+/* z^n for a number on the unit circle, by squares; n < 0 by the conjugate. */
 static inline sm_complex sm_unit_power(sm_complex z, int n) {
-    if (n == 0) return sm_cx(1.0, 0.0);
-    const sm_complex factor = n < 0 ? sm_conj(z) : z;
-    sm_complex result = factor;
-    for (int k = n < 0 ? -n : n; k > 1; k--) result = sm_cmul(result, factor);
+    unsigned left = n < 0 ? 0u - (unsigned)n : (unsigned)n;
+    sm_complex power = n < 0 ? sm_conj(z) : z;
+    sm_complex result = left & 1u ? power : sm_cx(1.0, 0.0);
+    while (left >>= 1) {
+        power = sm_cmul(power, power);
+        if (left & 1u) result = sm_cmul(result, power);
+    }
     return result;
 }
 

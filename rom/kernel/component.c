@@ -118,6 +118,16 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     return status;
 }
 
+/* A step to begin with. From rest a = rate h at first, and the error of a step is measured
+ * against that: it is of the order of (h |stiffness / mass|)^4. The factor is measured, 5 less a
+ * margin. */
+static double first_step(const sm_component *c) {
+    double fastest = 0.0;
+    for (int j = 0; j < c->flow.table.modes; j++)
+        fastest = fmax(fastest, sm_cabs2(c->instant.factor[j].spring));
+    return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
+}
+
 /* Integrates the slow flow over [0, duration], to the inputs `after`; y, its derivative dy, step
  * and the march are advanced. */
 static sm_status integrate(sm_component *c, double duration, const sm_inputs *after, double *y,
@@ -132,7 +142,7 @@ static sm_status integrate(sm_component *c, double duration, const sm_inputs *af
         memcpy(dy, c->rate, sizeof c->rate);
     else
         status = sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, y, dy);
-    double elapsed = 0.0, h = *step > 0.0 ? *step : duration;
+    double elapsed = 0.0, h = *step > 0.0 ? *step : fmin(duration, first_step(c));
     int64_t tries = 0;
     while (status == SM_OK && elapsed < duration) {
         if (++tries > MAX_TRIES) return SM_STEP_TOO_SMALL;

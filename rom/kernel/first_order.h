@@ -7,9 +7,9 @@
 /* What the contacts feel of a mode, and what they answer. */
 typedef struct {
     sm_complex amplitude; /* a_j */
-    sm_complex moved;     /* a_j + shift_j F exp(i ph): turned, it is what the contacts feel */
-    sm_complex unit;      /* direction of what they feel */
+    sm_complex unit;      /* direction of what the contacts feel */
     double modulus;       /* of it, relative to the scale of the limits */
+    double per_modulus;   /* 1 / modulus; 0 at rest */
     sm_complex pull;      /* of theirs, as tabulated: S_j unit_j and the near resonances */
     sm_complex force;     /* turned and scaled: on the mode */
     sm_complex rate;      /* of the amplitude */

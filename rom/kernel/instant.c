@@ -17,6 +17,11 @@ sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
     return sm_check_positive(inputs->limit_scale);
 }
 
+static double angle_after(const sm_inputs *inputs, int j, double elapsed) {
+    const double half_rate = 0.5 * inputs->frequency_rate[j];
+    return inputs->angle[j] + elapsed * (inputs->frequency[j] + half_rate * elapsed);
+}
+
 sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
     sm_inputs after = {.limit_scale = inputs->limit_scale + inputs->limit_scale_rate * elapsed,
                        .limit_scale_rate = inputs->limit_scale_rate};
@@ -27,9 +32,7 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
         after.frequency_rate[j] = inputs->frequency_rate[j];
         after.phase[j] = inputs->phase[j] + inputs->phase_rate[j] * elapsed;
         after.phase_rate[j] = inputs->phase_rate[j];
-        after.angle[j] = inputs->angle[j]
-                         + elapsed * (inputs->frequency[j]
-                                      + 0.5 * inputs->frequency_rate[j] * elapsed);
+        after.angle[j] = angle_after(inputs, j, elapsed);
     }
     return after;
 }
@@ -92,20 +95,26 @@ static sm_inputs rates_of(const sm_inputs *in) {
     return d;
 }
 
-static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
-    const sm_inputs rates = rates_of(in);
-    for (int j = 0; j < flow->table.modes; j++) {
-        if (!instant->known || instant->inputs.phase[j] != in->phase[j])
-            instant->direction[j] = sm_cx(cos(in->phase[j]), sin(in->phase[j]));
-        instant->now[j] = coefficients(flow, j, in, instant->direction[j]);
-        instant->per_mass[j] = sm_cdiv(sm_cx(1.0, 0.0), instant->now[j].mass);
-    }
-    instant->per_scale = 1.0 / in->limit_scale;
-    instant->inputs = *in;
-    for (int j = 0; j < flow->table.modes; j++)
-        instant->rate[j] = sm_coefficients_change(flow, instant, j, &rates);
-    for (int k = 0; k < flow->table.near; k++)
-        instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
+static sm_factors factors(const sm_slow_flow *flow, const sm_instant *instant, int j) {
+    const sm_coefficients *now = &instant->now[j];
+    const sm_complex per_mass = instant->per_mass[j];
+    const sm_complex grip = sm_cscale(now->turn, instant->inputs.limit_scale);
+    const sm_complex feel = sm_cscale(now->turn, instant->per_scale);
+    return (sm_factors){
+        .feel = feel,
+        .felt_force = sm_cmul(feel, sm_cmul(pair(flow->shift[j]), now->excitation)),
+        .grip = grip,
+        .drive = sm_cmul(sm_cscale(now->excitation, 0.5), per_mass),
+        .spring = sm_cmul(now->stiffness, per_mass),
+        .push = sm_cmul(grip, per_mass)};
+}
+
+static int is_held(const sm_inputs *in) {
+    int moving = in->limit_scale_rate != 0.0;
+    for (int j = 0; j < SM_MODES; j++)
+        moving |= in->force_rate[j] != 0.0 || in->frequency_rate[j] != 0.0
+                  || in->phase_rate[j] != 0.0;
+    return !moving;
 }
 
 /* 1 where the angles of two near resonances are equal whatever the thetas, -1 where opposite. */
@@ -116,13 +125,33 @@ static int relation(const sm_near *a, const sm_near *b) {
     return n_a == -n_b && m_a == -m_b ? -1 : 0;
 }
 
+static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
+    const sm_inputs rates = rates_of(in);
+    for (int j = 0; j < flow->table.modes; j++) {
+        if (!instant->known || instant->inputs.phase[j] != in->phase[j])
+            instant->direction[j] = sm_cx(cos(in->phase[j]), sin(in->phase[j]));
+        instant->now[j] = coefficients(flow, j, in, instant->direction[j]);
+        instant->per_mass[j] = sm_cdiv(sm_cx(1.0, 0.0), instant->now[j].mass);
+    }
+    instant->per_scale = 1.0 / in->limit_scale;
+    instant->inputs = *in;
+    instant->held = is_held(in);
+    for (int j = 0; j < flow->table.modes; j++) {
+        instant->rate[j] = sm_coefficients_change(flow, instant, j, &rates);
+        instant->factor[j] = factors(flow, instant, j);
+    }
+    for (int k = 0; k < flow->table.near; k++) {
+        instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
+        instant->like_first[k] = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
+    }
+}
+
 /* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
 static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
     for (int k = 0; k < flow->table.near; k++) {
-        const int like_first = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
         const sm_complex first = instant->near_wave[0];
-        if (like_first) {
-            instant->near_wave[k] = like_first > 0 ? first : sm_conj(first);
+        if (instant->like_first[k]) {
+            instant->near_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
             continue;
         }
         const double angle = sm_near_angle(&flow->near[k], theta);
@@ -130,13 +159,27 @@ static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const 
     }
 }
 
+static int same_but_angles(const sm_instant *instant, const sm_inputs *inputs) {
+    return instant->known && memcmp(&instant->inputs, inputs, offsetof(sm_inputs, angle)) == 0;
+}
+
 void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs) {
-    const size_t held = offsetof(sm_inputs, angle);
-    const int same = instant->known && memcmp(&instant->inputs, inputs, held) == 0;
-    const int here = instant->known
-                     && memcmp(instant->inputs.angle, inputs->angle, sizeof inputs->angle) == 0;
+    const size_t angles = sizeof inputs->angle;
+    const int same = same_but_angles(instant, inputs);
+    const int here = instant->known && memcmp(instant->inputs.angle, inputs->angle, angles) == 0;
     if (!same) set_coefficients(instant, flow, inputs);
     if (!here) set_near_waves(instant, flow, inputs->angle);
     instant->inputs = *inputs;
     instant->known = 1;
+}
+
+int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs) {
+    return instant->held && same_but_angles(instant, inputs);
+}
+
+void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                     double elapsed) {
+    for (int j = 0; j < flow->table.modes; j++)
+        instant->inputs.angle[j] = angle_after(inputs, j, elapsed);
+    set_near_waves(instant, flow, instant->inputs.angle);
 }

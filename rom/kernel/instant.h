@@ -13,15 +13,26 @@ typedef struct {
     sm_complex mass, stiffness;
 } sm_coefficients;
 
+/* The same equation by what it multiplies, for the hot path:
+ *   felt = feel a + felt_force,  rate = drive - spring a + push pull(felt),  force = grip pull. */
+typedef struct {
+    sm_complex feel, felt_force; /* relative to the limits */
+    sm_complex grip;             /* turn s */
+    sm_complex drive, spring, push;
+} sm_factors;
+
 typedef struct {
     int known;                /* 1: of `inputs`, 0: of none yet */
+    int held;                 /* 1: the inputs do not move, but for the angles */
     sm_inputs inputs;
     sm_complex direction[SM_MODES]; /* exp(i ph) */
     sm_complex per_mass[SM_MODES];
     double per_scale; /* 1 / limit_scale */
     sm_coefficients now[SM_MODES], rate[SM_MODES]; /* and d/dt of them */
+    sm_factors factor[SM_MODES];
     sm_complex near_wave[SM_NEAR]; /* exp(i (n theta_A + m theta_B - theta_j)) */
     double near_rate[SM_NEAR];     /* d/dt of that angle */
+    int like_first[SM_NEAR];       /* that angle is the first one's times 1, -1; or another: 0 */
     int32_t cell[SM_MODES];        /* of the table, where the last amplitudes were */
 } sm_instant;
 
@@ -33,6 +44,12 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed);
 
 /* Turns to `inputs`; what they share with those before is not computed again. */
 void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs);
+
+/* Whether `inputs` are those of the instant but for the angles, and stay so. */
+int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs);
+/* Where it holds them: turns to the angles `elapsed` seconds after their start. */
+void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                     double elapsed);
 
 /* How the coefficients of mode j change with the inputs. */
 sm_coefficients sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant, int j,

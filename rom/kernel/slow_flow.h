@@ -22,10 +22,13 @@ sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *input
 double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
                          const sm_flow_state *state);
 
-/* Derivative of the unknowns. It has one compiled body, in a file of its own, and what `instant`
- * remembers is only spared work: equal arguments give equal bits. */
+/* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
+ * work: equal arguments give equal bits. */
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now,
                                   sm_instant *instant, const double *y, double *dy);
+/* At the inputs that `instant` is set to. */
+sm_status sm_slow_flow_derivative_at(const sm_slow_flow *flow, sm_instant *instant,
+                                     const double *y, double *dy);
 
 /* One Dormand-Prince 5(4) step from y (with derivative dy), `elapsed` seconds after the inputs'
  * start, over h: new values, the derivative there and the error relative to tolerance (1 is the

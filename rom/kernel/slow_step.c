@@ -1,9 +1,11 @@
 /* A step of the slow flow: Dormand and Prince 1980, the 5(4) pair with first-same-as-last. */
 #include <math.h>
 
+#include "lanes.h"
 #include "slow_flow.h"
 
 #define STAGES 7
+#define AMPLITUDES (2 * SM_MODES) /* the first of the unknowns */
 
 static const double NODE[STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
 static const double WEIGHT[STAGES][STAGES - 1] = {
@@ -21,27 +23,29 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
 
 #define NEGLIGIBLE 1e-140 /* of an amplitude: the square of less is a denormal, which is slow */
 
-/* y + h sum of the stages so far, `count` of them */
-static void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count, double *y_new) {
+/* Unknowns from `first` to before `end`: y + h sum of the stages so far, `count` of them.
+ * `first` and `end` are literals. */
+SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count, int first,
+                    int end, double *y_new) {
     double sum[SM_UNKNOWNS] = {0.0};
     for (int p = 0; p < count; p++)
-        for (int u = 0; u < SM_UNKNOWNS; u++) sum[u] += WEIGHT[count][p] * k[p][u];
-    for (int u = 0; u < SM_UNKNOWNS; u++) {
-        y_new[u] = y[u] + h * sum[u];
-        if (fabs(y_new[u]) < NEGLIGIBLE) y_new[u] = 0.0;
+        for (int u = first; u < end; u++) sum[u] += WEIGHT[count][p] * k[p][u];
+    for (int u = first; u < end; u++) {
+        const double moved = y[u] + h * sum[u];
+        y_new[u] = fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
     }
 }
 
 /* Estimated error of the amplitudes after the step, relative to the tolerance. The range of the
  * table goes with the friction limits. */
-static double error_of(const sm_table *table, double limit_scale, double h, double tolerance,
-                       double (*k)[SM_UNKNOWNS], const double *y_new) {
+SM_INLINE double error_of(const sm_table *table, double limit_scale, double h, double tolerance,
+                          double (*k)[SM_UNKNOWNS], const double *y_new) {
     const double range[SM_MODES] = {table->node_a[table->count_a - 1],
                                     table->modes == SM_MODES ? table->node_b[table->count_b - 1]
                                                              : 0.0};
-    double e[SM_UNKNOWNS] = {0.0}, largest = 0.0;
+    double e[AMPLITUDES] = {0.0}, largest = 0.0;
     for (int p = 0; p < STAGES; p++)
-        for (int u = 0; u < SM_UNKNOWNS; u++) e[u] += ERROR[p] * k[p][u];
+        for (int u = 0; u < AMPLITUDES; u++) e[u] += ERROR[p] * k[p][u];
     for (int j = 0; j < table->modes; j++) {
         const double *a = y_new + 2 * j, *e_j = e + 2 * j;
         const double modulus = sqrt(a[0] * a[0] + a[1] * a[1]);
@@ -53,21 +57,35 @@ static double error_of(const sm_table *table, double limit_scale, double h, doub
     return largest;
 }
 
-sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                           double h, const sm_inputs *end, double tolerance, sm_instant *instant,
-                           const double *y, const double *dy, double *y_new, double *dy_new,
-                           double *error) {
+/* To the inputs of a stage; `held`: they turn their angles alone. */
+SM_INLINE void set_instant(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                           double elapsed, double h, const sm_inputs *end, int stage, int held) {
+    const double later = elapsed + NODE[stage] * h;
+    if (NODE[stage] == 1.0) {
+        sm_instant_set(instant, flow, end);
+    } else if (held) {
+        sm_instant_turn(instant, flow, inputs, later);
+    } else {
+        const sm_inputs now = sm_inputs_after(inputs, flow->table.modes, later);
+        sm_instant_set(instant, flow, &now);
+    }
+}
+
+SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs,
+                                      double elapsed, double h, const sm_inputs *end,
+                                      double tolerance, sm_instant *instant, const double *y,
+                                      const double *dy, double *y_new, double *dy_new,
+                                      double *error) {
     double k[STAGES][SM_UNKNOWNS];
     for (int u = 0; u < SM_UNKNOWNS; u++) k[0][u] = dy[u];
+    const int held = sm_instant_holds(instant, inputs);
     for (int stage = 1; stage < STAGES; stage++) {
-        const sm_inputs now =
-            NODE[stage] < 1.0
-                ? sm_inputs_after(inputs, flow->table.modes, elapsed + NODE[stage] * h)
-                : *end;
-        move(y, h, k, stage, y_new);
-        const sm_status status = sm_slow_flow_derivative(flow, &now, instant, y_new, k[stage]);
+        set_instant(instant, flow, inputs, elapsed, h, end, stage, held);
+        move(y, h, k, stage, 0, AMPLITUDES, y_new);
+        const sm_status status = sm_slow_flow_derivative_at(flow, instant, y_new, k[stage]);
         if (status != SM_OK) return status;
     }
+    move(y, h, k, STAGES - 1, AMPLITUDES, SM_UNKNOWNS, y_new); /* no rate depends on these */
     *error = error_of(&flow->table, end->limit_scale, h, tolerance, k, y_new);
     for (int u = 0; u < SM_UNKNOWNS; u++) dy_new[u] = k[STAGES - 1][u];
     return SM_OK;

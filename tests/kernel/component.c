@@ -235,6 +235,10 @@ static void check_recent_motion(int modes, int contacts) {
     double *out = new_doubles(m.outputs), *motion = new_doubles(count);
     double *before = new_doubles(m.state), *after = new_doubles(m.state);
     const double rate[4] = {0.0};
+    sm_component_free(m.component);
+    m.motion.steps_per_period = 128; /* the grids differ where an internal step ends in between */
+    CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &m.component),
+                 SM_OK);
     CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
     CHECK_STATUS(sm_component_step(m.component, 20000.0), SM_OK);
     CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
@@ -243,7 +247,7 @@ static void check_recent_motion(int modes, int contacts) {
     CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
     CHECK_STATUS(sm_component_get_state(m.component, after), SM_OK);
     CHECK(memcmp(before, after, m.state * sizeof(double)) == 0);
-    for (size_t k = 0; k < count; k++) CHECK_NEAR(motion[k], out[SM_OUTPUTS_FIXED + k], 1e-3);
+    for (size_t k = 0; k < count; k++) CHECK_NEAR(motion[k], out[SM_OUTPUTS_FIXED + k], 1e-5);
     inputs.frequency_rate[0] = 10.0; /* faster than could be, so long ago */
     CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
     CHECK_FINITE(motion, count);

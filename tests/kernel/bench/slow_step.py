@@ -8,7 +8,7 @@ HERE = Path(__file__).parent
 CORE = HERE.parents[2] / "rom" / "kernel"
 FLAGS = (
     *("-O3", "-std=c99", "-fopenmp-simd", "-DSM_OPENMP_SIMD", "-DSM_CLONES"),  # as CMakeLists.txt
-    *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"),
+    *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-fno-tree-slp-vectorize"),
 )
 
 
