@@ -10,6 +10,7 @@ from fuzz import mutated_model, mutated_scene
 import rom
 from fmu import Component
 from rom.amplitude import amplitude_rate
+from rom.visited import Visited
 from runner import plan as planning
 from runner import scene
 from runner.amplitude_range import DryRun
@@ -55,7 +56,9 @@ def planned(monkeypatch):
 
     def dry_run(excited, schedule, near, *, progress):
         modes = len(excited.modes)
-        return DryRun(modes * (1.0,), "not run", np.zeros(modes))
+        path, limit = np.linspace(0.0, 0.4, 5)[:, np.newaxis] * np.ones(2), (1.0, 1.0)
+        visited = Visited.along(path, limit, np.full(2, 0.1)) if modes == 2 else None
+        return DryRun(modes * (1.0,), "not run", visited, np.zeros(modes))
 
     def measure_truncation(excited, amplitude, near, dofs):
         return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))
