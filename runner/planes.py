@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from runner import torus_view
 from runner.channels import FULL, PHASES, TORUS, Channel
 from runner.envelope import DENSE_SAMPLES
+from runner.trail import trails
 
 TIMELINE = "time"
 PHASE_PLANE, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
@@ -259,12 +260,12 @@ def _draw_path(
     shown = _shown(len(points))
     index = [time_column(time_ns[shown])]
     if plane.trail:
-        trails = [points[max(starts[i], i + 1 - plane.trail) : i + 1] for i in shown]
+        strips = trails(points, starts, shown, plane.trail)
         style = rr.LineStrips2D.from_fields(
             colors=color, radii=rr.Radius.ui_points(1.5), draw_order=2.0
         )
         stream.log(f"{plane.entity}/trail", style, static=True)
-        stream.send_columns(f"{plane.entity}/trail", index, rr.LineStrips2D.columns(strips=trails))
+        stream.send_columns(f"{plane.entity}/trail", index, rr.LineStrips2D.columns(strips=strips))
     mark = rr.Points2D.from_fields(
         colors=_POINT_COLOR, radii=rr.Radius.ui_points(5.0), draw_order=3.0
     )

@@ -10,6 +10,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from runner.channels import PHASES, TORUS, Channel
+from runner.trail import trails
 
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
@@ -107,11 +108,10 @@ def draw(
     stream.log(f"{TORUS}/surface", mesh, static=True)
     _draw_frame(stream, scale, limit)
     points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
-    starts = _turn_starts(phases)
-    trails = [points[max(starts[i], i + 1 - trail) : i + 1] for i in shown]
+    strips = trails(points, _turn_starts(phases), shown, trail)
     style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))
     stream.log(f"{TORUS}/trail", style, static=True)
-    stream.send_columns(f"{TORUS}/trail", index, rr.LineStrips3D.columns(strips=trails))
+    stream.send_columns(f"{TORUS}/trail", index, rr.LineStrips3D.columns(strips=strips))
     mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
