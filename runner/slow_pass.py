@@ -19,7 +19,7 @@ from runner.scene import Window
 from runner.torus_motion import carrier_phases, torus_motion
 from runner.trajectory import sample_times, slow_trajectory
 
-_STEPS_PER_BLOCK = 256
+_STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _SAMPLES_PER_BATCH = 16384
 
 Floats = NDArray[np.float64]
