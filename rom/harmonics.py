@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import UnvisitedError
-from rom.matrices import Floats
+from rom.matrices import Flags, Floats
 from rom.near import Order
 
 Complexes = NDArray[np.complex128]
@@ -36,7 +36,7 @@ class Harmonics:
     orders: tuple[Order, ...]
     P: Complexes
     left_out: Floats
-    visited: NDArray[np.bool_] | None = None
+    visited: Flags | None = None
 
     def at(self, amplitude: Complexes) -> Complexes:
         """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""

@@ -13,6 +13,7 @@ from rom.errors import SlipmodeError
 from rom.magnitude import LARGEST
 
 Floats: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
 Sparse: TypeAlias = "scipy.sparse.csc_array[np.float64]"
 Matrix: TypeAlias = "Floats | Sparse"
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"

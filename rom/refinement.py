@@ -20,12 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rom.errors import SlipmodeError
-from rom.matrices import Floats
+from rom.matrices import Flags, Floats
 from rom.near import Order
 from rom.tables import Complexes, Table, make_table
 from rom.visited import Visited, corners, widened, with_neighbours
-
-Flags = NDArray[np.bool_]
 
 _FIRST_INTERVALS = 8
 _FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
@@ -107,6 +105,11 @@ class Axis:
         """What sorts the nodes and, after them, the midpoints."""
         return np.argsort(np.concatenate((self.node, self.middles)), kind="stable")
 
+    @property
+    def finer(self) -> Floats:
+        """Nodes and midpoints in order."""
+        return np.concatenate((self.node, self.middles))[self.order]
+
     def halved(self, error: Floats, tolerance: float) -> Axis:
         """With the midpoints as nodes, where the surface had errors (poor,)."""
         before = self.missed[self.poor]
@@ -116,10 +119,9 @@ class Axis:
         still, missed = np.zeros_like(self.poor), self.missed.copy()
         still[self.poor] = left > tolerance
         missed[self.poor] = error
-        node = np.concatenate((self.node, self.middles))[self.order]
         parts = np.where(self.poor, 2, 1)
         # a kink beside an interval bends the surface in it too, and may be seen only there
-        return Axis(node, widened(np.repeat(still, parts)), np.repeat(missed, parts))
+        return Axis(self.finer, widened(np.repeat(still, parts)), np.repeat(missed, parts))
 
     def poor_at(self, points: Floats) -> Axis:
         """With the intervals that hold the points to be halved too."""
@@ -245,9 +247,8 @@ def _halve(
     axis = axes[number]
     if not axis.poor.any():
         return axes, samples
-    lines = _lines(axes)
-    between = _replaced(lines, number, axis.middles)
-    finer = _replaced(lines, number, np.concatenate((axis.node, axis.middles))[axis.order])
+    lines, order = _lines(axes), axis.order
+    between, finer = (_replaced(lines, number, node) for node in (axis.middles, axis.finer))
     points = _product(*between, len(axes))
     table = sampling.table(lines, samples)
     surface = table.terms(points)
@@ -257,7 +258,7 @@ def _halve(
     shape = beside[0].shape
     fresh = (0.5 * (beside[0] + beside[1])).reshape(len(points), -1)
     fresh[:, : surface.shape[1]] = surface
-    new = axis.order >= axis.node.size
+    new = order >= axis.node.size
     counts, taken = (
         np.compress(new, flags, axis=number).ravel() for flags in sampling.wanted(*finer)
     )
@@ -266,7 +267,7 @@ def _halve(
     error = np.where(counts, sampling.error_of(surface, fresh, table), 0.0)
     worst = error.reshape(shape[:2]).max(axis=1 - number)
     both = np.concatenate((samples, fresh.reshape(shape)), axis=number)
-    merged = np.take(both, axis.order, axis=number)
+    merged = np.take(both, order, axis=number)
     return [*axes[:number], axis.halved(worst, tolerance), *axes[number + 1 :]], merged
 
 

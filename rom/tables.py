@@ -17,10 +17,9 @@ from scipy.linalg import solve_banded
 
 from rom import _kernel
 from rom.errors import SlipmodeError, UnvisitedError
-from rom.matrices import Floats
+from rom.matrices import Flags, Floats
 
 Complexes = NDArray[np.complex128]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.matrices import Floats
-
-Flags = NDArray[np.bool_]
+from rom.matrices import Flags, Floats
 
 _TILES = 32  # per amplitude
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -115,7 +116,8 @@ def run(
     rrd = folder / f"{scene.name}.rrd" if scene.log.rerun else None
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
-    through = partial(_through, mcap=mcap, rrd=rrd, fmu=fmu, live=live, progress=progress)
+    recorder = partial(_open, mcap=mcap, rrd=rrd, fmu=fmu, live=live)
+    through = partial(_through, recorder=recorder, fmu=fmu, progress=progress)
     try:
         pass_ = through(plan, model)
     except SlipmodeError as refusal:
@@ -144,19 +146,17 @@ def _through(
     plan: Plan,
     model: Model,
     *,
-    mcap: Path | None,
-    rrd: Path | None,
+    recorder: Callable[[Plan, Model], Recorder],
     fmu: str | PathLike[str] | None,
-    live: Viewer | None,
     progress: bool,
 ) -> SlowPass:
     """One pass through slow time, recorded."""
     with (
         interrupts_held_back() as raise_if_interrupted,
         _stepping(fmu, plan, model) as component,
-        _open(plan, model, mcap, rrd, fmu, live) as recorder,
+        recorder(plan, model) as opened,
     ):
-        pass_ = SlowPass(plan, model, component, recorder, raise_if_interrupted)
+        pass_ = SlowPass(plan, model, component, opened, raise_if_interrupted)
         pass_.through_slow_time(progress)
     return pass_
 
@@ -182,6 +182,7 @@ def _stepping(
 def _open(
     plan: Plan,
     model: Model,
+    *,
     mcap: Path | None,
     rrd: Path | None,
     fmu: str | PathLike[str] | None,
