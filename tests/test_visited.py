@@ -18,7 +18,7 @@ from rom.visited import Visited, corners, with_neighbours
 from runner import amplitude_range
 from runner.cli import main
 from runner.fmu_export import export_fmu
-from runner.scene import parse_scene
+from runner.scene import parse_scene, shipped_scenes
 
 BOTH = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))
 LIMIT = (3.6, 1.5)
@@ -181,37 +181,16 @@ def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
 
 # Runs
 
-SCENE = """
-title = "Both modes"
-[structure]
-model = "two-mass"
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
-dof = 0
-amplitude = 0.15
-frequency = 0.98
-[forcing.B]
-dof = 1
-amplitude = [[0, 0.0], [200, 0.0], [200, 0.25]]
-frequency = 1.65
-[run]
-duration = 600.0
-step = 1.0
-[model]
-table = "visited"
-[[contact]]
-window = [580.0, 600.0]
-samples_per_period = 32
-[log]
-mcap = true
-rerun = false
-"""
+PARTS = {
+    "duration = 1500.0": "duration = 600.0",
+    "window = [1400.0, 1450.0]": "window = [580.0, 600.0]",
+    'formulation = "consistent"': 'table = "visited"',
+    "rerun = true": "rerun = false",
+}
+SCENE = shipped_scenes()["two-mode"].read_text(encoding="utf-8")
+for piece, other in PARTS.items():
+    assert piece in SCENE
+    SCENE = SCENE.replace(piece, other)
 
 
 def scene(name, text=SCENE):
