@@ -61,6 +61,7 @@ class Table(Structure):
         ("node_a", c_void_p),
         ("node_b", c_void_p),
         ("values", c_void_p),
+        ("lag", c_void_p),
         ("visited", c_void_p),
     )
 
@@ -173,6 +174,10 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(c_size_t, c_void_p, c_int32, c_void_p),
         *(c_void_p, c_void_p, c_void_p, c_void_p),
     ],
+    "sm_torus_growing": [
+        *(POINTER(Contact), c_void_p, c_int32, c_int32),
+        *(c_size_t, c_void_p, c_void_p, c_int32, c_void_p, c_void_p),
+    ],
     "sm_contact_motion": [
         *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),
         *(c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
@@ -251,19 +256,23 @@ def table(
     node_a: Floats,
     node_b: Floats,
     values: Floats,
+    lag: Floats | None,
     visited: NDArray[np.bool_] | None,
 ) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
+    columns = values.shape[-1] // 2
+    power = int(columns > modes)
     result = Table(
         modes=modes,
-        near=values.shape[-1] // 2 - modes - 1,
-        power=1,
+        near=columns - modes - power,
+        power=power,
         count_a=node_a.size,
         count_b=node_b.size,
         node_a=node_a.ctypes.data,
         node_b=node_b.ctypes.data if modes == 2 else None,
         values=values.ctypes.data,
+        lag=None if lag is None else lag.ctypes.data,
         visited=None if visited is None else visited.ctypes.data,
     )
-    result.owned = (node_a, node_b, values, visited)
+    result.owned = (node_a, node_b, values, lag, visited)
     return result

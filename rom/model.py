@@ -20,7 +20,7 @@ from rom.quality import Quality
 from rom.reduction import Reduced
 from rom.tables import Table
 
-FORMAT = 11  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 12  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -121,10 +121,9 @@ class Model:
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        visited = content.get("visited")
-        table = Table(
-            *(content["node_a"], content["node_b"], content["values"]), len(reduced.modes), visited
-        )
+        lag, visited = content.get("lag"), content.get("visited")
+        surface = (content["node_a"], content["node_b"], content["values"])
+        table = Table(*surface, len(reduced.modes), lag, visited)
         near = tuple(NearResonance(*term) for term in header["near"])
         quality = Quality(**header["quality"])
         harmonics = None
@@ -150,6 +149,8 @@ class Model:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+        if self.table.lag is not None:
+            arrays |= {"lag": self.table.lag}
         if self.table.visited is not None:
             arrays |= {"visited": self.table.visited}
         return arrays | {

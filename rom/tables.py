@@ -38,6 +38,9 @@ class Table:
         leaves the modes (its imaginary part 0).
     modes : int
         Number of modes.
+    lag : (n_a, n_b, 4, 2 modes^2) ndarray, optional
+        Likewise dS_j / d(d|a_k|/dt) [N kg^-1 s/m], by j and k: see `rom.lag`. Default: friction
+        is at any time what it is in steady motion.
     visited : (n_a - 1, n_b - 1) ndarray of bool, optional
         Cells where the surface holds, and is looked up. Default: all.
     """
@@ -46,6 +49,7 @@ class Table:
     node_b: Floats
     values: Floats
     modes: int
+    lag: Floats | None = None
     visited: Flags | None = None
 
     @property
@@ -70,12 +74,21 @@ class Table:
             _kernel.contiguous(self.node_a),
             _kernel.contiguous(self.node_b),
             _kernel.contiguous(self.values),
+            None if self.lag is None else _kernel.contiguous(self.lag),
             self.visited,
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
         """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table."""
         return self.terms(amplitudes)[..., : self.modes]
+
+    def lag_at(self, amplitudes: ArrayLike) -> Complexes:
+        """dS_j / d(d|a_k|/dt), (..., modes, modes), at amplitudes (..., modes) >= 0."""
+        if self.lag is None:
+            return np.zeros((*np.shape(amplitudes), self.modes), dtype=complex)
+        surface = Table(self.node_a, self.node_b, self.lag, self.modes, visited=self.visited)
+        terms = surface.terms(amplitudes)
+        return terms.reshape(*terms.shape[:-1], self.modes, self.modes)
 
     def terms(self, amplitudes: ArrayLike) -> Complexes:
         """All columns of `values`, (..., k), at amplitudes (..., modes) >= 0.
@@ -121,14 +134,7 @@ def make_table(
         of the dissipative parts are limited.
     """
     modes = 1 if node_b.size == 1 else 2
-    odd_a, odd_b = (np.array(orders) % 2 == 1).T
-    f = np.stack((samples.real, samples.imag), axis=-1)  # (n_a, n_b, k, 2)
-    f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
-    f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
-    if modes == 2:
-        weights = _slope_weights(node_b, odd_b)
-        f_b = np.einsum("kij,ajks->aiks", weights, f)
-        f_ab = np.einsum("kij,ajks->aiks", weights, f_a)
+    f, f_a, f_b, f_ab = _with_slopes(node_a, node_b, samples, orders)
     for j in range(modes):
         own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[j]
         gain = np.array([loss[j] * (j == mode) for mode in range(2)])
@@ -138,8 +144,34 @@ def make_table(
             *(f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]),
         )
         f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
-    values = np.stack((f, f_a, f_b, f_ab), axis=2)
-    return Table(node_a, node_b, values.reshape(*values.shape[:3], -1), modes)
+    return Table(node_a, node_b, _side_by_side(f, f_a, f_b, f_ab), modes)
+
+
+def surface_values(
+    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+) -> Floats:
+    """Values and slopes (n_a, n_b, 4, 2 k) through samples of any sign, as in `make_table`."""
+    return _side_by_side(*_with_slopes(node_a, node_b, samples, orders))
+
+
+def _with_slopes(
+    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
+    odd_a, odd_b = (np.array(orders) % 2 == 1).T
+    f = np.stack((samples.real, samples.imag), axis=-1)
+    f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
+    f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
+    if node_b.size > 1:
+        weights = _slope_weights(node_b, odd_b)
+        f_b = np.einsum("kij,ajks->aiks", weights, f)
+        f_ab = np.einsum("kij,ajks->aiks", weights, f_a)
+    return f, f_a, f_b, f_ab
+
+
+def _side_by_side(*parts: Floats) -> Floats:
+    values = np.stack(parts, axis=2)
+    return values.reshape(*values.shape[:3], -1)
 
 
 def _slope_weights(node: Floats, odd: Flags) -> Floats:

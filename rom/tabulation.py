@@ -15,6 +15,7 @@ from tqdm import tqdm
 from rom.errors import SlipmodeError
 from rom.friction import Friction, limits
 from rom.harmonics import Harmonics
+from rom.lag import with_lag
 from rom.magnitude import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from rom.matrices import Floats
 from rom.model import Model
@@ -117,6 +118,8 @@ def tabulate(
         samples = _Samples(solve, columns, pool, bar)
         sampling = Sampling(samples, columns, visited)
         table, carried, error = refine(sampling, limit, tolerance)
+        if reduced.formulation == "consistent":
+            table = with_lag(table, reduced, law, resolution.grid, pool.map)
     quality = Quality(
         tolerance=tolerance,
         interpolation=error,

@@ -15,7 +15,7 @@ typedef struct {
     double y[2 * SM_MODES], dy[2 * SM_MODES];
 } straight_line;
 
-/* The rates at a point of the ray and v' there. */
+/* The rates at a point of the ray, and v' and the lag of friction there. */
 typedef struct {
     sm_instant instant;
     sm_flow_state state;
@@ -60,10 +60,11 @@ static double short_distance(const straight_line *ray) {
     return size > 0.0 ? FAR / size : 1.0; /* all the rest is at most quadratic */
 }
 
-/* Change of v' along the ray: it would take second derivatives of the table, and being small
- * against v it is taken from a central difference; one-sided at the table's very edge. */
+/* Changes of v' and of the lag along the ray: v' would take second derivatives of the table, and
+ * being small against v they are taken from a central difference; one-sided at the table's very
+ * edge. */
 static sm_status change_of_bend(const straight_line *ray, const ray_point *here,
-                                sm_complex *change) {
+                                sm_flow_change *change) {
     const double distance = short_distance(ray);
     ray_point ahead = *here, behind = *here;
     const sm_status forth = point_at(ray, distance, &ahead);
@@ -72,27 +73,31 @@ static sm_status change_of_bend(const straight_line *ray, const ray_point *here,
     if (forth != SM_OK) ahead = *here;
     if (back != SM_OK) behind = *here;
     const double length = distance * ((forth == SM_OK) + (back == SM_OK));
-    for (int j = 0; j < ray->flow->table.modes; j++)
-        change[j] =
-            sm_cscale(sm_csub(ahead.flow.rate[j], behind.flow.rate[j]), 1.0 / length);
+    for (int j = 0; j < ray->flow->table.modes; j++) {
+        const sm_flow_change *end = &ahead.flow, *start = &behind.flow;
+        change->rate[j] = sm_cscale(sm_csub(end->rate[j], start->rate[j]), 1.0 / length);
+        change->lag[j] = sm_cscale(sm_csub(end->lag[j], start->lag[j]), 1.0 / length);
+    }
     return SM_OK;
 }
 
 /* Change along the ray of what friction takes, see sm_friction_power. */
 static double change_of_friction(const straight_line *ray, const ray_point *here,
-                                 const sm_flow_change *change) {
+                                 const sm_flow_change *change, const sm_complex *lag_change) {
     const sm_slow_flow *flow = ray->flow;
     const double scale = ray->at.limit_scale;
     double power = 0.0;
-    if (flow->table.power && sm_friction_power(flow, &here->instant, &here->state) == 0.0)
+    const sm_complex *lag = here->flow.lag;
+    if (flow->table.power && sm_friction_power(flow, &here->instant, &here->state, lag) == 0.0)
         return 0.0; /* its lower limit */
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_mode_state *mode = &here->state.mode[j];
         const sm_complex a = sm_conj(mode->amplitude);
         const sm_complex da = sm_cx(ray->dy[2 * j], -ray->dy[2 * j + 1]);
-        power -= 2.0 * ray->along.frequency[j] * sm_cmul(a, mode->force).im
-                 + 2.0 * ray->at.frequency[j]
-                       * (sm_cmul(da, mode->force).im + sm_cmul(a, change->force[j]).im);
+        const sm_complex force = sm_cadd(mode->force, lag[j]);
+        const sm_complex d_force = sm_cadd(change->force[j], lag_change[j]);
+        power -= 2.0 * ray->along.frequency[j] * sm_cmul(a, force).im
+                 + 2.0 * ray->at.frequency[j] * (sm_cmul(da, force).im + sm_cmul(a, d_force).im);
     }
     if (flow->table.power)
         power += scale * scale * change->difference
@@ -120,9 +125,9 @@ static sm_status change_along(const straight_line *ray, double *d_rate, double *
     ray_point here;
     sm_coefficients now[SM_MODES];
     double near_angle[SM_NEAR];
-    sm_complex bend[SM_MODES];
+    sm_flow_change bend = {.difference = 0.0};
     sm_status status = point_at(ray, 0.0, &here);
-    if (status == SM_OK && !flow->paper) status = change_of_bend(ray, &here, bend);
+    if (status == SM_OK && !flow->paper) status = change_of_bend(ray, &here, &bend);
     if (status != SM_OK) return status;
     sm_direction along = {.now = now, .near_angle = near_angle,
                           .limit_scale = ray->along.limit_scale};
@@ -134,14 +139,16 @@ static sm_status change_along(const straight_line *ray, double *d_rate, double *
         near_angle[k] = sm_near_angle(&flow->near[k], ray->along.angle);
     const sm_flow_change change = sm_first_order_change(flow, &here.instant, &here.state, &along);
     *d_input_power = 0.0;
-    *d_friction_power = change_of_friction(ray, &here, &change);
+    *d_friction_power = change_of_friction(ray, &here, &change, bend.lag);
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_complex per_mass = here.instant.per_mass[j];
         sm_complex rate = here.state.mode[j].rate, d = change.rate[j];
-        if (!flow->paper) { /* of v - v' / mass */
-            const sm_complex less = sm_cmul(here.flow.rate[j], per_mass);
+        if (!flow->paper) { /* of v - (v' - lag) / mass */
+            const sm_complex less =
+                sm_cmul(sm_csub(here.flow.rate[j], here.flow.lag[j]), per_mass);
+            const sm_complex bent = sm_csub(bend.rate[j], bend.lag[j]);
             const sm_complex d_less =
-                sm_cmul(sm_csub(bend[j], sm_cmul(less, now[j].mass)), per_mass);
+                sm_cmul(sm_csub(bent, sm_cmul(less, now[j].mass)), per_mass);
             rate = sm_csub(rate, less);
             d = sm_csub(d, d_less);
         }

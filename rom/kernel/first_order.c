@@ -3,7 +3,9 @@
  * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
  *   mass a' + stiffness a = F exp(i ph) / 2 + S_j a / |a| [+ near resonances].
  * The exact equation has an a'' as well. With v(a) the rate without it, a'' is v' along the flow
- * to first order, so a' = v - v' / mass. The paper neglects it.
+ * to first order, so a' = v - v' / mass. The paper neglects it. To the same order friction lags
+ * behind what it is in steady motion, by lag_jk d|a_k|/dt: a contact that sticks holds what the last
+ * reversal left, as large as the amplitude was then.
  */
 #include "first_order.h"
 
@@ -74,7 +76,7 @@ SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, i
                                         state->mode[0].unit, state->mode[1].unit);
     const double modulus[SM_MODES] = {state->mode[0].modulus, state->mode[1].modulus};
     const sm_status status =
-        sm_table_slopes_from(&flow->table, modulus, instant->cell, state->slopes);
+        sm_table_slopes_from(&flow->table, modulus, instant->cell, state->slopes, state->lag);
     if (status == SM_OK) answer(flow, instant, modes, state);
     return status;
 }
@@ -139,14 +141,28 @@ SM_INLINE void change_of_pulls(const sm_slow_flow *flow, const sm_instant *insta
     }
 }
 
-/* `modes` and `moving` are literals: whether more than the angles of the inputs changes. */
+/* Along the flow: the less that contacts pull, for what the last reversals left. */
+SM_INLINE void lag_behind(const sm_slow_flow *flow, const sm_instant *instant,
+                          const sm_flow_state *state, int modes, const felt_change *felt,
+                          sm_flow_change *change) {
+    for (int j = 0; j < modes; j++) {
+        sm_complex lag = {0.0, 0.0};
+        for (int k = 0; k < modes && flow->table.lag; k++)
+            lag = sm_cadd(lag, sm_cscale(pair(state->lag + 2 * (j * modes + k)), felt[k].modulus));
+        change->lag[j] = sm_cmul(instant->factor[j].grip, sm_cmul(lag, felt[j].unit));
+    }
+}
+
+/* `modes`, `moving` and `flowing` are literals: whether more than the angles of the inputs changes,
+ * and whether the direction is the flow's. */
 SM_INLINE sm_flow_change change_along(const sm_slow_flow *flow, const sm_instant *instant,
                                       const sm_flow_state *state, const sm_direction *along,
-                                      int modes, int moving) {
+                                      int modes, int moving, int flowing) {
     const double scale = moving ? along->limit_scale * instant->per_scale : 0.0; /* relative */
     felt_change felt[SM_MODES] = {{0.0, 0.0, {0.0, 0.0}, 0}};
     sm_complex pull[SM_MODES];
-    sm_flow_change change = {.difference = 0.0};
+    sm_flow_change change;
+    change.difference = 0.0;
     for (int j = 0; j < modes; j++) {
         const sm_mode_state *mode = &state->mode[j];
         sm_complex turned = sm_cmul(instant->factor[j].feel, along->amplitude[j]);
@@ -181,6 +197,7 @@ SM_INLINE sm_flow_change change_along(const sm_slow_flow *flow, const sm_instant
         change.rate[j] =
             sm_cadd(change.rate[j], sm_cmul(sm_csub(drive, rest), instant->per_mass[j]));
     }
+    if (flowing) lag_behind(flow, instant, state, modes, felt, &change);
     if (flow->table.power) {
         const size_t fields = 2 * (size_t)(modes + flow->table.near + 1);
         change.difference =
@@ -191,7 +208,7 @@ SM_INLINE sm_flow_change change_along(const sm_slow_flow *flow, const sm_instant
 
 sm_flow_change sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                                      const sm_flow_state *state, const sm_direction *along) {
-    return change_along(flow, instant, state, along, flow->table.modes, 1);
+    return change_along(flow, instant, state, along, flow->table.modes, 1, 0);
 }
 
 SM_INLINE sm_flow_change along_flow(const sm_slow_flow *flow, const sm_instant *instant,
@@ -200,7 +217,7 @@ SM_INLINE sm_flow_change along_flow(const sm_slow_flow *flow, const sm_instant *
                                 .now = moving ? instant->rate : NULL,
                                 .near_angle = instant->near_rate,
                                 .limit_scale = instant->inputs.limit_scale_rate};
-    return change_along(flow, instant, state, &along, modes, moving);
+    return change_along(flow, instant, state, &along, modes, moving, 1);
 }
 
 sm_flow_change sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
@@ -209,11 +226,12 @@ sm_flow_change sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *
 }
 
 SM_INLINE double friction_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
-                                const sm_flow_state *state) {
+                                const sm_flow_state *state, const sm_complex *lag) {
     double power = 0.0;
     for (int j = 0; j < modes; j++)
         power -= 2.0 * instant->inputs.frequency[j]
-                 * sm_cmul(sm_conj(state->mode[j].amplitude), state->mode[j].force).im;
+                 * sm_cmul(sm_conj(state->mode[j].amplitude),
+                           sm_cadd(state->mode[j].force, lag[j])).im;
     if (!flow->table.power) return power;
     const double scale = instant->inputs.limit_scale;
     power += scale * scale * state->slopes[2 * (modes + flow->table.near)];
@@ -221,8 +239,8 @@ SM_INLINE double friction_power(const sm_slow_flow *flow, const sm_instant *inst
 }
 
 double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                         const sm_flow_state *state) {
-    return friction_power(flow, instant, flow->table.modes, state);
+                         const sm_flow_state *state, const sm_complex *lag) {
+    return friction_power(flow, instant, flow->table.modes, state, lag);
 }
 
 /* Mean of F cos(theta + ph) q', q' = 2 Re((a' + i Omega a) exp(i theta)). */
@@ -239,15 +257,17 @@ SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, in
     const sm_status status = first_order(flow, instant, modes, y, &state);
     if (status != SM_OK) return status;
     sm_flow_change change;
+    change.lag[0] = change.lag[1] = sm_cx(0.0, 0.0);
     if (!flow->paper) change = along_flow(flow, instant, &state, modes, moving);
     if (modes < SM_MODES) dy[2] = dy[3] = 0.0;
-    dy[SM_DISSIPATED] = friction_power(flow, instant, modes, &state);
+    dy[SM_DISSIPATED] = friction_power(flow, instant, modes, &state, change.lag);
     dy[SM_PUT_IN] = 0.0;
     for (int j = 0; j < modes; j++) {
         const sm_mode_state *mode = &state.mode[j];
         const sm_complex rate =
             flow->paper ? mode->rate
-                        : sm_csub(mode->rate, sm_cmul(change.rate[j], instant->per_mass[j]));
+                        : sm_csub(mode->rate, sm_cmul(sm_csub(change.rate[j], change.lag[j]),
+                                                      instant->per_mass[j]));
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
         dy[SM_PUT_IN] += input_power(instant, j, mode->amplitude, rate);

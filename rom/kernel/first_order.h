@@ -19,6 +19,7 @@ typedef struct {
     sm_mode_state mode[SM_MODES];
     sm_complex near_unit[SM_NEAR], near_pull[SM_NEAR];
     double slopes[3 * SM_MOST_FIELDS]; /* of the table: values, d/da, d/db */
+    double lag[SM_LAGS];
 } sm_flow_state;
 
 /* A direction in amplitudes and inputs. */
@@ -32,6 +33,7 @@ typedef struct {
 /* What changes along it. */
 typedef struct {
     sm_complex rate[SM_MODES], force[SM_MODES];
+    sm_complex lag[SM_MODES]; /* along the flow: the force of friction less that in steady motion */
     double difference; /* tabulated: the friction power less what leaves the modes */
 } sm_flow_change;
 

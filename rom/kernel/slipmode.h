@@ -24,6 +24,7 @@
 #define SM_MODES 2 /* the method treats one or two forced modes */
 #define SM_NEAR 8  /* near resonances that a slow flow may have at most */
 #define SM_MOST_FIELDS (2 * (SM_MODES + SM_NEAR + 1)) /* of a table */
+#define SM_LAGS (2 * SM_MODES * SM_MODES)             /* of a table of two modes */
 
 typedef enum {
     SM_OK = 0,
@@ -97,6 +98,16 @@ SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rat
                                     double *harmonics, double *mean_square, double *residual,
                                     int32_t *marched);
 
+/* How far friction lags while amplitudes grow: harmonics P_nm of the contact motion over two
+ * periods of mode A, from rest through `amplitudes` in their middle. Differences of two growths are
+ * their effect; the modes answer at their carrier alone.
+ *   growth     (points, modes) of the amplitudes per period of mode A
+ *   harmonics  (points, orders_count, N_c, 2), weighted by a hat over the two periods */
+SM_API sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32_t steps,
+                                  int32_t lines, size_t points, const double *amplitudes,
+                                  const double *growth, int32_t orders_count,
+                                  const int32_t *orders, double *harmonics);
+
 /* ---- motion of the contacts along a slow trajectory ----------------------------------- */
 
 /* A stretch of slow time on which every input is a straight line in time. */
@@ -152,6 +163,9 @@ typedef struct {
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
+    /* (count_a, count_b, 4, 2 modes modes): dS_j / d(d|a_k|/dt), by mode j and k, in the same way:
+     * while amplitudes grow, friction lags behind that of steady motion. NULL: it does not. */
+    const double *lag;
     const uint8_t *visited; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
                                not looked up; NULL: it holds everywhere, as it does for one mode */
 } sm_table;

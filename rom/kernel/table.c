@@ -19,6 +19,10 @@ static size_t field_count(const sm_table *table) {
     return 2 * (size_t)(table->modes + table->near + table->power);
 }
 
+static size_t lag_count(const sm_table *table) {
+    return 2 * (size_t)(table->modes * table->modes);
+}
+
 /* What keeps a look-up inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
@@ -39,24 +43,27 @@ sm_status sm_table_check(const sm_table *table) {
     if (status == SM_OK && table->modes == SM_MODES)
         status = check_nodes(table->node_b, table->count_b);
     if (status != SM_OK) return status;
-    const size_t count = (size_t)table->count_a * (size_t)table->count_b * 4 * field_count(table);
-    return sm_all_finite(table->values, count) ? SM_OK : SM_NOT_FINITE;
+    const size_t rows = (size_t)table->count_a * (size_t)table->count_b * 4;
+    if (!sm_all_finite(table->values, rows * field_count(table))) return SM_NOT_FINITE;
+    return !table->lag || sm_all_finite(table->lag, rows * lag_count(table)) ? SM_OK
+                                                                             : SM_NOT_FINITE;
 }
 
-/* Doubles of the nodes and of the values, bytes of the cells. */
+/* Doubles of the nodes, of the values and of the lag, bytes of the cells. */
 typedef struct {
-    size_t a, b, values, cells;
+    size_t a, b, values, lag, cells;
 } sizes;
 
 static sizes sizes_of(const sm_table *table) {
     const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
     return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
+                   table->lag ? a * b * 4 * lag_count(table) : 0,
                    table->visited ? (a - 1) * (b - 1) : 0};
 }
 
 size_t sm_table_size(const sm_table *table) {
     const sizes s = sizes_of(table);
-    return s.a + s.b + s.values + sm_doubles(s.cells);
+    return s.a + s.b + s.values + s.lag + sm_doubles(s.cells);
 }
 
 sm_table sm_table_copy(const sm_table *table, double **memory) {
@@ -65,6 +72,7 @@ sm_table sm_table_copy(const sm_table *table, double **memory) {
     copy.node_a = sm_keep(memory, table->node_a, s.a);
     copy.node_b = sm_keep(memory, table->node_b, s.b);
     copy.values = sm_keep(memory, table->values, s.values);
+    copy.lag = sm_keep(memory, table->lag, s.lag);
     copy.visited = sm_keep_bytes(memory, table->visited, s.cells);
     return copy;
 }
@@ -104,20 +112,27 @@ typedef struct {
     size_t fields;
     const double *low, *high; /* rows of the nodes at its two ends in a, those in b one by one */
     hermite a, b;
+    size_t node;              /* the first of its corners */
 } patch;
 
+/* Which of the arrays over the nodes is summed up. */
+static void look_at(patch *cell, const sm_table *table, const double *values, size_t fields) {
+    cell->fields = fields;
+    cell->low = values + cell->node * 4 * fields;
+    cell->high = cell->low + (size_t)table->count_b * 4 * fields;
+}
+
 static patch patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell) {
-    patch found = {.fields = field_count(table)};
+    patch found;
     found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
-    size_t node = (size_t)cell[0] * (size_t)table->count_b;
+    found.node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
         found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
-        node += (size_t)cell[1];
+        found.node += (size_t)cell[1];
     } else {
         found.b.value[0] = 1.0;
     }
-    found.low = table->values + node * 4 * found.fields;
-    found.high = found.low + (size_t)table->count_b * 4 * found.fields;
+    look_at(&found, table, table->values, field_count(table));
     return found;
 }
 
@@ -207,17 +222,21 @@ sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes
                                  double *slopes) {
     if (!shape_is_valid(table) || !amplitudes || !slopes) return SM_BAD_ARGUMENT;
     int32_t cell[SM_MODES] = {0};
-    const sm_status status = sm_table_slopes_from(table, amplitudes, cell, slopes);
+    double lag[SM_LAGS];
+    const sm_status status = sm_table_slopes_from(table, amplitudes, cell, slopes, lag);
     if (status != SM_OK) return status;
     return sm_all_finite(slopes, PARTS * field_count(table)) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
-                               double *slopes) {
+                               double *slopes, double *lag) {
     const sm_status status = find_cell(table, amplitudes, cell);
     if (status != SM_OK) return status;
-    const patch found = patch_at(table, amplitudes, cell);
+    patch found = patch_at(table, amplitudes, cell);
     slopes_of(&found, table->modes, slopes);
+    if (!table->lag) return SM_OK;
+    look_at(&found, table, table->lag, lag_count(table));
+    values_of(&found, table->modes, lag);
     return SM_OK;
 }
 

@@ -8,9 +8,9 @@ sm_status sm_table_check_shape(const sm_table *table);
 
 /* As sm_table_lookup_slopes, but neither the table's shape nor the result is checked. `cell`
  * (SM_MODES) says where to look first and is left at the cell found; the result does not depend
- * on it. */
+ * on it. `lag` (SM_LAGS) is set if the table has one. */
 sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
-                               double *slopes);
+                               double *slopes, double *lag);
 
 /* A copy in memory from *memory, of so many doubles, which is moved on. */
 size_t sm_table_size(const sm_table *table);

@@ -34,7 +34,7 @@ static void harmonic(const double *carrier, const int32_t *order, double *re, do
 static void fill_angles(sm_torus_grid *grid) {
     const int orders = grid->orders_count;
     for (int k = 0; k < 2 * (grid->steps + SM_TOGETHER); k++) {
-        const double t = SM_TWO_PI * (k / 2 + (k % 2 == 0 ? SM_GAMMA : 1.0)) / grid->steps;
+        const double t = SM_TWO_PI * sm_stage_place((size_t)k) / grid->steps;
         double *c = grid->carrier + k * 4;
         c[0] = cos(t);
         c[1] = sin(t);
@@ -121,7 +121,7 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t speed = whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
     const size_t row = (size_t)n * SM_LANES;
-    g->memory = calloc(lanes + 4 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
+    g->memory = calloc(lanes + 6 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
                            + 8 * harmonics + points * speed + line_state,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
@@ -133,7 +133,9 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
         sm_lanes_place(&g->lanes[block], n, SM_LANES, memory);
     g->a = memory;
     g->b = g->a + wide;
-    g->phase = g->b + wide;
+    g->a_step = g->b + wide;
+    g->b_step = g->a_step + wide;
+    g->phase = g->b_step + wide;
     g->sums = g->phase + 2 * wide;
     g->pull = grid->feedback ? g->sums + sums : NULL;
     g->squares[0] = g->sums + sums + pull;
@@ -238,7 +240,7 @@ void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group 
 
 /* ---- between periods ----------------------------------------------------------------- */
 
-static void turn_phases(const sm_torus_grid *grid, sm_torus_group *g) {
+void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *g) {
     const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
     for (int block = 0; block < g->blocks; block++) {
         double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
@@ -326,7 +328,7 @@ static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
 
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
     if (half == 1) {
-        turn_phases(grid, g);
+        sm_torus_group_turn(grid, g);
         accelerate(grid, g, points);
     }
     if (!g->pull) return;

@@ -30,7 +30,8 @@ typedef struct {
 typedef struct {
     int blocks;              /* lanes of the group / SM_LANES */
     sm_lanes *lanes;         /* (blocks) */
-    double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane */
+    double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane as the period starts */
+    double *a_step, *b_step; /* the same shape: what they grow by in a step */
     double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
     double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
     double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
@@ -57,6 +58,11 @@ static inline int sm_torus_half_end(const sm_torus_grid *grid, int half) {
     return half == 0 ? grid->steps / 2 : grid->steps;
 }
 
+/* Where in a period a stage is, in steps. */
+static inline double sm_stage_place(size_t stage) {
+    return (double)(stage / 2) + (stage % 2 == 0 ? SM_GAMMA : 1.0);
+}
+
 /* Both take their memory here; release it with the functions that follow, also after a failure. */
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
                              int steps, int lines, int orders_count, const int32_t *orders);
@@ -77,5 +83,7 @@ void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group 
  * the phases and move the lines of unfinished points closer to periodicity. */
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points,
                          int half);
+/* After a period: the phases of the next. */
+void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *group);
 
 #endif

@@ -2,16 +2,19 @@
 
 #include "smooth_stage.h"
 
-/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane. */
+/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
-                            const double *restrict a, const double *restrict b,
-                            const double *restrict phase, double *restrict u) {
+                            double steps, const sm_torus_group *g, size_t at,
+                            double *restrict u) {
+    const double *restrict a = g->a + at, *restrict b = g->b + at;
+    const double *restrict a_step = g->a_step + at, *restrict b_step = g->b_step + at;
+    const double *restrict phase = g->phase + 2 * at;
     const int n = contact->contacts;
     for (int i = 0; i < n; i++) {
         const double *L = contact->coupling + 2 * i;
         const double from_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
         SM_SIMD
-        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * a[l];
+        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * (a[l] + steps * a_step[l]);
         if (contact->modes == 1) continue;
         L = contact->coupling + 2 * (n + i);
         /* Re(L exp(i (t_B0 + ratio t_A))) = p cos t_B0 - q sin t_B0 */
@@ -19,7 +22,8 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
         const double q = -2.0 * (L[1] * carrier[2] + L[0] * carrier[3]);
         SM_SIMD
         for (int l = 0; l < lanes; l++)
-            u[i * lanes + l] += b[l] * (p * phase[l] - q * phase[lanes + l]);
+            u[i * lanes + l] += (b[l] + steps * b_step[l])
+                                * (p * phase[l] - q * phase[lanes + l]);
     }
 }
 
@@ -56,8 +60,8 @@ SM_INLINE void force(const int lanes, const sm_torus_grid *grid, const sm_torus_
     const size_t at = (size_t)block * (size_t)lanes, first = 2 * (size_t)k;
     const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
     for (size_t stage = 0; stage < 2 * SM_TOGETHER; stage++)
-        load_forcing(lanes, grid->contact, grid->carrier + 4 * (first + stage), g->a + at,
-                     g->b + at, g->phase + 2 * at, u + stage * row);
+        load_forcing(lanes, grid->contact, grid->carrier + 4 * (first + stage),
+                     sm_stage_place(first + stage), g, at, u + stage * row);
     if (g->pull)
         add_pull(lanes, grid, grid->turn + 2 * (size_t)grid->orders_count * first,
                  g->pull + at * grid->per_point, u);

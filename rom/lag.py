@@ -1,0 +1,133 @@
+"""How far friction lags behind that of steady motion while amplitudes grow.
+
+A contact that sticks holds what the last reversal left, and that was as large as the amplitude was
+then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where contacts
+slip all the time nothing lags. It is small against S_j, so that a tenth of it is exact enough:
+sampled at every second grid line, on a coarser torus, without the modes' answer.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from rom import _kernel
+from rom.friction import Friction
+from rom.matrices import Flags, Floats
+from rom.near import CARRIERS
+from rom.reduction import Reduced
+from rom.tables import Complexes, Table, surface_values
+from rom.torus import Discretisation, contact_problem
+from rom.visited import corners, with_neighbours
+
+_GROWTH = 0.02  # of an amplitude in a period of mode A: small against it, large against rounding
+_LEAST_GROWTH = 0.002  # of the largest amplitude
+_COARSER = Discretisation(steps=4, lines=2)
+_COARSEST = Discretisation(steps=16, lines=8)
+_POINTS_PER_TASK = 16
+
+
+def friction_lag(
+    reduced: Reduced, law: Friction, amplitudes: Floats, limit: Floats, grid: Discretisation
+) -> Complexes:
+    """dS_j / d(d|a_k|/dt) [N kg^-1 s/m], (points, modes, modes) by j and k.
+
+    Parameters
+    ----------
+    amplitudes : (points, modes) ndarray
+        Modal amplitudes |a_j| [kg^1/2 m], >= 0.
+    limit : (modes,) ndarray
+        Of the table: the scale of the growth where an amplitude is small.
+    grid : Discretisation
+    """
+    modes = limit.size
+    growth = np.maximum(_GROWTH * amplitudes, _LEAST_GROWTH * limit)
+    lag = np.empty((len(amplitudes), modes, modes), dtype=complex)
+    for k in range(modes):
+        along = np.where(np.arange(modes) == k, growth, 0.0)
+        S_up, S_down = (
+            _growing(reduced, law, amplitudes, sign * along, grid) for sign in (1.0, -1.0)
+        )
+        lag[:, :, k] = (S_up - S_down) / (2.0 * growth[:, k : k + 1])
+    period = 2.0 * np.pi / float(reduced.carrier[0])
+    return lag * period
+
+
+def _growing(
+    reduced: Reduced, law: Friction, amplitudes: Floats, growth: Floats, grid: Discretisation
+) -> Complexes:
+    """S_j (points, modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
+    problem = contact_problem(reduced, law)
+    problem.answer = None
+    rates = _kernel.contiguous(reduced.carrier)
+    orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
+    points, growth = _kernel.contiguous(amplitudes), _kernel.contiguous(growth)
+    P = np.empty((len(points), rates.size, reduced.n_contacts), dtype=complex)
+    status = _kernel.lib.sm_torus_growing(
+        *(ctypes.byref(problem), rates.ctypes.data, grid.steps, grid.lines),
+        *(len(points), points.ctypes.data, growth.ctypes.data),
+        *(len(orders), orders.ctypes.data, P.ctypes.data),
+    )
+    _kernel.check(status, "contact problem of growing amplitudes")
+    return np.asarray(-np.einsum("jc,pjc->pj", reduced.coupling, P))
+
+
+def with_lag(
+    table: Table,
+    reduced: Reduced,
+    law: Friction,
+    grid: Discretisation,
+    spread: Callable[[Callable[[Floats], Complexes], Iterable[Floats]], Iterable[Complexes]],
+) -> Table:
+    """The table with its lag.
+
+    Parameters
+    ----------
+    grid : Discretisation
+        Of the table.
+    spread : callable
+        Maps a function over tasks, as `map` does.
+    """
+    modes, limit = table.modes, table.limit
+    coarse = Discretisation(
+        min(grid.steps, max(grid.steps // _COARSER.steps, _COARSEST.steps)),
+        min(grid.lines, max(grid.lines // _COARSER.lines, _COARSEST.lines)),
+    )
+    lines = [_every_second(axis.size) for axis in (table.node_a, table.node_b)]
+    wanted = _wanted(table)[np.ix_(*lines)]
+    axes = [node[chosen] for node, chosen in zip((table.node_a, table.node_b), lines, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[wanted][:, :modes]
+    tasks = [points[k : k + _POINTS_PER_TASK] for k in range(0, len(points), _POINTS_PER_TASK)]
+    parts = spread(lambda part: friction_lag(reduced, law, part, limit, coarse), tasks)
+    sampled = np.zeros((*wanted.shape, modes * modes), dtype=complex)
+    sampled[wanted] = np.concatenate(list(parts)).reshape(-1, modes * modes)
+    for axis, (node, chosen) in enumerate(zip((table.node_a, table.node_b), lines, strict=True)):
+        sampled = _straight_between(node, chosen, sampled, axis)
+    even = [(j != k, j != k) for j in range(modes) for k in range(modes)]
+    values = surface_values(table.node_a, table.node_b, sampled, even)
+    return replace(table, lag=values)
+
+
+def _wanted(table: Table) -> Flags:
+    """Nodes (n_a, n_b) that what is looked up may depend on."""
+    if table.visited is None:
+        return np.ones((table.node_a.size, table.node_b.size), dtype=bool)
+    return with_neighbours(with_neighbours(corners(table.visited)))
+
+
+def _every_second(count: int) -> np.ndarray:
+    """Every second of the lines, and the last."""
+    return np.unique(np.append(np.arange(0, count, 2), count - 1))
+
+
+def _straight_between(node: Floats, chosen: np.ndarray, values: Complexes, axis: int) -> Complexes:
+    """Values at all nodes of an axis from those at chosen ones."""
+    left = np.clip(np.searchsorted(chosen, np.arange(node.size), side="right") - 1, 0, None)
+    right = np.minimum(left + 1, chosen.size - 1)
+    gap = node[chosen[right]] - node[chosen[left]]
+    part = np.divide(node - node[chosen[left]], gap, out=np.zeros(node.size), where=gap > 0)
+    part = part[:, np.newaxis, np.newaxis] if axis == 0 else part[np.newaxis, :, np.newaxis]
+    return np.take(values, left, axis) * (1.0 - part) + np.take(values, right, axis) * part
