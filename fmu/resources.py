@@ -19,7 +19,7 @@ from rom.amplitude import slow_flow
 from rom.answer_plane import answer_plane, no_answer
 from rom.friction import limits
 
-FORMAT = 3  # FMU_FORMAT in fmu/src/model.h
+FORMAT = 4  # FMU_FORMAT in fmu/src/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
@@ -87,6 +87,7 @@ def _arrays(
         "node_a": table.node_a,
         "node_b": table.node_b,
         "table": table.values,
+        "lag": np.empty((0, 0, 4, 0)) if table.lag is None else table.lag,
         "contact_limit": limits(model.law, reduced.n_contacts),
         "contact_stiffness": reduced.stiffness,
         "contact_damping": reduced.damping,

@@ -175,23 +175,33 @@ def amplitude_rate(
     Notes
     -----
     The exact equation has a second derivative, a'' + mass a' + stiffness a = .... With v(a) the
-    rate without it, a'' is v' along the flow to first order, so a' = v - v' / mass. The paper
-    neglects it.
+    rate without it, a'' is v' along the flow to first order, so a' = v - v' / mass. To the same
+    order friction lags behind that of steady motion, see `rom.lag`. The paper neglects both.
     """
     frequency = np.asarray(frequency, dtype=float)
     v = first_order_rate(model, amplitude, frequency, force, frequency_rate, shift)
     if model.reduced.formulation == "paper":
         return v
     ahead = _SHORT_STEP / model.reduced.carrier[0]
+    amplitude_ahead = amplitude + ahead * v
+    frequency_ahead = frequency + ahead * np.asarray(frequency_rate)
+    force_ahead = force + ahead * np.asarray(force_rate)
     later = first_order_rate(
-        model,
-        amplitude + ahead * v,
-        frequency + ahead * np.asarray(frequency_rate),
-        force + ahead * np.asarray(force_rate),
-        frequency_rate,
-        shift,
+        model, amplitude_ahead, frequency_ahead, force_ahead, frequency_rate, shift
     )
-    rate: Complexes = v - (later - v) / ahead / linear_part(model.reduced, frequency).mass
+    felt, felt_ahead = (
+        _felt(model, a, Omega, shift * F)
+        for a, Omega, F in (
+            (amplitude, frequency, force),
+            (amplitude_ahead, frequency_ahead, force_ahead),
+        )
+    )
+    growth = (np.abs(felt_ahead) - np.abs(felt)) / ahead
+    lag = np.einsum("...jk,...k->...j", model.table.lag_at(np.abs(felt)), growth)
+    # from rest an amplitude has the direction in which it moves
+    lag = coupling_turn(model.reduced, frequency) * lag * _unit(felt_ahead)
+    mass = linear_part(model.reduced, frequency).mass
+    rate: Complexes = v - ((later - v) / ahead - lag) / mass
     return rate
 
 
@@ -221,9 +231,21 @@ def friction_force(
     Without the near resonances, whose mean over time is zero. `shift` is what the contacts feel
     on top of the amplitude: felt_shift times the modal force.
     """
+    felt = _felt(model, amplitude, frequency, shift)
     turn = coupling_turn(model.reduced, np.asarray(frequency))
-    felt = turn * (amplitude + shift)
+    return np.asarray(turn * model.table(np.abs(felt)) * _unit(felt))
+
+
+def _felt(
+    model: Model, amplitude: Complexes, frequency: Floats, shift: Complexes | float
+) -> Complexes:
+    """What the contacts feel of the amplitudes (..., modes)."""
+    felt: Complexes = coupling_turn(model.reduced, np.asarray(frequency)) * (amplitude + shift)
+    return felt
+
+
+def _unit(felt: Complexes) -> Complexes:
+    """Its direction, 0 at rest."""
     modulus = np.abs(felt)
     tiny = np.finfo(float).tiny  # below it the quotient overflows
-    unit = np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > tiny)
-    return np.asarray(turn * model.table(modulus) * unit)
+    return np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > tiny)

@@ -2,8 +2,8 @@
 
 A contact that sticks holds what the last reversal left, and that was as large as the amplitude was
 then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where contacts
-slip all the time nothing lags. It is small against S_j, so that a tenth of it is exact enough:
-sampled at every second grid line, on a coarser torus, without the modes' answer.
+slip all the time nothing lags. It is a hundredth of S_j in a fast transient, and is itself taken to
+some hundredths: at every third grid line, on a coarser torus, without the modes' answer.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ _GROWTH = 0.02  # of an amplitude in a period of mode A: small against it, large
 _LEAST_GROWTH = 0.002  # of the largest amplitude
 _COARSER = Discretisation(steps=4, lines=2)
 _COARSEST = Discretisation(steps=16, lines=8)
+_STRIDE = 3  # grid lines from one that is sampled to the next
 _POINTS_PER_TASK = 16
 
 
@@ -96,7 +97,7 @@ def with_lag(
         min(grid.steps, max(grid.steps // _COARSER.steps, _COARSEST.steps)),
         min(grid.lines, max(grid.lines // _COARSER.lines, _COARSEST.lines)),
     )
-    lines = [_every_second(axis.size) for axis in (table.node_a, table.node_b)]
+    lines = [_some_lines(axis.size) for axis in (table.node_a, table.node_b)]
     wanted = _wanted(table)[np.ix_(*lines)]
     axes = [node[chosen] for node, chosen in zip((table.node_a, table.node_b), lines, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[wanted][:, :modes]
@@ -118,9 +119,9 @@ def _wanted(table: Table) -> Flags:
     return with_neighbours(with_neighbours(corners(table.visited)))
 
 
-def _every_second(count: int) -> np.ndarray:
-    """Every second of the lines, and the last."""
-    return np.unique(np.append(np.arange(0, count, 2), count - 1))
+def _some_lines(count: int) -> np.ndarray:
+    """Every few of the grid lines, and the last."""
+    return np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
 
 
 def _straight_between(node: Floats, chosen: np.ndarray, values: Complexes, axis: int) -> Complexes:

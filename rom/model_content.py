@@ -57,8 +57,9 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
         if name in content and content[name].ndim > 0
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
-    sizes |= {"4": 4, "k": 2 * (modes + near + 1)}
-    for name, layout in (_ARRAYS | (_harmonics(modes) if orders else {})).items():
+    sizes |= {"4": 4, "k": 2 * (modes + near + 1), "l": 2 * modes**2}
+    lagging = {"lag": "ab4l"} if header["formulation"] == "consistent" else {}
+    for name, layout in (_ARRAYS | lagging | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
         array, kind = content[name], complex if name in _COMPLEX else float
@@ -83,7 +84,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
 
 
 # The axes of each array: n DOFs, m modes, c contacts, p passive modes, q all modes, a and b nodes,
-# k columns; and the arrays that some are measured by.
+# k columns, l of the lag; and the arrays that some are measured by.
 _MEASURED = {
     **{"n": "mode_shapes", "c": "stiffness", "p": "passive_frequency"},
     **{"a": "node_a", "b": "node_b"},

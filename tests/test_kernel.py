@@ -22,6 +22,7 @@ FAIL_TO_ALLOCATE = "-Dcalloc=sm_test_calloc"  # lets the driver say when memory 
 GROUPS = (
     "friction",
     "torus",
+    "torus-growth",
     "motion",
     "harmonics",
     "table",

@@ -14,12 +14,12 @@
 
 /* Files, in the order of checksums.npy. */
 enum {
-    LAYOUT, CONSTANTS, INPUTS, NEAR, NODE_A, NODE_B, TABLE, LIMIT, STIFFNESS, DAMPING, MASS,
-    COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, PULL, ANSWER, VARIABLES, NAMES, FILES
+    LAYOUT, CONSTANTS, INPUTS, NEAR, NODE_A, NODE_B, TABLE, LAG, LIMIT, STIFFNESS, DAMPING,
+    MASS, COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, PULL, ANSWER, VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
     "layout.npy", "constants.npy", "inputs.npy", "near.npy", "node_a.npy", "node_b.npy",
-    "table.npy", "contact_limit.npy", "contact_stiffness.npy", "contact_damping.npy",
+    "table.npy", "lag.npy", "contact_limit.npy", "contact_stiffness.npy", "contact_damping.npy",
     "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy", "elastic_contacts.npy",
     "orders.npy", "contact_pull.npy", "elastic_answer.npy", "variables.npy", "names.txt"};
 
@@ -151,7 +151,12 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     flow->table.node_b = load_array(l, model, NODE_B, NPY_FLOAT64, 1, count_b, 0, 0, 0);
     if (!flow->table.node_b) return 0;
     flow->table.values = load_array(l, model, TABLE, NPY_FLOAT64, 4, count_a, count_b, 4, fields);
-    return flow->table.values != NULL;
+    if (!flow->table.values) return 0;
+    const size_t lag_a = shape->paper ? 0 : count_a, lag_b = shape->paper ? 0 : count_b;
+    const size_t lags = shape->paper ? 0 : 2 * (size_t)(shape->modes * shape->modes);
+    const double *lag = load_array(l, model, LAG, NPY_FLOAT64, 4, lag_a, lag_b, 4, lags);
+    flow->table.lag = shape->paper ? NULL : lag;
+    return lag != NULL;
 }
 
 static int load_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {

@@ -145,9 +145,10 @@ SM_INLINE void change_of_pulls(const sm_slow_flow *flow, const sm_instant *insta
 SM_INLINE void lag_behind(const sm_slow_flow *flow, const sm_instant *instant,
                           const sm_flow_state *state, int modes, const felt_change *felt,
                           sm_flow_change *change) {
+    const int lags = flow->table.lag && !flow->paper;
     for (int j = 0; j < modes; j++) {
         sm_complex lag = {0.0, 0.0};
-        for (int k = 0; k < modes && flow->table.lag; k++)
+        for (int k = 0; k < modes && lags; k++)
             lag = sm_cadd(lag, sm_cscale(pair(state->lag + 2 * (j * modes + k)), felt[k].modulus));
         change->lag[j] = sm_cmul(instant->factor[j].grip, sm_cmul(lag, felt[j].unit));
     }

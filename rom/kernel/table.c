@@ -123,9 +123,8 @@ static void look_at(patch *cell, const sm_table *table, const double *values, si
 }
 
 static patch patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell) {
-    patch found;
+    patch found = {.node = (size_t)cell[0] * (size_t)table->count_b};
     found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
-    found.node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
         found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
         found.node += (size_t)cell[1];

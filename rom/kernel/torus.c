@@ -7,12 +7,9 @@
  * compared with those a period before; the march ends when they repeat.
  */
 #include "check.h"
+#include "torus_check.h"
 #include "torus_group.h"
 
-#define MAX_STEPS 65536
-#define MAX_LINES 4096
-#define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
-#define MAX_ORDERS_COUNT 4096
 /* Half a period to forget the start and a whole one are marched in larger steps. */
 #define COARSE_HALVES 3
 #define COARSER 4
@@ -29,43 +26,30 @@ typedef struct {
     int32_t *marched;
 } torus_task;
 
-static sm_status check_grid(int32_t steps, int32_t lines, int32_t max_periods,
-                            int32_t orders_count, const int32_t *orders) {
-    if (steps < 4 || steps > MAX_STEPS || max_periods < 1) return SM_BAD_ARGUMENT;
-    if (lines < 1 || lines > MAX_LINES || (lines & (lines - 1)) != 0) return SM_BAD_ARGUMENT;
-    if (!orders || orders_count < 1 || orders_count > MAX_ORDERS_COUNT) return SM_BAD_ARGUMENT;
-    for (int32_t k = 0; k < 2 * orders_count; k++)
-        if (orders[k] < -MAX_ORDER || orders[k] > MAX_ORDER) return SM_BAD_ARGUMENT;
-    return SM_OK;
-}
-
 /* The modes must answer to the harmonics that are computed. */
 static int answers_to(const sm_modal_answer *answer, int32_t orders_count, const int32_t *orders) {
     return answer->feedback && answer->orders_count == orders_count &&
            memcmp(answer->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
 }
 
-static sm_status check_rates(const sm_contact *contact, const double *rates,
-                             const double *smallest_scale) {
-    if (!rates || !smallest_scale) return SM_BAD_ARGUMENT;
+static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
+    if (!smallest_scale) return SM_BAD_ARGUMENT;
     for (int j = 0; j < contact->modes; j++) {
-        sm_status status = sm_check_positive(rates[j]);
-        if (status == SM_OK) status = sm_check_not_negative(smallest_scale[j]);
-        if (status != SM_OK) return status;
-    }
-    const double ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    return isfinite(ratio * MAX_ORDER) ? SM_OK : SM_NOT_FINITE;
-}
-
-static sm_status check_points(const sm_contact *contact, size_t points, const double *amplitudes,
-                              size_t per_point) {
-    if (!sm_fits(points, per_point * sizeof(double))) return SM_BAD_ARGUMENT;
-    if (points > 0 && !amplitudes) return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < points * (size_t)contact->modes; k++) {
-        const sm_status status = sm_check_not_negative(amplitudes[k]);
+        const sm_status status = sm_check_not_negative(smallest_scale[j]);
         if (status != SM_OK) return status;
     }
     return SM_OK;
+}
+
+static sm_status check_points(const torus_task *task, const sm_contact *contact,
+                              int32_t orders_count) {
+    const sm_status status =
+        sm_torus_check_points(contact, task->points, task->amplitudes, orders_count);
+    for (size_t k = 0; status == SM_OK && k < task->points * (size_t)contact->modes; k++)
+        if (task->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
+    if (task->points == 0 || status != SM_OK) return status;
+    return task->harmonics && task->mean_square && task->residual && task->marched
+               ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 /* The answer of a point whose harmonics keep moving, by the error of the grid, while the phases
@@ -132,20 +116,17 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              int32_t max_periods, size_t points, const double *amplitudes,
                              int32_t orders_count, const int32_t *orders, double *harmonics,
                              double *mean_square, double *residual, int32_t *marched) {
-    sm_status status = sm_contact_check(contact);
-    if (status == SM_OK) status = check_grid(steps, lines, max_periods, orders_count, orders);
+    const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
+                             harmonics, mean_square,    residual,    marched};
+    sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
     if (status == SM_OK && contact->answer && !answers_to(contact->answer, orders_count, orders))
         return SM_BAD_ARGUMENT;
     if (status == SM_OK) status = sm_check_not_negative(tolerance);
-    if (status == SM_OK) status = check_rates(contact, rates, smallest_scale);
+    if (status == SM_OK) status = check_scales(contact, smallest_scale);
+    if (status == SM_OK) status = check_points(&task, contact, orders_count);
+    if (status == SM_OK && max_periods < 1) status = SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
-    const size_t per_point = (size_t)orders_count * (size_t)contact->contacts * 2;
-    status = check_points(contact, points, amplitudes, per_point);
-    if (status != SM_OK) return status;
-    if (points > 0 && (!harmonics || !mean_square || !residual || !marched)) return SM_BAD_ARGUMENT;
 
-    const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
-                             harmonics, mean_square,    residual,    marched};
     sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
     const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;
     sm_torus_group group = {.memory = NULL};

@@ -4,7 +4,7 @@
  * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
  * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
  */
-#include "check.h"
+#include "torus_check.h"
 #include "torus_group.h"
 
 #define SETTLING 2 /* periods from rest to the first that counts */
@@ -71,7 +71,11 @@ sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32
                            double *harmonics) {
     sm_torus_grid hat[2] = {{.memory = NULL}, {.memory = NULL}};
     sm_torus_group group = {.memory = NULL};
-    sm_status status = SM_OK;
+    sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
+    if (status == SM_OK) status = sm_torus_check_points(contact, points, amplitudes, orders_count);
+    if (status == SM_OK) status = sm_torus_check_points(contact, points, growth, orders_count);
+    if (status != SM_OK) return status;
+    if ((points > 0 && !harmonics) || contact->answer) return SM_BAD_ARGUMENT;
     for (int k = 0; k < 2 && status == SM_OK; k++) {
         status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, orders_count, orders);
         if (status == SM_OK) weigh(&hat[k], k);

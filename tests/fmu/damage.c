@@ -6,8 +6,8 @@
 
 static const char *const FILES[] = {
     "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "near.npy",
-    "node_a.npy", "node_b.npy", "table.npy", "contact_limit.npy", "contact_stiffness.npy",
-    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
+    "node_a.npy", "node_b.npy", "table.npy", "lag.npy", "contact_limit.npy",
+    "contact_stiffness.npy", "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
     "elastic_contacts.npy", "elastic_answer.npy", "contact_pull.npy", "orders.npy",
     "variables.npy", "names.txt"};
 

@@ -5,6 +5,7 @@
 
 void check_friction(void);
 void check_torus(void);
+void check_torus_growth(void);
 void check_harmonics(void);
 void check_motion(void);
 void check_table(void);
@@ -20,6 +21,7 @@ static const struct {
     void (*run)(void);
 } GROUPS[] = {{"friction", check_friction},
               {"torus", check_torus},
+              {"torus-growth", check_torus_growth},
               {"motion", check_motion},
               {"harmonics", check_harmonics},
               {"table", check_table},

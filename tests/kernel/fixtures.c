@@ -121,8 +121,12 @@ table new_rich_table(int count_a, int count_b, int near) {
             values[r * fields + f] = t.values[r * 4 + f % 4] * (f < 4 ? 1.0 : 0.3);
         values[r * fields + fields - 2] = 0.2 * t.values[r * 4];
     }
+    t.lag = new_doubles((size_t)(rows * SM_LAGS));
+    for (int r = 0; r < rows * SM_LAGS; r++)
+        t.lag[r] = (r % 3 - 0.7) * t.values[r / SM_LAGS * 4 + r % 4];
     free(t.values);
     t.table.values = t.values = values;
+    t.table.lag = t.lag;
     t.table.near = near;
     t.table.power = 1;
     return t;
@@ -132,6 +136,7 @@ void free_table(table *t) {
     free(t->node_a);
     free(t->node_b);
     free(t->values);
+    free(t->lag);
 }
 
 sm_slow_flow flow_over(const table *t) {

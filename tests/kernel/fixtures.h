@@ -22,12 +22,12 @@ void free_problem(problem *p);
 
 typedef struct {
     sm_table table;
-    double *node_a, *node_b, *values;
+    double *node_a, *node_b, *values, *lag;
 } table;
 
 /* Amplitudes 0 to 4, unevenly spaced; S_j is a polynomial that a bicubic surface holds exactly. */
 table new_table(int modes, int count_a, int count_b);
-/* For two modes, with columns for `near` near resonances and for the friction power as well. */
+/* For two modes, with columns for `near` near resonances and for the friction power, and a lag. */
 table new_rich_table(int count_a, int count_b, int near);
 void free_table(table *t);
 /* S_j of that polynomial, (Re, Im) of one or two modes. */

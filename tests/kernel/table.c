@@ -126,7 +126,7 @@ static void check_visited(void) {
         const int cell[2] = {place / 5, place % 5};
         visited[place] = 1;
         for (int k = 0; k < 20; k++) {
-            double at[2], s[4], whole[4], slopes[12];
+            double at[2], s[4], whole[4], slopes[12], lag[SM_LAGS];
             int32_t found[2] = {0, 0}, inside = 1;
             for (int j = 0; j < 2; j++) {
                 const double *node = j == 0 ? t.node_a : t.node_b;
@@ -141,7 +141,7 @@ static void check_visited(void) {
             CHECK_STATUS(sm_table_lookup(&t.table, at, s), expected);
             CHECK_STATUS(sm_table_lookup_many(&t.table, 1, at, s), expected);
             CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), expected);
-            CHECK_STATUS(sm_table_slopes_from(&t.table, at, found, slopes), expected);
+            CHECK_STATUS(sm_table_slopes_from(&t.table, at, found, slopes, lag), expected);
             CHECK(!inside || memcmp(s, whole, sizeof s) == 0);
         }
         visited[place] = 0;
@@ -153,7 +153,27 @@ static void check_visited(void) {
     free_table(&alone);
 }
 
+/* The lag is a surface of its own over the same nodes. */
+static void check_lag(void) {
+    table t = new_rich_table(4, 5, 1);
+    sm_table alone = t.table;
+    alone.values = t.lag;
+    alone.lag = NULL;
+    alone.near = 1; /* as many columns */
+    for (int k = 0; k < 100; k++) {
+        const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
+        double slopes[3 * SM_MOST_FIELDS], lag[SM_LAGS], expected[SM_LAGS];
+        int32_t cell[2] = {0, 0};
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, cell, slopes, lag), SM_OK);
+        CHECK_STATUS(sm_table_lookup(&alone, at, expected), SM_OK);
+        CHECK(memcmp(lag, expected, sizeof lag) == 0);
+    }
+    CHECK_REFUSES_NOT_FINITE(t.lag, 4 * 5 * 4 * SM_LAGS, call_table_check, &t.table);
+    free_table(&t);
+}
+
 void check_table(void) {
+    check_lag();
     check_visited();
     check_values(1, 2, 1);
     check_values(1, 17, 1);
