@@ -15,8 +15,8 @@ _KERNEL = _PACKAGE.parent / "rom" / "kernel"
 # What the FMU does not need of the core, here and in CMakeLists.txt: it makes no friction tables
 # and computes nothing in full order.
 _LEFT_OUT = {
-    *("torus", "torus_group", "torus_march", "smooth_stage", "periodicity", "acceleration"),
-    *("harmonics", "full"),
+    *("torus", "torus_check", "torus_group", "torus_march", "torus_growth", "smooth_stage"),
+    *("periodicity", "acceleration", "harmonics", "full"),
 }
 
 EXTENSIONS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}

@@ -98,9 +98,8 @@ class _Needs:
         self.angles = tuple(f"theta_{name}" for name in names)
         # near resonances follow the carrier angles
         followed = (*self.amplitudes, *(self.angles if model.near else ()))
+        # of the amplitudes; and the friction power, which lags as they grow
         self.rate = (*self.inputs, *followed)
-        # friction power: the rates of the inputs do not enter
-        self.power = (*(name for name in self.inputs if "_rate" not in name), *followed)
         self.margin = (*self.amplitudes, *(n for n in self.inputs if n == "limit_scale"))
         self.motion = (*self.inputs, *self.amplitudes, *self.angles)
 
@@ -221,7 +220,7 @@ def _derivatives(choice: Choice, needs: _Needs) -> Iterator[Variable]:
     rates: list[tuple[str, Quantity, tuple[str, ...], tuple[str, ...]]] = [
         *((name, Quantity.AMPLITUDE, needs.rate, damped) for name in needs.amplitudes),
         *((f"theta_{m}", Quantity.ANGLE, (f"frequency_{m}",), ()) for m in choice.mode_names),
-        ("dissipated_energy", Quantity.ENERGY, needs.power, ()),
+        ("dissipated_energy", Quantity.ENERGY, needs.rate, damped),
     ]
     for slot, (state, quantity, needed, parameters) in enumerate(rates):
         yield Variable(
@@ -265,7 +264,8 @@ def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
         "Mean power dissipated at the contacts",
         _DISSIPATED_POWER,
         Quantity.POWER,
-        needs=needs.power,
+        needs=needs.rate,
+        parameters=needs.dampings,
     )
     yield Variable(
         "table_status",

@@ -1,9 +1,10 @@
 """How far friction lags behind that of steady motion while amplitudes grow.
 
-A contact that sticks holds what the last reversal left, and that was as large as the amplitude was
-then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where contacts
-slip all the time nothing lags. It is a hundredth of S_j in a fast transient, and is itself taken to
-some hundredths: at every third grid line, on a coarser torus, without the modes' answer.
+A contact that sticks holds what the last reversal left, and that was as large as the amplitude
+was then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where
+contacts slip all the time nothing lags. It is a hundredth of S_j in a fast transient, and is
+itself taken to some hundredths: at every third grid line, on a coarser torus, without the modes'
+answer.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ def friction_lag(
             _growing(reduced, law, amplitudes, sign * along, grid) for sign in (1.0, -1.0)
         )
         lag[:, :, k] = (S_up - S_down) / (2.0 * growth[:, k : k + 1])
-    period = 2.0 * np.pi / float(reduced.carrier[0])
-    return lag * period
+    lag *= 2.0 * np.pi / reduced.carrier[0]
+    return lag
 
 
 def _growing(
@@ -131,4 +132,6 @@ def _straight_between(node: Floats, chosen: np.ndarray, values: Complexes, axis:
     gap = node[chosen[right]] - node[chosen[left]]
     part = np.divide(node - node[chosen[left]], gap, out=np.zeros(node.size), where=gap > 0)
     part = part[:, np.newaxis, np.newaxis] if axis == 0 else part[np.newaxis, :, np.newaxis]
-    return np.take(values, left, axis) * (1.0 - part) + np.take(values, right, axis) * part
+    return np.asarray(
+        np.take(values, left, axis) * (1.0 - part) + np.take(values, right, axis) * part
+    )

@@ -222,11 +222,10 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
                 table = replace(table, visited=sampling.visited.cells(*_lines(axes)))
             return table, carried, float(errors.max())
         axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
-    _, errors = measured(axes, samples)
     raise SlipmodeError(
-        f"tolerance: the friction table still misses {tolerance:g} with {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes (error {errors.max():.2g}); allow a larger tolerance, or a "
-        "larger alpha, or make the contacts stiffer against the modes"
+        f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
+        f"{samples.shape[1]} nodes; allow a larger tolerance, or a larger alpha, or make the "
+        "contacts stiffer against the modes"
     )
 
 

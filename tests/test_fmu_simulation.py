@@ -410,7 +410,7 @@ def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path):
     checksums[0] = np.array([crc], dtype="<u4").view("<i4")[0]
     np.save(resources / "checksums.npy", checksums)
     ((_, message),) = _refusal(folder, fmi)
-    assert "layout.npy: version 4, this binary reads version 3" in message
+    assert "layout.npy: version 5, this binary reads version 4" in message
 
 
 def _cut(path, end):

@@ -48,15 +48,14 @@ class HardReport:
             for outcome, found in zip(self.outcomes, self.others, strict=True)
         ]
         risks = [(o.case.name, o.case.risk) for o in self.outcomes]
-        reasons = [(o.case.name, o.reason or o.case.missed) for o in self.outcomes]
-        stated = [(name, reason) for name, reason in reasons if reason]
+        refused = [(o.case.name, o.reason) for o in self.outcomes if o.reason]
         parts = [
             [_LEGEND],
             aligned([head, *lines]),
             ["what could go wrong", *aligned(risks)],
         ]
-        if stated:
-            parts.append(["refused or missed because", *aligned(stated)])
+        if refused:
+            parts.append(["refused because", *aligned(refused)])
         return "\n\n".join("\n".join(part) for part in parts)
 
     def numbers(self) -> list[dict[str, Any]]:
@@ -69,7 +68,7 @@ class HardReport:
                 "bound": outcome.case.bound,
                 "measured": _number(outcome.measured),
                 "verdict": outcome.verdict,
-                "reason": outcome.reason or outcome.case.missed,
+                "reason": outcome.reason,
                 "others": [asdict(a) | {"error": _number(a.error)} for a in found],
             }
             for outcome, found in zip(self.outcomes, self.others, strict=True)

@@ -30,8 +30,6 @@ class HardCase:
         Returns the value; raises SlipmodeError where the case is refused.
     refusal : str
         Words of the message where the case must be refused; empty where it must be met.
-    missed : str
-        Why the bound is known to be missed; empty where it is met.
     motion : Case, optional
         The same case for other integrators; None where there is no motion to compare.
     slow : bool
@@ -44,7 +42,6 @@ class HardCase:
     bound: float
     measure: Callable[[], float]
     refusal: str = ""
-    missed: str = ""
     motion: Case | None = None
     slow: bool = False
 
