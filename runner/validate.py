@@ -24,7 +24,7 @@ from runner.rerun_sink import RerunSink
 from runner.scene import Scene, Window, load_scene
 from runner.trajectory import sample_times, slow_trajectory
 
-_STEPS_PER_PERIOD = 128
+_STEPS_PER_PERIOD = 64
 _LAST_PERIODS = 20  # compared where the scene asks for no contact motion
 
 Floats = NDArray[np.float64]

@@ -29,7 +29,8 @@ def test_shipped_scenes_agree_with_full_order(name, tmp_path):
     errors = {line.subject: line for line in found.comparisons}
     for subject, bound in BOUNDS[name].items():
         assert errors[subject].error < bound, subject
-        assert errors[subject].reference_error < 0.2 * bound, subject
+        # of half as many steps: that of the reference is a quarter of it, or less
+        assert errors[subject].reference_error < 0.4 * bound, subject
 
 
 def test_both_motions_are_in_one_recording(tmp_path):
