@@ -17,7 +17,7 @@ from runner.report.signals import ERRORS as SIGNAL_ERRORS
 from runner.report.signals import SLOW, Reference, full_rows, slow_row
 
 ERRORS = (*SIGNAL_ERRORS, "steady amplitude")
-_FLOW = (25.0, 1e-6)
+_FLOW = (20.0, 1e-6)
 
 
 def check(case: Case, tolerance: float, refinements: tuple[int, ...]) -> Section:

@@ -82,8 +82,8 @@ def _point_forced_chain_50() -> Case:
 
 FULL = Scope(
     tables=(1e-2, 3e-3, 1e-3),
-    flows=((25.0, 1e-4), (25.0, 1e-6), (1.0, 1e-6)),
-    refinements=(1, 2, 4, 8, 16),
+    flows=((20.0, 1e-4), (20.0, 1e-6), (1.0, 1e-6)),
+    refinements=(1, 2, 3, 4, 8, 16),
     tolerances=(1e-3, 1e-4, 1e-5, 1e-6),
     slow_tolerances=(1e-3, 1e-4),
     harmonics=(1, 3, 5, 7, 11, 15, 21, 31),
@@ -111,8 +111,8 @@ FULL = Scope(
 
 QUICK = Scope(
     tables=(1e-2, 3e-3),
-    flows=((25.0, 1e-4), (1.0, 1e-6)),
-    refinements=(1, 2, 4),
+    flows=((20.0, 1e-4), (1.0, 1e-6)),
+    refinements=(1, 2, 3, 4),
     tolerances=(1e-3, 1e-5),
     slow_tolerances=(),
     harmonics=(3, 7, 11),

@@ -99,7 +99,7 @@ def slow_row(
 
 def _motion_rows(reference: Reference, slow: SlowCase, method: str, setting: str) -> Iterator[Row]:
     """Timed: the slow flow, and the fast motion at every sample of the window or of the run."""
-    march, case = slow.march(25.0), reference.case
+    march, case = slow.march(20.0), reference.case
     window = case.times[case.in_window]
     ways = [("window", march.motion, window), ("motion", march.motion, case.times)]
     if slow.model.harmonics:

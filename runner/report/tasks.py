@@ -81,9 +81,9 @@ def _chain(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
 
     def rows() -> Iterator[Row]:
         yield from signals.slow_rows(reference, scope.tables[:2], scope.flows)
-        yield from signals.full_rows(reference, scope.refinements[:3])
+        yield from signals.full_rows(reference, scope.refinements[:4])
         yield from signals.craig_bampton_rows(
-            reference, _CRAIG_BAMPTON_MODES, scope.refinements[:3]
+            reference, _CRAIG_BAMPTON_MODES, scope.refinements[:4]
         )
 
     name = reference.case.name
@@ -92,7 +92,7 @@ def _chain(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
 
 
 def _accuracy(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
-    section = check(make(), scope.tables[1], scope.refinements[:3])
+    section = check(make(), scope.tables[1], scope.refinements[:4])
     shown(section.baseline)
     return section
 
