@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -93,45 +94,32 @@ def with_lag(
     spread : callable
         Maps a function over tasks, as `map` does.
     """
-    modes, limit = table.modes, table.limit
+    modes, limit, axes = table.modes, table.limit, (table.node_a, table.node_b)
     coarse = Discretisation(
         min(grid.steps, max(grid.steps // _COARSER.steps, _COARSEST.steps)),
         min(grid.lines, max(grid.lines // _COARSER.lines, _COARSEST.lines)),
     )
-    lines = [_some_lines(axis.size) for axis in (table.node_a, table.node_b)]
+    lines = [
+        np.unique(np.append(np.arange(0, node.size, _STRIDE), node.size - 1)) for node in axes
+    ]
     wanted = _wanted(table)[np.ix_(*lines)]
-    axes = [node[chosen] for node, chosen in zip((table.node_a, table.node_b), lines, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[wanted][:, :modes]
+    some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
+    points = np.stack(np.meshgrid(*some, indexing="ij"), axis=-1)[wanted][:, :modes]
     tasks = [points[k : k + _POINTS_PER_TASK] for k in range(0, len(points), _POINTS_PER_TASK)]
     parts = spread(lambda part: friction_lag(reduced, law, part, limit, coarse), tasks)
-    sampled = np.zeros((*wanted.shape, modes * modes), dtype=complex)
-    sampled[wanted] = np.concatenate(list(parts)).reshape(-1, modes * modes)
-    for axis, (node, chosen) in enumerate(zip((table.node_a, table.node_b), lines, strict=True)):
-        sampled = _straight_between(node, chosen, sampled, axis)
+    lag = np.zeros((*wanted.shape, modes * modes), dtype=complex)
+    lag[wanted] = np.concatenate(list(parts)).reshape(-1, modes * modes)
+    for axis in range(2):
+        lag = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, lag)
     even = [(j != k, j != k) for j in range(modes) for k in range(modes)]
-    values = surface_values(table.node_a, table.node_b, sampled, even)
-    return replace(table, lag=values)
+    return replace(table, lag=surface_values(*axes, lag, even))
 
 
 def _wanted(table: Table) -> Flags:
     """Nodes (n_a, n_b) that what is looked up may depend on."""
     if table.visited is None:
         return np.ones((table.node_a.size, table.node_b.size), dtype=bool)
-    return with_neighbours(with_neighbours(corners(table.visited)))
-
-
-def _some_lines(count: int) -> np.ndarray:
-    """Every few of the grid lines, and the last."""
-    return np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
-
-
-def _straight_between(node: Floats, chosen: np.ndarray, values: Complexes, axis: int) -> Complexes:
-    """Values at all nodes of an axis from those at chosen ones."""
-    left = np.clip(np.searchsorted(chosen, np.arange(node.size), side="right") - 1, 0, None)
-    right = np.minimum(left + 1, chosen.size - 1)
-    gap = node[chosen[right]] - node[chosen[left]]
-    part = np.divide(node - node[chosen[left]], gap, out=np.zeros(node.size), where=gap > 0)
-    part = part[:, np.newaxis, np.newaxis] if axis == 0 else part[np.newaxis, :, np.newaxis]
-    return np.asarray(
-        np.take(values, left, axis) * (1.0 - part) + np.take(values, right, axis) * part
-    )
+    near = corners(table.visited)
+    for _ in range(_STRIDE):
+        near = with_neighbours(near)
+    return near
