@@ -41,9 +41,26 @@ void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *
 }
 
 /* exp(i (n t_A + m t_B - theta_j)), t_j = theta_j + arg a_j. */
-SM_INLINE sm_complex near_unit(const sm_near *near, sm_complex wave, sm_complex unit_a,
-                               sm_complex unit_b) {
-    return sm_cmul(wave, sm_cmul(sm_unit_power(unit_a, near->n), sm_unit_power(unit_b, near->m)));
+SM_INLINE sm_complex near_unit(const sm_near *near, sm_complex wave,
+                               const sm_complex unit[SM_MODES]) {
+    return sm_cmul(wave,
+                   sm_cmul(sm_unit_power(unit[0], near->n), sm_unit_power(unit[1], near->m)));
+}
+
+/* Those of all near resonances. Where angles are equal or opposite, less t_j of their mode, one
+ * follows from the other; not at rest, where the units are no units. */
+SM_INLINE void near_units(const sm_slow_flow *flow, const sm_instant *instant, int at_rest,
+                          const sm_complex unit[SM_MODES], sm_complex *of_near) {
+    const sm_near *near = flow->near;
+    for (int k = 0; k < flow->table.near; k++) {
+        const int like_first = at_rest ? 0 : instant->like_first[k];
+        if (like_first == 0) {
+            of_near[k] = near_unit(&near[k], instant->near_wave[k], unit);
+            continue;
+        }
+        const sm_complex loop = sm_cmul(of_near[0], sm_conj(unit[near[0].mode]));
+        of_near[k] = sm_cmul(like_first > 0 ? loop : sm_conj(loop), unit[near[k].mode]);
+    }
 }
 
 /* Forces of the contacts on the modes, and the rates that they lead to. */
@@ -66,22 +83,24 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
     }
 }
 
+/* With slopes of the first `sloped` columns of the table. */
 SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, int modes,
-                                const double *y, sm_flow_state *state) {
+                                size_t sloped, const double *y, sm_flow_state *state) {
     feel(instant, modes, y, state->mode);
-    for (int k = 0; k < flow->table.near; k++)
-        state->near_unit[k] = near_unit(&flow->near[k], instant->near_wave[k],
-                                        state->mode[0].unit, state->mode[1].unit);
     const double modulus[SM_MODES] = {state->mode[0].modulus, state->mode[1].modulus};
+    const sm_complex unit[SM_MODES] = {state->mode[0].unit, state->mode[1].unit};
+    near_units(flow, instant, modulus[0] == 0.0 || modulus[1] == 0.0, unit, state->near_unit);
     const sm_status status =
-        sm_table_slopes_from(&flow->table, modulus, instant->cell, state->slopes);
+        sm_table_slopes_from(&flow->table, modulus, sloped, instant->cell, state->slopes);
     if (status == SM_OK) answer(flow, instant, modes, state);
     return status;
 }
 
 sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,
                          sm_flow_state *state) {
-    return first_order(flow, instant, flow->table.modes, y, state);
+    const sm_table *table = &flow->table;
+    const size_t columns = 2 * (size_t)(table->modes + table->near + table->power);
+    return first_order(flow, instant, table->modes, columns, y, state);
 }
 
 #define AT_REST 1e-4 /* radians in which the flow covers an amplitude that counts as none */
@@ -127,10 +146,10 @@ SM_INLINE void change_of_pulls(const sm_slow_flow *flow, const sm_instant *insta
     }
     for (int k = 0; k < flow->table.near; k++) {
         const sm_near *near = &flow->near[k];
-        const sm_complex unit =
-            d[0].from_rest || d[1].from_rest
-                ? near_unit(near, instant->near_wave[k], d[0].unit, d[1].unit)
-                : state->near_unit[k];
+        const sm_complex moving[SM_MODES] = {d[0].unit, d[1].unit};
+        const sm_complex unit = d[0].from_rest || d[1].from_rest
+                                    ? near_unit(near, instant->near_wave[k], moving)
+                                    : state->near_unit[k];
         const sm_complex grown = change_of_column(slopes, fields, modes + k, d);
         const double angle = near->n * d[0].angle + near->m * d[1].angle + near_angle[k];
         pull[near->mode] = sm_cadd(pull[near->mode],
@@ -236,7 +255,8 @@ SM_INLINE double input_power(const sm_instant *instant, int j, sm_complex a, sm_
 SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, int modes,
                                int moving, const double *y, double *dy) {
     sm_flow_state state;
-    const sm_status status = first_order(flow, instant, modes, y, &state);
+    const size_t forces = 2 * (size_t)(modes + flow->table.near); /* no slopes of powers needed */
+    const sm_status status = first_order(flow, instant, modes, forces, y, &state);
     if (status != SM_OK) return status;
     sm_flow_change change;
     if (!flow->paper) change = along_flow(flow, instant, &state, modes, moving);

@@ -141,7 +141,7 @@ static void check_visited(void) {
             CHECK_STATUS(sm_table_lookup(&t.table, at, s), expected);
             CHECK_STATUS(sm_table_lookup_many(&t.table, 1, at, s), expected);
             CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), expected);
-            CHECK_STATUS(sm_table_slopes_from(&t.table, at, found, slopes), expected);
+            CHECK_STATUS(sm_table_slopes_from(&t.table, at, 4, found, slopes), expected);
             CHECK(!inside || memcmp(s, whole, sizeof s) == 0);
         }
         visited[place] = 0;
