@@ -22,7 +22,9 @@ sm_plane_point sm_plane_point_at(const sm_slow_flow *flow, sm_instant *instant,
     sm_felt felt;
     sm_instant_set(instant, flow, inputs);
     sm_feel(flow, instant, y, &felt);
-    sm_plane_point point = {.unit = {sm_of(&felt.unit, 0), sm_of(&felt.unit, 1)}};
+    sm_plane_point point;
+    for (int j = 0; j < SM_MODES; j++) /* there are no harmonics of a mode at rest */
+        point.unit[j] = felt.modulus[j] > 0.0 ? sm_of(&felt.unit, j) : sm_cx(0.0, 0.0);
     size_t a, b = 0;
     const double in_a = place_in_cell(table->node_a, table->count_a, felt.modulus[0],
                                       instant->cell[0], &a);

@@ -20,6 +20,8 @@ SM_INLINE sm_complex times_i(sm_complex z, double factor) {
     return sm_cx(-factor * z.im, factor * z.re);
 }
 
+#define AT_REST 1e-300 /* square of a modulus: less is near the denormals, and none */
+
 /* `modes` is a literal, here and below. */
 SM_INLINE void feel(const sm_instant *instant, int modes, const double *y, sm_felt *felt) {
     const sm_factors *by = &instant->factor;
@@ -28,11 +30,12 @@ SM_INLINE void feel(const sm_instant *instant, int modes, const double *y, sm_fe
     for (int j = 0; j < modes; j++) {
         const sm_complex a = pair(y + 2 * j);
         const sm_complex z = sm_cadd(sm_cmul(sm_of(&by->feel, j), a), sm_of(&by->felt_force, j));
-        const double modulus = sqrt(sm_cabs2(z));
-        /* S a / |a| tends to 0 with a */
-        const double per_modulus = modulus > 0.0 ? 1.0 / modulus : 0.0;
+        const double square = sm_cabs2(z), modulus = square < AT_REST ? 0.0 : sqrt(square);
+        /* as 1 / modulus, but root and division side by side */
+        const double per_modulus = square < AT_REST ? 0.0 : modulus * (1.0 / square);
+        const sm_complex unit = sm_cscale(z, per_modulus);
         sm_put(&felt->amplitude, j, a);
-        sm_put(&felt->unit, j, sm_cscale(z, per_modulus));
+        sm_put(&felt->unit, j, sm_cx(square < AT_REST ? 1.0 : unit.re, unit.im));
         felt->modulus[j] = modulus;
         felt->per_modulus[j] = per_modulus;
     }
@@ -45,27 +48,37 @@ void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *
         feel(instant, SM_MODES, y, felt);
 }
 
-/* exp(i (n t_A + m t_B - theta_j)), t_j = theta_j + arg a_j. */
-SM_INLINE sm_complex near_unit(const sm_near *near, sm_complex wave, const sm_modal *unit) {
-    return sm_cmul(wave, sm_cmul(sm_unit_power(sm_of(unit, 0), near->n),
-                                 sm_unit_power(sm_of(unit, 1), near->m)));
+/* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j: how a near resonance turns against its
+ * mode. */
+SM_INLINE sm_complex near_turn(const sm_near *near, sm_complex wave, const sm_modal *unit) {
+    const sm_complex by_a = sm_unit_power(sm_of(unit, 0), near->n - (near->mode == 0));
+    const sm_complex by_b = sm_unit_power(sm_of(unit, 1), near->m - (near->mode == 1));
+    return sm_cmul(sm_cmul(wave, by_b), by_a);
 }
 
-/* Those of all near resonances. Where angles are equal or opposite, less t_j of their mode, one
- * follows from the other; not at rest, where the units are no units. */
-SM_INLINE void near_units(const sm_slow_flow *flow, const sm_instant *instant,
-                          const sm_felt *felt, sm_complex *of_near) {
-    const int at_rest = felt->modulus[0] == 0.0 || felt->modulus[1] == 0.0;
+/* Those of all near resonances, many of them equal or opposite to the first; 0 for harmonics of
+ * an amplitude that is. */
+SM_INLINE void near_turns(const sm_slow_flow *flow, const sm_instant *instant,
+                          const sm_modal *unit, const double *modulus, sm_complex *turn) {
     const sm_near *near = flow->near;
     for (int k = 0; k < flow->table.near; k++) {
-        const int like_first = at_rest ? 0 : instant->like_first[k];
-        if (like_first == 0) {
-            of_near[k] = near_unit(&near[k], instant->near_wave[k], &felt->unit);
-            continue;
-        }
-        const sm_complex loop = sm_cmul(of_near[0], sm_conj(sm_of(&felt->unit, near[0].mode)));
-        const sm_complex turned = sm_cx(loop.re, like_first * loop.im);
-        of_near[k] = sm_cmul(turned, sm_of(&felt->unit, near[k].mode));
+        const int like_first = instant->like_first[k];
+        turn[k] = like_first ? sm_cx(turn[0].re, like_first * turn[0].im)
+                             : near_turn(&near[k], instant->near_wave[k], unit);
+    }
+    if (modulus[0] * modulus[1] > 0.0) return;
+    for (int k = 0; k < flow->table.near; k++)
+        if ((near[k].n != 0 && modulus[0] == 0.0) || (near[k].m != 0 && modulus[1] == 0.0))
+            turn[k] = sm_cx(0.0, 0.0);
+}
+
+/* Adds to the strength of the mode that a near resonance drives. */
+SM_INLINE void add_near(const sm_instant *instant, int k, int modes, sm_complex near,
+                        sm_modal *strength) {
+    SM_SIMD
+    for (int j = 0; j < modes; j++) {
+        strength->re[j] += instant->near_on[k][j] * near.re;
+        strength->im[j] += instant->near_on[k][j] * near.im;
     }
 }
 
@@ -74,25 +87,22 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
                       sm_flow_state *state) {
     const sm_factors *by = &instant->factor;
     const double *S = state->slopes, *T = S + 2 * modes;
-    sm_modal near = {{0.0}, {0.0}};
-    for (int k = 0; k < flow->table.near; k++) {
-        const sm_complex pull = sm_cmul(pair(T + 2 * k), state->near_unit[k]);
-        state->near_pull[k] = pull;
-        SM_SIMD
-        for (int j = 0; j < modes; j++) {
-            near.re[j] += instant->near_on[k][j] * pull.re;
-            near.im[j] += instant->near_on[k][j] * pull.im;
-        }
-    }
+    sm_modal strength;
+    SM_SIMD
+    for (int j = 0; j < modes; j++) sm_put(&strength, j, pair(S + 2 * j));
+    for (int k = 0; k < flow->table.near; k++)
+        add_near(instant, k, modes, sm_cmul(pair(T + 2 * k), state->near_turn[k]), &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex a = sm_of(&state->felt.amplitude, j), unit = sm_of(&state->felt.unit, j);
-        const sm_complex pull = sm_cadd(sm_cmul(pair(S + 2 * j), unit), sm_of(&near, j));
+        const sm_complex pull = sm_cmul(sm_of(&strength, j), unit);
+        /* what the strength is multiplied by does not wait for it to be looked up */
+        const sm_complex lever = sm_cmul(sm_of(&by->push, j), unit);
         const sm_complex linear =
             sm_csub(sm_of(&by->drive, j), sm_cmul(sm_of(&by->spring, j), a));
         sm_put(&state->pull, j, pull);
         sm_put(&state->force, j, sm_cmul(sm_of(&by->grip, j), pull));
-        sm_put(&state->rate, j, sm_cadd(linear, sm_cmul(sm_of(&by->push, j), pull)));
+        sm_put(&state->rate, j, sm_cadd(linear, sm_cmul(lever, sm_of(&strength, j))));
     }
 }
 
@@ -100,7 +110,7 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
 SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, int modes,
                                 size_t sloped, const double *y, sm_flow_state *state) {
     feel(instant, modes, y, &state->felt);
-    near_units(flow, instant, &state->felt, state->near_unit);
+    near_turns(flow, instant, &state->felt.unit, state->felt.modulus, state->near_turn);
     const sm_status status =
         sm_table_slopes_from(&flow->table, state->felt.modulus, sloped, instant->cell, state->slopes);
     if (status == SM_OK) answer(flow, instant, modes, state);
@@ -115,7 +125,7 @@ sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const do
                              : first_order(flow, instant, SM_MODES, columns, y, state);
 }
 
-#define AT_REST 1e-4 /* radians in which the flow covers an amplitude that counts as none */
+#define SETS_OFF 1e-4 /* radians in which the flow covers an amplitude that counts as none */
 
 /* How what the contacts feel changes. */
 typedef struct {
@@ -124,19 +134,26 @@ typedef struct {
     int from_rest; /* 1: a mode of those */
 } felt_change;
 
-/* From rest an amplitude moves straight away: its unit, without a meaning there, is that of the
- * motion. `turned`: how what is felt changes relative to the scale of the limits, which itself
- * changes by `scale`. */
+/* Along a direction in amplitudes, and inputs that by themselves change what is felt by `driven`
+ * relative to the scale of the limits, and that scale by `scale`. From rest an amplitude moves
+ * straight away: its unit, without a meaning there, is that of the motion. */
 SM_INLINE void change_of_felt(const sm_instant *instant, const sm_felt *felt, int modes,
-                              const sm_modal *turned, double scale, felt_change *d) {
+                              const sm_modal *amplitude, const sm_modal *driven, double scale,
+                              felt_change *d) {
     double radians2[SM_MODES], speed2[SM_MODES];
+    sm_modal moved;
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const sm_complex unit = sm_of(&felt->unit, j), z = sm_of(turned, j);
-        const sm_complex along = sm_cmul(sm_conj(unit), z);
+        const sm_complex unit = sm_of(&felt->unit, j), feel = sm_of(&instant->factor.feel, j);
+        const sm_complex z =
+            sm_cadd(sm_cmul(feel, sm_of(amplitude, j)), sm_of(driven, j));
+        const sm_complex along =
+            sm_cadd(sm_cmul(sm_cmul(sm_conj(unit), feel), sm_of(amplitude, j)),
+                    sm_cmul(sm_conj(unit), sm_of(driven, j)));
+        sm_put(&moved, j, z);
         const double radians = felt->modulus[j] * instant->inputs.frequency[j];
         radians2[j] = radians * radians;
-        speed2[j] = AT_REST * AT_REST * sm_cabs2(z);
+        speed2[j] = SETS_OFF * SETS_OFF * sm_cabs2(z);
         d->modulus[j] = along.re - felt->modulus[j] * scale;
         d->angle[j] = along.im * felt->per_modulus[j];
         sm_put(&d->unit, j, unit);
@@ -144,7 +161,7 @@ SM_INLINE void change_of_felt(const sm_instant *instant, const sm_felt *felt, in
     d->from_rest = 0;
     for (int j = 0; j < modes; j++) {
         if (radians2[j] > speed2[j] || speed2[j] == 0.0) continue;
-        const sm_complex z = sm_of(turned, j);
+        const sm_complex z = sm_of(&moved, j);
         d->modulus[j] = sqrt(sm_cabs2(z));
         d->angle[j] = 0.0;
         sm_put(&d->unit, j, sm_cscale(z, 1.0 / d->modulus[j]));
@@ -159,33 +176,33 @@ SM_INLINE sm_complex change_of_column(const double *slopes, size_t fields, int m
     return sm_cadd(sm_cscale(pair(in_a), d->modulus[0]), sm_cscale(pair(in_b), d->modulus[1]));
 }
 
-SM_INLINE void change_of_pulls(const sm_slow_flow *flow, const sm_instant *instant,
-                               const sm_flow_state *state, int modes, const double *near_angle,
-                               const felt_change *d, sm_modal *pull) {
-    const double *slopes = state->slopes;
+/* How the strengths of the pulls change: what they are relative to the units of the modes. */
+SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *instant,
+                                   const sm_flow_state *state, int modes,
+                                   const double *near_angle, const felt_change *d,
+                                   sm_modal *strength) {
+    const double *S = state->slopes, *T = S + 2 * modes;
     const size_t fields = 2 * (size_t)(modes + flow->table.near + flow->table.power);
-    sm_modal by_near = {{0.0}, {0.0}};
-    for (int k = 0; k < flow->table.near; k++) {
-        const sm_near *near = &flow->near[k];
-        sm_complex unit = state->near_unit[k];
-        double angle = near->n * d->angle[0] + near_angle[k];
-        if (modes == SM_MODES) angle += near->m * d->angle[1];
-        if (d->from_rest) unit = near_unit(near, instant->near_wave[k], &d->unit);
-        const sm_complex grown = change_of_column(slopes, fields, modes, modes + k, d);
-        const sm_complex change =
-            sm_cadd(sm_cmul(grown, unit), times_i(state->near_pull[k], angle));
-        SM_SIMD
-        for (int j = 0; j < modes; j++) {
-            by_near.re[j] += instant->near_on[k][j] * change.re;
-            by_near.im[j] += instant->near_on[k][j] * change.im;
-        }
+    const sm_complex *turn = state->near_turn;
+    sm_complex soon[SM_NEAR];
+    if (d->from_rest) {
+        const double *modulus = state->felt.modulus;
+        const double moved[SM_MODES] = {modulus[0] + d->modulus[0], modulus[1] + d->modulus[1]};
+        near_turns(flow, instant, &d->unit, moved, soon);
+        turn = soon;
     }
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const sm_complex grown = change_of_column(slopes, fields, modes, j, d);
-        const sm_complex turned = times_i(pair(slopes + 2 * j), d->angle[j]);
-        sm_put(pull, j, sm_cadd(sm_cmul(sm_cadd(grown, turned), sm_of(&d->unit, j)),
-                                sm_of(&by_near, j)));
+        const sm_complex grown = change_of_column(S, fields, modes, j, d);
+        sm_put(strength, j, sm_cadd(grown, times_i(pair(S + 2 * j), d->angle[j])));
+    }
+    for (int k = 0; k < flow->table.near; k++) {
+        const double *order = instant->near_order[k];
+        double angle = order[0] * d->angle[0] + near_angle[k];
+        if (modes == SM_MODES) angle += order[1] * d->angle[1];
+        const sm_complex grown = change_of_column(S, fields, modes, modes + k, d);
+        const sm_complex turned = times_i(pair(T + 2 * k), angle);
+        add_near(instant, k, modes, sm_cmul(sm_cadd(grown, turned), turn[k]), strength);
     }
 }
 
@@ -196,32 +213,29 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
     const sm_factors *by = &instant->factor;
     const sm_coefficients *now = &instant->now, *d = along->now;
     const double scale = moving ? along->limit_scale * instant->per_scale : 0.0; /* relative */
-    sm_modal turned, pull;
+    sm_modal driven = {{0.0}, {0.0}}, strength;
     felt_change felt;
     if (modes < SM_MODES) felt = (felt_change){.modulus = {0.0}};
-    SM_SIMD
-    for (int j = 0; j < modes; j++) {
-        sm_complex z = sm_cmul(sm_of(&by->feel, j), sm_of(along->amplitude, j));
-        if (moving) {
+    if (moving) {
+        SM_SIMD
+        for (int j = 0; j < modes; j++) {
             const sm_complex shift = pair(flow->shift[j]);
             const sm_complex moved = sm_cadd(sm_of(&state->felt.amplitude, j),
                                              sm_cmul(shift, sm_of(&now->excitation, j)));
-            const sm_complex driven =
-                sm_cadd(sm_cmul(sm_of(&d->turn, j), moved),
-                        sm_cmul(sm_of(&now->turn, j),
-                                sm_cmul(shift, sm_of(&d->excitation, j))));
-            z = sm_cadd(z, sm_cscale(driven, instant->per_scale));
+            const sm_complex change = sm_cadd(
+                sm_cmul(sm_of(&d->turn, j), moved),
+                sm_cmul(sm_of(&now->turn, j), sm_cmul(shift, sm_of(&d->excitation, j))));
+            sm_put(&driven, j, sm_cscale(change, instant->per_scale));
         }
-        sm_put(&turned, j, z);
     }
-    change_of_felt(instant, &state->felt, modes, &turned, scale, &felt);
-    change_of_pulls(flow, instant, state, modes, along->near_angle, &felt, &pull);
+    change_of_felt(instant, &state->felt, modes, along->amplitude, &driven, scale, &felt);
+    change_of_strengths(flow, instant, state, modes, along->near_angle, &felt, &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const sm_complex pulled = sm_of(&pull, j);
-        sm_complex force = sm_cmul(sm_of(&by->grip, j), pulled);
-        sm_complex rate = sm_csub(sm_cmul(sm_of(&by->push, j), pulled),
-                                  sm_cmul(sm_of(&by->spring, j), sm_of(along->amplitude, j)));
+        const sm_complex unit = sm_of(&felt.unit, j), stronger = sm_of(&strength, j);
+        const sm_complex lever = sm_cmul(sm_of(&by->push, j), unit);
+        sm_complex force = sm_cmul(sm_of(&by->grip, j), sm_cmul(stronger, unit));
+        sm_complex rate = sm_csub(sm_cmul(lever, stronger), sm_cmul(sm_of(&by->spring, j), sm_of(along->amplitude, j)));
         if (moving) {
             const sm_complex regripped =
                 sm_cadd(sm_cscale(sm_cmul(sm_of(&d->turn, j), sm_of(&state->pull, j)),

@@ -143,6 +143,8 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
     for (int k = 0; k < flow->table.near; k++) {
         instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
         instant->like_first[k] = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
+        instant->near_order[k][0] = flow->near[k].n;
+        instant->near_order[k][1] = flow->near[k].m;
         for (int j = 0; j < SM_MODES; j++) instant->near_on[k][j] = flow->near[k].mode == j;
     }
 }

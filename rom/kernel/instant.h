@@ -33,6 +33,7 @@ typedef struct {
     double near_rate[SM_NEAR];     /* d/dt of that angle */
     int like_first[SM_NEAR];       /* that angle is the first one's times 1, -1; or another: 0 */
     double near_on[SM_NEAR][SM_MODES]; /* 1 for the mode that it drives, else 0 */
+    double near_order[SM_NEAR][SM_MODES]; /* n, m */
     int32_t cell[SM_MODES];        /* of the table, where the last amplitudes were */
 } sm_instant;
 

@@ -36,7 +36,7 @@ SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int cou
             for (int p = 0; p < count; p++)
                 if (WEIGHT[count][p] != 0.0) sum += WEIGHT[count][p] * k[p][u];
             const double moved = y[u] + h * sum;
-            y_new[u] = fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
+            y_new[u] = count == STAGES - 1 && fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
         }
     }
 }

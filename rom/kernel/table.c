@@ -95,7 +95,7 @@ typedef struct {
 SM_INLINE hermite_pair hermite_at(const double *node, double x) {
     const double h = node[1] - node[0], per_h = 1.0 / h;
     const double u = (x - node[0]) * per_h, v = 1.0 - u, uv = u * v;
-    return (hermite_pair){{u * u * (3.0 - 2.0 * u), {h * uv * v, -h * uv * u}},
+    return (hermite_pair){{u * u * (3.0 - 2.0 * u), {h * v * uv, -h * u * uv}},
                           {6.0 * per_h * uv, {v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)}}};
 }
 
@@ -125,12 +125,14 @@ SM_INLINE void patch_at(const sm_table *table, const double *amplitudes, const i
 
 SM_INLINE double cubic(const hermite *w, double left, double left_slope, double right,
                        double right_slope) {
-    return left + w->rise * (right - left) + w->bend[0] * left_slope + w->bend[1] * right_slope;
+    const double bent = left + w->bend[0] * left_slope + w->bend[1] * right_slope;
+    return bent + w->rise * (right - left);
 }
 
 SM_INLINE double cubic_slope(const hermite *w, double left, double left_slope, double right,
                              double right_slope) {
-    return w->rise * (right - left) + w->bend[0] * left_slope + w->bend[1] * right_slope;
+    const double bent = w->bend[0] * left_slope + w->bend[1] * right_slope;
+    return bent + w->rise * (right - left);
 }
 
 /* The surface at `width` fields from the first one on: along a, for the value and d/db at each
@@ -176,23 +178,26 @@ SM_HOT static void sum_patch(const patch *cell, int modes, size_t sloped, double
     }
 }
 
-SM_INLINE sm_status check_amplitude(double amplitude, double largest) {
-    if (amplitude >= 0.0 && amplitude <= largest) return SM_OK;
-    return isfinite(amplitude) ? SM_OUTSIDE_TABLE : SM_NOT_FINITE;
+/* Leaves the cell of one amplitude. */
+SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double amplitude,
+                                    int32_t *cell) {
+    const int32_t guess = *cell;
+    if (guess >= 0 && guess < count - 1 && amplitude >= node[guess] && amplitude < node[guess + 1])
+        return SM_OK;
+    if (!isfinite(amplitude)) return SM_NOT_FINITE;
+    if (amplitude < 0.0 || amplitude > node[count - 1]) return SM_OUTSIDE_TABLE;
+    *cell = sm_find_cell(node, count, amplitude, guess);
+    return SM_OK;
 }
 
 /* Leaves the cell of the amplitudes, looked for first where `cell` says. */
 SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
-    const int32_t count_a = table->count_a, count_b = table->count_b;
-    sm_status status = check_amplitude(amplitudes[0], table->node_a[count_a - 1]);
-    if (status != SM_OK) return status;
-    cell[0] = sm_find_cell(table->node_a, count_a, amplitudes[0], cell[0]);
-    if (table->modes != SM_MODES) return SM_OK;
-    status = check_amplitude(amplitudes[1], table->node_b[count_b - 1]);
-    if (status != SM_OK) return status;
-    cell[1] = sm_find_cell(table->node_b, count_b, amplitudes[1], cell[1]);
-    const size_t place = (size_t)cell[0] * (size_t)(count_b - 1) + (size_t)cell[1];
-    return !table->visited || table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
+    sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
+    if (status != SM_OK || table->modes != SM_MODES) return status;
+    status = find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
+    if (status != SM_OK || !table->visited) return status;
+    const size_t place = (size_t)cell[0] * (size_t)(table->count_b - 1) + (size_t)cell[1];
+    return table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
 /* The nodes and values are not checked one by one: a NaN among them shows in the result. */
