@@ -111,8 +111,8 @@ SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, i
                                 size_t sloped, const double *y, sm_flow_state *state) {
     feel(instant, modes, y, &state->felt);
     near_turns(flow, instant, &state->felt.unit, state->felt.modulus, state->near_turn);
-    const sm_status status =
-        sm_table_slopes_from(&flow->table, state->felt.modulus, sloped, instant->cell, state->slopes);
+    const sm_status status = sm_table_slopes_from(&flow->table, state->felt.modulus, sloped,
+                                                  instant->cell, state->slopes);
     if (status == SM_OK) answer(flow, instant, modes, state);
     return status;
 }
@@ -145,8 +145,7 @@ SM_INLINE void change_of_felt(const sm_instant *instant, const sm_felt *felt, in
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex unit = sm_of(&felt->unit, j), feel = sm_of(&instant->factor.feel, j);
-        const sm_complex z =
-            sm_cadd(sm_cmul(feel, sm_of(amplitude, j)), sm_of(driven, j));
+        const sm_complex z = sm_cadd(sm_cmul(feel, sm_of(amplitude, j)), sm_of(driven, j));
         const sm_complex along =
             sm_cadd(sm_cmul(sm_cmul(sm_conj(unit), feel), sm_of(amplitude, j)),
                     sm_cmul(sm_conj(unit), sm_of(driven, j)));
@@ -206,16 +205,16 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
     }
 }
 
-/* `moving` is a literal too: whether more than the angles of the inputs changes. */
+/* All but the difference of powers. `moving` is a literal too: whether more than the angles of the
+ * inputs changes. */
 SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
                             const sm_flow_state *state, const sm_direction *along, int modes,
-                            int moving, sm_flow_change *change) {
+                            int moving, felt_change *felt, sm_flow_change *change) {
     const sm_factors *by = &instant->factor;
     const sm_coefficients *now = &instant->now, *d = along->now;
     const double scale = moving ? along->limit_scale * instant->per_scale : 0.0; /* relative */
     sm_modal driven = {{0.0}, {0.0}}, strength;
-    felt_change felt;
-    if (modes < SM_MODES) felt = (felt_change){.modulus = {0.0}};
+    if (modes < SM_MODES) *felt = (felt_change){.modulus = {0.0}};
     if (moving) {
         SM_SIMD
         for (int j = 0; j < modes; j++) {
@@ -228,14 +227,15 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
             sm_put(&driven, j, sm_cscale(change, instant->per_scale));
         }
     }
-    change_of_felt(instant, &state->felt, modes, along->amplitude, &driven, scale, &felt);
-    change_of_strengths(flow, instant, state, modes, along->near_angle, &felt, &strength);
+    change_of_felt(instant, &state->felt, modes, along->amplitude, &driven, scale, felt);
+    change_of_strengths(flow, instant, state, modes, along->near_angle, felt, &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const sm_complex unit = sm_of(&felt.unit, j), stronger = sm_of(&strength, j);
+        const sm_complex unit = sm_of(&felt->unit, j), stronger = sm_of(&strength, j);
         const sm_complex lever = sm_cmul(sm_of(&by->push, j), unit);
         sm_complex force = sm_cmul(sm_of(&by->grip, j), sm_cmul(stronger, unit));
-        sm_complex rate = sm_csub(sm_cmul(lever, stronger), sm_cmul(sm_of(&by->spring, j), sm_of(along->amplitude, j)));
+        sm_complex rate = sm_csub(sm_cmul(lever, stronger),
+                                  sm_cmul(sm_of(&by->spring, j), sm_of(along->amplitude, j)));
         if (moving) {
             const sm_complex regripped =
                 sm_cadd(sm_cscale(sm_cmul(sm_of(&d->turn, j), sm_of(&state->pull, j)),
@@ -252,21 +252,20 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
         sm_put(&change->force, j, force);
         sm_put(&change->rate, j, rate);
     }
-    change->difference = 0.0;
-    if (flow->table.power) {
-        const size_t fields = 2 * (size_t)(modes + flow->table.near + 1);
-        change->difference =
-            change_of_column(state->slopes, fields, modes, modes + flow->table.near, &felt).re;
-    }
 }
 
 void sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                            const sm_flow_state *state, const sm_direction *along,
                            sm_flow_change *change) {
-    if (flow->table.modes == 1)
-        change_along(flow, instant, state, along, 1, 1, change);
+    const int modes = flow->table.modes, column = modes + flow->table.near;
+    const size_t fields = 2 * (size_t)(column + flow->table.power);
+    felt_change felt;
+    if (modes == 1)
+        change_along(flow, instant, state, along, 1, 1, &felt, change);
     else
-        change_along(flow, instant, state, along, SM_MODES, 1, change);
+        change_along(flow, instant, state, along, SM_MODES, 1, &felt, change);
+    change->difference =
+        flow->table.power ? change_of_column(state->slopes, fields, modes, column, &felt).re : 0.0;
 }
 
 SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
@@ -276,7 +275,8 @@ SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
                                 .now = &instant->rate,
                                 .near_angle = instant->near_rate,
                                 .limit_scale = instant->inputs.limit_scale_rate};
-    change_along(flow, instant, state, &along, modes, moving, change);
+    felt_change felt;
+    change_along(flow, instant, state, &along, modes, moving, &felt, change);
 }
 
 void sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,

@@ -6,8 +6,8 @@
 
 /* What the contacts feel of the modes; a mode that is not there is 0. */
 typedef struct {
-    sm_modal amplitude; /* a_j */
-    sm_modal unit;      /* direction of what the contacts feel; 1 at rest */
+    sm_modal amplitude;           /* a_j */
+    sm_modal unit;                /* direction of what the contacts feel; 1 at rest */
     double modulus[SM_MODES];     /* of it, relative to the scale of the limits */
     double per_modulus[SM_MODES]; /* 1 / modulus; 0 at rest */
 } sm_felt;
@@ -18,7 +18,7 @@ typedef struct {
     sm_modal pull;  /* of the contacts, as tabulated: S_j unit_j and the near resonances */
     sm_modal force; /* turned and scaled: on the mode */
     sm_modal rate;  /* of the amplitude */
-    sm_complex near_turn[SM_NEAR];
+    sm_complex near_turn[SM_NEAR]; /* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j */
     double slopes[3 * SM_MOST_FIELDS]; /* of the table: values, d/da, d/db */
 } sm_flow_state;
 
@@ -47,7 +47,7 @@ void sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                            const sm_flow_state *state, const sm_direction *along,
                            sm_flow_change *change);
 
-/* Along the flow itself. */
+/* Along the flow itself, all but the difference. */
 void sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
                           const sm_flow_state *state, sm_flow_change *change);
 

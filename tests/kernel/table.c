@@ -153,8 +153,26 @@ static void check_visited(void) {
     free_table(&alone);
 }
 
+/* Slopes of some columns alone: what is looked up is what it is among those of all. */
+static void check_some_slopes(void) {
+    table t = new_rich_table(9, 5, 2);
+    for (size_t sloped = 0; sloped <= 10; sloped += 2) {
+        const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
+        double all[30], some[30] = {0.0};
+        int32_t cell[2] = {0, 0};
+        CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, all), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, sloped, cell, some), SM_OK);
+        CHECK(memcmp(some, all, 10 * sizeof *some) == 0);
+        for (size_t part = 1; part < 3; part++)
+            for (size_t f = 0; f < 10; f++)
+                CHECK(some[10 * part + f] == (f < sloped ? all[10 * part + f] : 0.0));
+    }
+    free_table(&t);
+}
+
 void check_table(void) {
     check_visited();
+    check_some_slopes();
     check_values(1, 2, 1);
     check_values(1, 17, 1);
     check_values(2, 2, 2);
