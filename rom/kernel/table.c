@@ -83,7 +83,7 @@ int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess)
 }
 
 /* Cubic Hermite weights in a cell, u of the way from its left node to its right one:
- *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1', and its derivative alike. */
+ *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1'; the slope alike, without f_0. */
 typedef struct {
     double rise, bend[2];
 } hermite;
