@@ -56,6 +56,9 @@ def friction_lag(
         )
         lag[:, :, k] = (S_up - S_down) / (2.0 * growth[:, k : k + 1])
     lag *= 2.0 * np.pi / reduced.carrier[0]
+    # of one mode by the growth of the other: odd in both amplitudes
+    of_other = ~np.eye(modes, dtype=bool)
+    lag[(amplitudes == 0.0).any(axis=1)[:, np.newaxis, np.newaxis] & of_other] = 0.0
     return lag
 
 

@@ -19,16 +19,18 @@ sm_plane_point sm_plane_point_at(const sm_slow_flow *flow, sm_instant *instant,
                                  const sm_inputs *inputs, const double *y) {
     const sm_table *table = &flow->table;
     const size_t count_b = (size_t)table->count_b;
-    sm_mode_state mode[SM_MODES];
+    sm_felt felt;
     sm_instant_set(instant, flow, inputs);
-    sm_feel(flow, instant, y, mode);
-    sm_plane_point point = {.unit = {mode[0].unit, mode[1].unit}};
+    sm_feel(flow, instant, y, &felt);
+    sm_plane_point point;
+    for (int j = 0; j < SM_MODES; j++) /* there are no harmonics of a mode at rest */
+        point.unit[j] = felt.modulus[j] > 0.0 ? sm_of(&felt.unit, j) : sm_cx(0.0, 0.0);
     size_t a, b = 0;
-    const double in_a = place_in_cell(table->node_a, table->count_a, mode[0].modulus,
+    const double in_a = place_in_cell(table->node_a, table->count_a, felt.modulus[0],
                                       instant->cell[0], &a);
     double in_b = 0.0;
     if (table->modes == SM_MODES)
-        in_b = place_in_cell(table->node_b, table->count_b, mode[1].modulus, instant->cell[1], &b);
+        in_b = place_in_cell(table->node_b, table->count_b, felt.modulus[1], instant->cell[1], &b);
     const size_t next_b = table->modes == SM_MODES ? b + 1 : b;
     const double scale = inputs->limit_scale;
     for (int k = 0; k < 4; k++) {

@@ -124,7 +124,7 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
 static double first_step(const sm_component *c) {
     double fastest = 0.0;
     for (int j = 0; j < c->flow.table.modes; j++)
-        fastest = fmax(fastest, sm_cabs2(c->instant.factor[j].spring));
+        fastest = fmax(fastest, sm_cabs2(sm_of(&c->instant.factor.spring, j)));
     return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
 }
 

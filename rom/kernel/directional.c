@@ -38,7 +38,7 @@ static sm_status point_at(const straight_line *ray, double distance, ray_point *
     sm_instant_set(&point->instant, ray->flow, &inputs);
     const sm_status status = sm_first_order(ray->flow, &point->instant, y, &point->state);
     if (status == SM_OK)
-        point->flow = sm_change_along_flow(ray->flow, &point->instant, &point->state);
+        sm_change_along_flow(ray->flow, &point->instant, &point->state, &point->flow);
     return status;
 }
 
@@ -74,28 +74,28 @@ static sm_status change_of_bend(const straight_line *ray, const ray_point *here,
     if (back != SM_OK) behind = *here;
     const double length = distance * ((forth == SM_OK) + (back == SM_OK));
     for (int j = 0; j < ray->flow->table.modes; j++) {
-        const sm_flow_change *end = &ahead.flow, *start = &behind.flow;
-        change->rate[j] = sm_cscale(sm_csub(end->rate[j], start->rate[j]), 1.0 / length);
-        change->lag[j] = sm_cscale(sm_csub(end->lag[j], start->lag[j]), 1.0 / length);
+        const sm_complex rate = sm_csub(sm_of(&ahead.flow.rate, j), sm_of(&behind.flow.rate, j));
+        const sm_complex lag = sm_csub(sm_of(&ahead.flow.lag, j), sm_of(&behind.flow.lag, j));
+        sm_put(&change->rate, j, sm_cscale(rate, 1.0 / length));
+        sm_put(&change->lag, j, sm_cscale(lag, 1.0 / length));
     }
     return SM_OK;
 }
 
 /* Change along the ray of what friction takes, see sm_friction_power. */
 static double change_of_friction(const straight_line *ray, const ray_point *here,
-                                 const sm_flow_change *change, const sm_complex *lag_change) {
+                                 const sm_flow_change *change, const sm_modal *lag_change) {
     const sm_slow_flow *flow = ray->flow;
     const double scale = ray->at.limit_scale;
     double power = 0.0;
-    const sm_complex *lag = here->flow.lag;
+    const sm_modal *lag = &here->flow.lag;
     if (flow->table.power && sm_friction_power(flow, &here->instant, &here->state, lag) == 0.0)
         return 0.0; /* its lower limit */
     for (int j = 0; j < flow->table.modes; j++) {
-        const sm_mode_state *mode = &here->state.mode[j];
-        const sm_complex a = sm_conj(mode->amplitude);
+        const sm_complex a = sm_conj(sm_of(&here->state.felt.amplitude, j));
         const sm_complex da = sm_cx(ray->dy[2 * j], -ray->dy[2 * j + 1]);
-        const sm_complex force = sm_cadd(mode->force, lag[j]);
-        const sm_complex d_force = sm_cadd(change->force[j], lag_change[j]);
+        const sm_complex force = sm_cadd(sm_of(&here->state.force, j), sm_of(lag, j));
+        const sm_complex d_force = sm_cadd(sm_of(&change->force, j), sm_of(lag_change, j));
         power -= 2.0 * ray->along.frequency[j] * sm_cmul(a, force).im
                  + 2.0 * ray->at.frequency[j] * (sm_cmul(da, force).im + sm_cmul(a, d_force).im);
     }
@@ -109,52 +109,53 @@ static double change_of_friction(const straight_line *ray, const ray_point *here
 /* Mean of F cos(theta + ph) q' is Re conj(excitation) (a' + i Omega a). */
 static double change_of_input(const straight_line *ray, const ray_point *here, int j,
                               sm_complex excitation, sm_complex rate, sm_complex change) {
-    const sm_complex a = here->state.mode[j].amplitude;
+    const sm_complex a = sm_of(&here->state.felt.amplitude, j);
     const sm_complex da = sm_cx(ray->dy[2 * j], ray->dy[2 * j + 1]);
     const double Omega = ray->at.frequency[j], dOmega = ray->along.frequency[j];
     const sm_complex velocity = sm_cx(rate.re - Omega * a.im, rate.im + Omega * a.re);
     const sm_complex faster = sm_cx(change.re - Omega * da.im - dOmega * a.im,
                                     change.im + Omega * da.re + dOmega * a.re);
     return sm_cmul(sm_conj(excitation), velocity).re
-           + sm_cmul(sm_conj(here->instant.now[j].excitation), faster).re;
+           + sm_cmul(sm_conj(sm_of(&here->instant.now.excitation, j)), faster).re;
 }
 
 static sm_status change_along(const straight_line *ray, double *d_rate, double *d_input_power,
                               double *d_friction_power) {
     const sm_slow_flow *flow = ray->flow;
     ray_point here;
-    sm_coefficients now[SM_MODES];
+    sm_coefficients now;
+    sm_modal ahead;
     double near_angle[SM_NEAR];
     sm_flow_change bend = {.difference = 0.0};
     sm_status status = point_at(ray, 0.0, &here);
     if (status == SM_OK && !flow->paper) status = change_of_bend(ray, &here, &bend);
     if (status != SM_OK) return status;
-    sm_direction along = {.now = now, .near_angle = near_angle,
-                          .limit_scale = ray->along.limit_scale};
-    for (int j = 0; j < flow->table.modes; j++) {
-        along.amplitude[j] = sm_cx(ray->dy[2 * j], ray->dy[2 * j + 1]);
-        now[j] = sm_coefficients_change(flow, &here.instant, j, &ray->along);
-    }
+    const sm_direction along = {.amplitude = &ahead, .now = &now, .near_angle = near_angle,
+                                .limit_scale = ray->along.limit_scale};
+    for (int j = 0; j < flow->table.modes; j++)
+        sm_put(&ahead, j, sm_cx(ray->dy[2 * j], ray->dy[2 * j + 1]));
+    sm_coefficients_change(flow, &here.instant, &ray->along, &now);
     for (int k = 0; k < flow->table.near; k++)
         near_angle[k] = sm_near_angle(&flow->near[k], ray->along.angle);
-    const sm_flow_change change = sm_first_order_change(flow, &here.instant, &here.state, &along);
+    sm_flow_change change;
+    sm_first_order_change(flow, &here.instant, &here.state, &along, &change);
     *d_input_power = 0.0;
-    *d_friction_power = change_of_friction(ray, &here, &change, bend.lag);
+    *d_friction_power = change_of_friction(ray, &here, &change, &bend.lag);
     for (int j = 0; j < flow->table.modes; j++) {
-        const sm_complex per_mass = here.instant.per_mass[j];
-        sm_complex rate = here.state.mode[j].rate, d = change.rate[j];
+        const sm_complex per_mass = sm_of(&here.instant.per_mass, j);
+        sm_complex rate = sm_of(&here.state.rate, j), d = sm_of(&change.rate, j);
         if (!flow->paper) { /* of v - (v' - lag) / mass */
-            const sm_complex less =
-                sm_cmul(sm_csub(here.flow.rate[j], here.flow.lag[j]), per_mass);
-            const sm_complex bent = sm_csub(bend.rate[j], bend.lag[j]);
+            const sm_complex bent = sm_csub(sm_of(&here.flow.rate, j), sm_of(&here.flow.lag, j));
+            const sm_complex d_bent = sm_csub(sm_of(&bend.rate, j), sm_of(&bend.lag, j));
+            const sm_complex less = sm_cmul(bent, per_mass);
             const sm_complex d_less =
-                sm_cmul(sm_csub(bent, sm_cmul(less, now[j].mass)), per_mass);
+                sm_cmul(sm_csub(d_bent, sm_cmul(less, sm_of(&now.mass, j))), per_mass);
             rate = sm_csub(rate, less);
             d = sm_csub(d, d_less);
         }
         d_rate[2 * j] = d.re;
         d_rate[2 * j + 1] = d.im;
-        *d_input_power += change_of_input(ray, &here, j, now[j].excitation, rate, d);
+        *d_input_power += change_of_input(ray, &here, j, sm_of(&now.excitation, j), rate, d);
     }
     return SM_OK;
 }

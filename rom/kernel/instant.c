@@ -43,40 +43,41 @@ static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]
  *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
  * carrier at the natural frequency, detuning to first order (the paper's):
  *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
-static sm_coefficients coefficients(const sm_slow_flow *flow, int j, const sm_inputs *in,
-                                    sm_complex direction) {
+static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
     const sm_complex c0 = pair(flow->turn[j].c[0]), c1 = pair(flow->turn[j].c[1]);
-    sm_coefficients now = {
-        .excitation = sm_cscale(direction, in->force[j]),
-        .turn = sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re),
-        .mass = sm_cx(damping, 2.0 * Omega),
-        .stiffness = sm_cx((omega - Omega) * (omega + Omega),
-                           damping * Omega + in->frequency_rate[j])};
+    sm_coefficients *now = &instant->now;
+    sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
+    sm_put(&now->turn, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
     if (flow->paper) {
-        now.mass = sm_cx(0.0, 2.0 * omega);
-        now.stiffness = sm_cx(2.0 * omega * (omega - Omega), damping * omega);
+        sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
+        sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));
+    } else {
+        sm_put(&now->mass, j, sm_cx(damping, 2.0 * Omega));
+        sm_put(&now->stiffness, j, sm_cx((omega - Omega) * (omega + Omega),
+                                         damping * Omega + in->frequency_rate[j]));
     }
-    return now;
 }
 
-sm_coefficients sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant, int j,
-                                       const sm_inputs *change) {
+void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
+                            const sm_inputs *change, sm_coefficients *d) {
     const sm_inputs *in = &instant->inputs;
-    const double omega = flow->natural[j], dOmega = change->frequency[j];
-    const sm_complex c1 = pair(flow->turn[j].c[1]);
-    sm_coefficients d = {
-        .excitation = sm_cmul(instant->direction[j],
-                              sm_cx(change->force[j], in->force[j] * change->phase[j])),
-        .turn = sm_cx(-dOmega * c1.im, dOmega * c1.re),
-        .mass = sm_cx(0.0, 2.0 * dOmega),
-        .stiffness = sm_cx(-2.0 * in->frequency[j] * dOmega,
-                           flow->damping[j] * dOmega + change->frequency_rate[j])};
-    if (flow->paper) {
-        d.mass = sm_cx(0.0, 0.0);
-        d.stiffness = sm_cx(-2.0 * omega * dOmega, 0.0);
+    for (int j = 0; j < flow->table.modes; j++) {
+        const double omega = flow->natural[j], dOmega = change->frequency[j];
+        const sm_complex c1 = pair(flow->turn[j].c[1]);
+        const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
+        sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
+        sm_put(&d->turn, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
+        if (flow->paper) {
+            sm_put(&d->mass, j, sm_cx(0.0, 0.0));
+            sm_put(&d->stiffness, j, sm_cx(-2.0 * omega * dOmega, 0.0));
+        } else {
+            sm_put(&d->mass, j, sm_cx(0.0, 2.0 * dOmega));
+            sm_put(&d->stiffness, j,
+                   sm_cx(-2.0 * in->frequency[j] * dOmega,
+                         flow->damping[j] * dOmega + change->frequency_rate[j]));
+        }
     }
-    return d;
 }
 
 double sm_near_angle(const sm_near *near, const double *theta) {
@@ -95,18 +96,19 @@ static sm_inputs rates_of(const sm_inputs *in) {
     return d;
 }
 
-static sm_factors factors(const sm_slow_flow *flow, const sm_instant *instant, int j) {
-    const sm_coefficients *now = &instant->now[j];
-    const sm_complex per_mass = instant->per_mass[j];
-    const sm_complex grip = sm_cscale(now->turn, instant->inputs.limit_scale);
-    const sm_complex feel = sm_cscale(now->turn, instant->per_scale);
-    return (sm_factors){
-        .feel = feel,
-        .felt_force = sm_cmul(feel, sm_cmul(pair(flow->shift[j]), now->excitation)),
-        .grip = grip,
-        .drive = sm_cmul(sm_cscale(now->excitation, 0.5), per_mass),
-        .spring = sm_cmul(now->stiffness, per_mass),
-        .push = sm_cmul(grip, per_mass)};
+static void set_factors(sm_instant *instant, const sm_slow_flow *flow, int j) {
+    const sm_coefficients *now = &instant->now;
+    sm_factors *by = &instant->factor;
+    const sm_complex per_mass = sm_of(&instant->per_mass, j), turn = sm_of(&now->turn, j);
+    const sm_complex excitation = sm_of(&now->excitation, j);
+    const sm_complex grip = sm_cscale(turn, instant->inputs.limit_scale);
+    const sm_complex feel = sm_cscale(turn, instant->per_scale);
+    sm_put(&by->feel, j, feel);
+    sm_put(&by->felt_force, j, sm_cmul(feel, sm_cmul(pair(flow->shift[j]), excitation)));
+    sm_put(&by->grip, j, grip);
+    sm_put(&by->drive, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
+    sm_put(&by->spring, j, sm_cmul(sm_of(&now->stiffness, j), per_mass));
+    sm_put(&by->push, j, sm_cmul(grip, per_mass));
 }
 
 static int is_held(const sm_inputs *in) {
@@ -129,20 +131,21 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
     const sm_inputs rates = rates_of(in);
     for (int j = 0; j < flow->table.modes; j++) {
         if (!instant->known || instant->inputs.phase[j] != in->phase[j])
-            instant->direction[j] = sm_cx(cos(in->phase[j]), sin(in->phase[j]));
-        instant->now[j] = coefficients(flow, j, in, instant->direction[j]);
-        instant->per_mass[j] = sm_cdiv(sm_cx(1.0, 0.0), instant->now[j].mass);
+            sm_put(&instant->direction, j, sm_cx(cos(in->phase[j]), sin(in->phase[j])));
+        set_now(instant, flow, j, in);
+        sm_put(&instant->per_mass, j, sm_cdiv(sm_cx(1.0, 0.0), sm_of(&instant->now.mass, j)));
     }
     instant->per_scale = 1.0 / in->limit_scale;
     instant->inputs = *in;
     instant->held = is_held(in);
-    for (int j = 0; j < flow->table.modes; j++) {
-        instant->rate[j] = sm_coefficients_change(flow, instant, j, &rates);
-        instant->factor[j] = factors(flow, instant, j);
-    }
+    sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    for (int j = 0; j < flow->table.modes; j++) set_factors(instant, flow, j);
     for (int k = 0; k < flow->table.near; k++) {
         instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
         instant->like_first[k] = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
+        instant->near_order[k][0] = flow->near[k].n;
+        instant->near_order[k][1] = flow->near[k].m;
+        for (int j = 0; j < SM_MODES; j++) instant->near_on[k][j] = flow->near[k].mode == j;
     }
 }
 

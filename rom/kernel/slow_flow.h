@@ -21,7 +21,7 @@ sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *input
  * less what the dampers between modes and contacts take of it; 0 if that were negative. `lag` is what
  * the force has on top of that in steady motion. */
 double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                         const sm_flow_state *state, const sm_complex *lag);
+                         const sm_flow_state *state, const sm_modal *lag);
 
 /* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
  * work: equal arguments give equal bits. */

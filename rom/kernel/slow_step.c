@@ -23,16 +23,21 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
 
 #define NEGLIGIBLE 1e-140 /* of an amplitude: the square of less is a denormal, which is slow */
 
+#define PAIR 2 /* unknowns side by side: as derivatives are written, so that no load waits */
+
 /* Unknowns from `first` to before `end`: y + h sum of the stages so far, `count` of them.
- * `first` and `end` are literals. */
+ * `count`, `first` and `end` are literals. */
 SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count, int first,
                     int end, double *y_new) {
-    double sum[SM_UNKNOWNS] = {0.0};
-    for (int p = 0; p < count; p++)
-        for (int u = first; u < end; u++) sum[u] += WEIGHT[count][p] * k[p][u];
-    for (int u = first; u < end; u++) {
-        const double moved = y[u] + h * sum[u];
-        y_new[u] = fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
+    for (int pair = first; pair < end; pair += PAIR) {
+        SM_SIMD
+        for (int u = pair; u < pair + PAIR; u++) {
+            double sum = 0.0;
+            for (int p = 0; p < count; p++)
+                if (WEIGHT[count][p] != 0.0) sum += WEIGHT[count][p] * k[p][u];
+            const double moved = y[u] + h * sum;
+            y_new[u] = count == STAGES - 1 && fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
+        }
     }
 }
 
@@ -57,18 +62,34 @@ SM_INLINE double error_of(const sm_table *table, double limit_scale, double h, d
     return largest;
 }
 
-/* To the inputs of a stage; `held`: they turn their angles alone. */
-SM_INLINE void set_instant(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
-                           double elapsed, double h, const sm_inputs *end, int stage, int held) {
-    const double later = elapsed + NODE[stage] * h;
+/* A step over h that starts `elapsed` seconds after the inputs do, and its stages so far. */
+typedef struct {
+    const sm_slow_flow *flow;
+    const sm_inputs *inputs, *end;
+    double elapsed, h;
+    int held; /* the inputs turn their angles alone */
+    sm_instant *instant;
+    const double *y;
+    double (*k)[SM_UNKNOWNS];
+} attempt;
+
+SM_INLINE void set_instant(const attempt *step, int stage) {
+    const double later = step->elapsed + NODE[stage] * step->h;
     if (NODE[stage] == 1.0) {
-        sm_instant_set(instant, flow, end);
-    } else if (held) {
-        sm_instant_turn(instant, flow, inputs, later);
+        sm_instant_set(step->instant, step->flow, step->end);
+    } else if (step->held) {
+        sm_instant_turn(step->instant, step->flow, step->inputs, later);
     } else {
-        const sm_inputs now = sm_inputs_after(inputs, flow->table.modes, later);
-        sm_instant_set(instant, flow, &now);
+        const sm_inputs now = sm_inputs_after(step->inputs, step->flow->table.modes, later);
+        sm_instant_set(step->instant, step->flow, &now);
     }
+}
+
+/* `stage` is a literal. */
+SM_INLINE sm_status add_stage(const attempt *step, int stage, double *y_new) {
+    set_instant(step, stage);
+    move(step->y, step->h, step->k, stage, 0, AMPLITUDES, y_new);
+    return sm_slow_flow_derivative_at(step->flow, step->instant, y_new, step->k[stage]);
 }
 
 SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs,
@@ -78,13 +99,15 @@ SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs 
                                       double *error) {
     double k[STAGES][SM_UNKNOWNS];
     for (int u = 0; u < SM_UNKNOWNS; u++) k[0][u] = dy[u];
-    const int held = sm_instant_holds(instant, inputs);
-    for (int stage = 1; stage < STAGES; stage++) {
-        set_instant(instant, flow, inputs, elapsed, h, end, stage, held);
-        move(y, h, k, stage, 0, AMPLITUDES, y_new);
-        const sm_status status = sm_slow_flow_derivative_at(flow, instant, y_new, k[stage]);
-        if (status != SM_OK) return status;
-    }
+    const attempt step = {flow, inputs, end, elapsed, h, sm_instant_holds(instant, inputs),
+                          instant, y, k};
+    sm_status status = add_stage(&step, 1, y_new);
+    if (status == SM_OK) status = add_stage(&step, 2, y_new);
+    if (status == SM_OK) status = add_stage(&step, 3, y_new);
+    if (status == SM_OK) status = add_stage(&step, 4, y_new);
+    if (status == SM_OK) status = add_stage(&step, 5, y_new);
+    if (status == SM_OK) status = add_stage(&step, 6, y_new);
+    if (status != SM_OK) return status;
     move(y, h, k, STAGES - 1, AMPLITUDES, SM_UNKNOWNS, y_new); /* no rate depends on these */
     *error = error_of(&flow->table, end->limit_scale, h, tolerance, k, y_new);
     for (int u = 0; u < SM_UNKNOWNS; u++) dy_new[u] = k[STAGES - 1][u];

@@ -90,18 +90,21 @@ int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess)
     return low;
 }
 
-/* Cubic Hermite weights of (value, slope) at the left and right node of a cell. */
+/* Cubic Hermite weights in a cell, u of the way from its left node to its right one:
+ *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1'; the slope alike, without f_0. */
 typedef struct {
-    double value[4], slope[4]; /* for the cubic and for its derivative */
+    double rise, bend[2];
 } hermite;
 
-static hermite hermite_at(const double *node, double x) {
+typedef struct {
+    hermite value, slope;
+} hermite_pair;
+
+SM_INLINE hermite_pair hermite_at(const double *node, double x) {
     const double h = node[1] - node[0], per_h = 1.0 / h;
-    const double u = (x - node[0]) * per_h, u2 = u * u, u3 = u2 * u;
-    const double right = 3.0 * u2 - 2.0 * u3, steep = 6.0 * (u - u2) * per_h;
-    const hermite w = {{1.0 - right, h * (u - 2.0 * u2 + u3), right, h * (u3 - u2)},
-                       {-steep, 1.0 - 4.0 * u + 3.0 * u2, steep, 3.0 * u2 - 2.0 * u}};
-    return w;
+    const double u = (x - node[0]) * per_h, v = 1.0 - u, uv = u * v;
+    return (hermite_pair){{u * u * (3.0 - 2.0 * u), {h * v * uv, -h * u * uv}},
+                          {6.0 * per_h * uv, {v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)}}};
 }
 
 #define PARTS 3 /* value, d/da and d/db of the surface */
@@ -111,131 +114,135 @@ static hermite hermite_at(const double *node, double x) {
 typedef struct {
     size_t fields;
     const double *low, *high; /* rows of the nodes at its two ends in a, those in b one by one */
-    hermite a, b;
+    hermite_pair a, b;
     size_t node;              /* the first of its corners */
 } patch;
 
 /* Which of the arrays over the nodes is summed up. */
-static void look_at(patch *cell, const sm_table *table, const double *values, size_t fields) {
+SM_INLINE void look_at(patch *cell, const sm_table *table, const double *values, size_t fields) {
     cell->fields = fields;
     cell->low = values + cell->node * 4 * fields;
     cell->high = cell->low + (size_t)table->count_b * 4 * fields;
 }
 
-static patch patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell) {
-    patch found = {.node = (size_t)cell[0] * (size_t)table->count_b};
-    found.a = hermite_at(table->node_a + cell[0], amplitudes[0]);
+SM_INLINE void patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell,
+                        patch *found) {
+    found->a = hermite_at(table->node_a + cell[0], amplitudes[0]);
+    found->node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
-        found.b = hermite_at(table->node_b + cell[1], amplitudes[1]);
-        found.node += (size_t)cell[1];
-    } else {
-        found.b.value[0] = 1.0;
+        found->b = hermite_at(table->node_b + cell[1], amplitudes[1]);
+        found->node += (size_t)cell[1];
     }
-    look_at(&found, table, table->values, field_count(table));
-    return found;
+    look_at(found, table, table->values, field_count(table));
 }
 
-/* The surface at `width` fields from the first one on. Rows are summed along a, for the value
- * and d/db at each node in b, and then along b. `width`, `rows_b` and `parts` are literals. */
-SM_INLINE void sum_fields(const patch *cell, size_t first, size_t width, int rows_b, int parts,
+SM_INLINE double cubic(const hermite *w, double left, double left_slope, double right,
+                       double right_slope) {
+    const double bent = left + w->bend[0] * left_slope + w->bend[1] * right_slope;
+    return bent + w->rise * (right - left);
+}
+
+SM_INLINE double cubic_slope(const hermite *w, double left, double left_slope, double right,
+                             double right_slope) {
+    const double bent = w->bend[0] * left_slope + w->bend[1] * right_slope;
+    return bent + w->rise * (right - left);
+}
+
+/* The surface at `width` fields from the first one on: along a, for the value and d/db at each
+ * node in b, and then along b. `width`, `modes` and `parts` are literals. */
+SM_INLINE void sum_fields(const patch *cell, size_t first, size_t width, int modes, int parts,
                           double *restrict s) {
-    const double *a = cell->a.value, *a_slope = cell->a.slope;
+    const hermite_pair *a = &cell->a, *b = &cell->b;
     const size_t fields = cell->fields;
+    const int rows = modes == SM_MODES ? 4 : 1;
     SM_SIMD
     for (size_t f = first; f < first + width; f++) {
-        double value = 0.0, in_a = 0.0, in_b = 0.0;
-        for (int k = 0; k < rows_b; k++) {
+        double value[4] = {0.0}, in_a[4] = {0.0};
+        for (int k = 0; k < rows; k++) {
             const double *low = cell->low + 2 * (size_t)k * fields + f;
             const double *high = cell->high + 2 * (size_t)k * fields + f;
-            const double along = a[0] * low[0] + a[1] * low[fields] + a[2] * high[0]
-                                 + a[3] * high[fields];
-            value += cell->b.value[k] * along;
-            if (parts == 1) continue;
-            in_a += cell->b.value[k]
-                    * (a_slope[0] * low[0] + a_slope[1] * low[fields] + a_slope[2] * high[0]
-                       + a_slope[3] * high[fields]);
-            in_b += cell->b.slope[k] * along;
+            value[k] = cubic(&a->value, low[0], low[fields], high[0], high[fields]);
+            if (parts == PARTS)
+                in_a[k] = cubic_slope(&a->slope, low[0], low[fields], high[0], high[fields]);
         }
-        s[f] = value;
+        s[f] = rows == 1 ? value[0] : cubic(&b->value, value[0], value[1], value[2], value[3]);
         if (parts == 1) continue;
-        s[fields + f] = in_a;
-        s[2 * fields + f] = in_b;
+        s[fields + f] = rows == 1 ? in_a[0] : cubic(&b->value, in_a[0], in_a[1], in_a[2], in_a[3]);
+        s[2 * fields + f] =
+            rows == 1 ? 0.0 : cubic_slope(&b->slope, value[0], value[1], value[2], value[3]);
     }
 }
 
-SM_INLINE void sum_patch(const patch *cell, int rows_b, int parts, double *s) {
-    if (cell->fields < WIDTH) {
-        sum_fields(cell, 0, 2, rows_b, parts, s);
-        return;
+/* Fields from `first` to before `end`, an even number of them. */
+SM_INLINE void sum_range(const patch *cell, size_t first, size_t end, int modes, int parts,
+                         double *s) {
+    size_t f = first;
+    for (; f + WIDTH <= end; f += WIDTH) sum_fields(cell, f, WIDTH, modes, parts, s);
+    if (f < end) sum_fields(cell, f, 2, modes, parts, s);
+}
+
+SM_HOT static void sum_patch(const patch *cell, int modes, size_t sloped, double *s) {
+    if (modes == 1) {
+        sum_range(cell, 0, sloped, 1, PARTS, s);
+        sum_range(cell, sloped, cell->fields, 1, 1, s);
+    } else {
+        sum_range(cell, 0, sloped, SM_MODES, PARTS, s);
+        sum_range(cell, sloped, cell->fields, SM_MODES, 1, s);
     }
-    for (size_t f = 0; f + WIDTH < cell->fields; f += WIDTH)
-        sum_fields(cell, f, WIDTH, rows_b, parts, s);
-    sum_fields(cell, cell->fields - WIDTH, WIDTH, rows_b, parts, s); /* some of them again */
 }
 
-SM_HOT static void values_of(const patch *cell, int modes, double *s) {
-    if (modes == 1)
-        sum_patch(cell, 1, 1, s);
-    else
-        sum_patch(cell, 4, 1, s);
-}
-
-SM_HOT static void slopes_of(const patch *cell, int modes, double *s) {
-    if (modes == 1)
-        sum_patch(cell, 1, PARTS, s);
-    else
-        sum_patch(cell, 4, PARTS, s);
-}
-
-static sm_status check_amplitude(double amplitude, double largest) {
+/* Leaves the cell of one amplitude. */
+SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double amplitude,
+                                    int32_t *cell) {
+    const int32_t guess = *cell;
+    if (guess >= 0 && guess < count - 1 && amplitude >= node[guess] && amplitude < node[guess + 1])
+        return SM_OK;
     if (!isfinite(amplitude)) return SM_NOT_FINITE;
-    return amplitude >= 0.0 && amplitude <= largest ? SM_OK : SM_OUTSIDE_TABLE;
+    if (amplitude < 0.0 || amplitude > node[count - 1]) return SM_OUTSIDE_TABLE;
+    *cell = sm_find_cell(node, count, amplitude, guess);
+    return SM_OK;
 }
 
 /* Leaves the cell of the amplitudes, looked for first where `cell` says. */
-static sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
-    const int32_t count_a = table->count_a, count_b = table->count_b;
-    sm_status status = check_amplitude(amplitudes[0], table->node_a[count_a - 1]);
-    if (status != SM_OK) return status;
-    cell[0] = sm_find_cell(table->node_a, count_a, amplitudes[0], cell[0]);
-    if (table->modes != SM_MODES) return SM_OK;
-    status = check_amplitude(amplitudes[1], table->node_b[count_b - 1]);
-    if (status != SM_OK) return status;
-    cell[1] = sm_find_cell(table->node_b, count_b, amplitudes[1], cell[1]);
-    const size_t place = (size_t)cell[0] * (size_t)(count_b - 1) + (size_t)cell[1];
-    return !table->visited || table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
+SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
+    sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
+    if (status != SM_OK || table->modes != SM_MODES) return status;
+    status = find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
+    if (status != SM_OK || !table->visited) return status;
+    const size_t place = (size_t)cell[0] * (size_t)(table->count_b - 1) + (size_t)cell[1];
+    return table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
 /* The nodes and values are not checked one by one: a NaN among them shows in the result. */
 sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
     if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
     int32_t cell[SM_MODES] = {0};
-    const sm_status status = find_cell(table, amplitudes, cell);
+    const sm_status status = sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL);
     if (status != SM_OK) return status;
-    const patch found = patch_at(table, amplitudes, cell);
-    values_of(&found, table->modes, s);
-    return sm_all_finite(s, found.fields) ? SM_OK : SM_NOT_FINITE;
+    return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
                                  double *slopes) {
     if (!shape_is_valid(table) || !amplitudes || !slopes) return SM_BAD_ARGUMENT;
     int32_t cell[SM_MODES] = {0};
-    double lag[SM_LAGS];
-    const sm_status status = sm_table_slopes_from(table, amplitudes, cell, slopes, lag);
+    const sm_status status =
+        sm_table_slopes_from(table, amplitudes, field_count(table), cell, slopes, NULL);
     if (status != SM_OK) return status;
     return sm_all_finite(slopes, PARTS * field_count(table)) ? SM_OK : SM_NOT_FINITE;
 }
 
-sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, int32_t *cell,
-                               double *slopes, double *lag) {
+SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes,
+                                          size_t sloped, int32_t *cell, double *slopes,
+                                          double *lag) {
     const sm_status status = find_cell(table, amplitudes, cell);
     if (status != SM_OK) return status;
-    patch found = patch_at(table, amplitudes, cell);
-    slopes_of(&found, table->modes, slopes);
-    if (!table->lag) return SM_OK;
+    patch found;
+    patch_at(table, amplitudes, cell, &found);
+    sum_patch(&found, table->modes, sloped, slopes);
+    if (!lag || !table->lag) return SM_OK;
     look_at(&found, table, table->lag, lag_count(table));
-    values_of(&found, table->modes, lag);
+    sum_patch(&found, table->modes, 0, lag);
     return SM_OK;
 }
 

@@ -126,7 +126,7 @@ static void check_visited(void) {
         const int cell[2] = {place / 5, place % 5};
         visited[place] = 1;
         for (int k = 0; k < 20; k++) {
-            double at[2], s[4], whole[4], slopes[12], lag[SM_LAGS];
+            double at[2], s[4], whole[4], slopes[12];
             int32_t found[2] = {0, 0}, inside = 1;
             for (int j = 0; j < 2; j++) {
                 const double *node = j == 0 ? t.node_a : t.node_b;
@@ -141,7 +141,7 @@ static void check_visited(void) {
             CHECK_STATUS(sm_table_lookup(&t.table, at, s), expected);
             CHECK_STATUS(sm_table_lookup_many(&t.table, 1, at, s), expected);
             CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), expected);
-            CHECK_STATUS(sm_table_slopes_from(&t.table, at, found, slopes, lag), expected);
+            CHECK_STATUS(sm_table_slopes_from(&t.table, at, 4, found, slopes, NULL), expected);
             CHECK(!inside || memcmp(s, whole, sizeof s) == 0);
         }
         visited[place] = 0;
@@ -151,6 +151,23 @@ static void check_visited(void) {
     alone.table.visited = visited;
     CHECK_STATUS(sm_table_check(&alone.table), SM_BAD_ARGUMENT);
     free_table(&alone);
+}
+
+/* Slopes of some columns alone: what is looked up is what it is among those of all. */
+static void check_some_slopes(void) {
+    table t = new_rich_table(9, 5, 2);
+    for (size_t sloped = 0; sloped <= 10; sloped += 2) {
+        const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
+        double all[30], some[30] = {0.0};
+        int32_t cell[2] = {0, 0};
+        CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, all), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, sloped, cell, some, NULL), SM_OK);
+        CHECK(memcmp(some, all, 10 * sizeof *some) == 0);
+        for (size_t part = 1; part < 3; part++)
+            for (size_t f = 0; f < 10; f++)
+                CHECK(some[10 * part + f] == (f < sloped ? all[10 * part + f] : 0.0));
+    }
+    free_table(&t);
 }
 
 /* The lag is a surface of its own over the same nodes. */
@@ -164,7 +181,7 @@ static void check_lag(void) {
         const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
         double slopes[3 * SM_MOST_FIELDS], lag[SM_LAGS], expected[SM_LAGS];
         int32_t cell[2] = {0, 0};
-        CHECK_STATUS(sm_table_slopes_from(&t.table, at, cell, slopes, lag), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, 0, cell, slopes, lag), SM_OK);
         CHECK_STATUS(sm_table_lookup(&alone, at, expected), SM_OK);
         CHECK(memcmp(lag, expected, sizeof lag) == 0);
     }
@@ -175,6 +192,7 @@ static void check_lag(void) {
 void check_table(void) {
     check_lag();
     check_visited();
+    check_some_slopes();
     check_values(1, 2, 1);
     check_values(1, 17, 1);
     check_values(2, 2, 2);

@@ -17,6 +17,7 @@
 #define LOOK_UPS 6 /* of a Dormand-Prince step */
 #define ROUNDS 15
 #define NODES 30
+#define SLOPED 8 /* columns: of two modes and two near resonances */
 
 static double amplitudes[STEPS][2 * SM_MODES];
 
@@ -59,7 +60,7 @@ static int look_up_along(const sm_table *table, double *nanoseconds, double *sum
             const double *a = amplitudes[k];
             const double modulus[SM_MODES] = {sqrt(a[0] * a[0] + a[1] * a[1]) * (1 + 1e-9 * stage),
                                               sqrt(a[2] * a[2] + a[3] * a[3])};
-            if (sm_table_slopes_from(table, modulus, cell, slopes) != SM_OK) return 0;
+            if (sm_table_slopes_from(table, modulus, SLOPED, cell, slopes) != SM_OK) return 0;
             *sum += slopes[0];
         }
     *nanoseconds = fmin(*nanoseconds, (now() - started) / STEPS);
