@@ -72,6 +72,8 @@ def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
     points = np.atleast_2d(np.asarray(frequencies, dtype=float))
     if points.shape[1] == 1:
         return ()
+    moved = np.any(points[1:] != points[:-1], axis=1)
+    points = points[np.append(True, moved)]
     found = []
     for order in harmonic_orders(max(SEPARATION), 2):
         for n, m in (order, (-order[0], -order[1])):

@@ -22,6 +22,7 @@ _TOLERANCE = 0.05  # of the coarse table
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
 _LARGEST_GROWTH = 2.0**40
+_STEPS_PER_BLOCK = 65536  # whose inputs and outputs are in memory together
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -157,8 +158,8 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
-    start, end = excited.modal_forces(schedule)
-    force = np.maximum(np.abs(start), np.abs(end)).max(axis=0)
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    force = np.abs(factor) * schedule.largest_force(excited.modes)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
@@ -166,15 +167,20 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
     """Amplitudes (steps + 1, modes) on a coarse table, the largest, and if it was never left."""
     component = excited.component(model, _TOLERANCE * 1e-2)
-    try:
-        outputs = component.run(schedule.durations, schedule.inputs(component.input_names))
-        complete = True
-    except StoppedError as stop:
-        if not stop.left_table:
-            raise SlipmodeError(f"run: {stop}") from None
-        outputs, complete = stop.outputs, False
-    modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
-    path = np.vstack((np.abs(np.array(excited.amplitude)), modulus))
+    rows, complete = [np.abs(np.array([excited.amplitude]))], True
+    for first in range(0, schedule.durations.size, _STEPS_PER_BLOCK):
+        block = slice(first, first + _STEPS_PER_BLOCK)
+        inputs = schedule.inputs(component.input_names, block)
+        try:
+            outputs = component.run(schedule.durations[block], inputs)
+        except StoppedError as stop:
+            if not stop.left_table:
+                raise SlipmodeError(f"run: {stop}") from None
+            outputs, complete = stop.outputs, False
+        rows.append(np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)])
+        if not complete:
+            break
+    path = np.concatenate(rows)
     reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.limit):
         reached = model.table.limit  # it left within one step: no telling which way

@@ -229,7 +229,7 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
 
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
-    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule)
+    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule.first_step())
     frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
     direct = DirectForce.of(reduced, excited.force)
     at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _QUIET = Script.constant(0.0)
+_ALL = slice(None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +35,22 @@ class Schedule:
     values: dict[str, Floats]
     rates: dict[str, Floats]
 
-    @property
+    @cached_property
     def durations(self) -> Floats:
         """Length of each step [s], (steps,)."""
         return np.diff(self.time)
 
-    def inputs(self, names: Sequence[str]) -> Floats:
-        """Inputs of a component, (steps, len(names)), in the order of its names."""
+    def inputs(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
+        """Inputs of a component in some steps, (steps, len(names)), in the order of its names."""
         columns = []
         for name in names:
             quantity, mode = name.rsplit("_", 1)
             if name.startswith("limit_scale"):  # no scene scales the friction limits
-                columns.append(np.full(self.durations.size, float(name == "limit_scale")))
+                columns.append(np.full(self.durations[steps].size, float(name == "limit_scale")))
             elif quantity.endswith("_rate"):
-                columns.append(self.rates[f"{quantity.removesuffix('_rate')}_{mode}"])
+                columns.append(self.rates[f"{quantity.removesuffix('_rate')}_{mode}"][steps])
             else:
-                columns.append(self.values[name])
+                columns.append(self.values[name][steps])
         return np.column_stack(columns)
 
     def mean_frequency(self, modes: Sequence[str]) -> list[float]:
@@ -80,13 +82,30 @@ class Schedule:
         )
         return start, end
 
-    def at_points(self, names: Sequence[str]) -> Floats:
-        """Values at every communication point, (steps + 1, len(names)), right of jumps."""
-        later = self.durations[-1]
-        columns = [
-            np.append(self.values[name], self.values[name][-1] + self.rates[name][-1] * later)
-            for name in names
-        ]
+    def largest_force(self, modes: Sequence[str]) -> Floats:
+        """Largest force of each mode at the start or end of a step, (modes,)."""
+        largest = []
+        for mode in modes:
+            start, rate = self.values[f"force_{mode}"], self.rates[f"force_{mode}"]
+            end = start + rate * self.durations
+            largest.append(max(np.abs(start).max(), np.abs(end).max()))
+        return np.array(largest)
+
+    def first_step(self) -> Schedule:
+        """The schedule up to the end of its first step."""
+        values, rates = (
+            {name: column[:1] for name, column in columns.items()}
+            for columns in (self.values, self.rates)
+        )
+        return Schedule(self.time[:2], values, rates)
+
+    def at_points(self, names: Sequence[str], points: slice = _ALL) -> Floats:
+        """Values at some communication points, (points, len(names)), right of jumps."""
+        first, end, _ = points.indices(self.time.size)
+        columns = [self.values[name][first:end] for name in names]
+        if end == self.time.size:
+            last = [self.values[n][-1] + self.rates[n][-1] * self.durations[-1] for n in names]
+            columns = [np.append(c, value) for c, value in zip(columns, last, strict=True)]
         return np.column_stack(columns)
 
 

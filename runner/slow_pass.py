@@ -52,9 +52,8 @@ class SlowPass:
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
         self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
-        inputs = plan.schedule.inputs(component.input_names)
+        inputs = plan.schedule.inputs(component.input_names, slice(1))
         component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
-        self._inputs = inputs
         self._columns = {name: k for k, name in enumerate(component.output_names)}
         self._rows = [self._present_row()]
         windows = (*plan.scene.contact, *plan.scene.elastic)
@@ -75,7 +74,8 @@ class SlowPass:
             with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
                 for first in range(0, steps, _STEPS_PER_BLOCK):
                     block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
-                    self._advance(schedule.durations[block], self._inputs[block], first)
+                    inputs = schedule.inputs(self._component.input_names, block)
+                    self._advance(schedule.durations[block], inputs, first)
                     bar.update(block.stop - first)
         except (StoppedError, KeyboardInterrupt) as stop:
             reason = str(stop) if isinstance(stop, StoppedError) else "interrupted by the user"
@@ -118,7 +118,7 @@ class SlowPass:
         moduli = np.hypot(parts[:, 0::2], parts[:, 1::2])
         self._recorder.write("/modes", time_, np.hstack((parts, moduli)))
         names = [f"{q}_{m}" for m in modes for q in ("force", "frequency", "phase")]
-        self._recorder.write("/forcing", time_, schedule.at_points(names)[points])
+        self._recorder.write("/forcing", time_, schedule.at_points(names, points))
         energy = ["input_power", "dissipated_power", "dissipated_energy"]
         self._recorder.write("/energy", time_, self._take(outputs, energy))
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from scene_text import TANH_ON_BOTH_MODES
 
 import runner
 from fmu import Component
@@ -59,18 +60,11 @@ PINNED = {
     },
 }
 
-SCENE = """
+SCENE = f"""
 title = "A scene for tests"
 [structure]
 model = "two-mass"
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+{TANH_ON_BOTH_MODES}[forcing.A]
 dof = 0
 amplitude = 0.15
 frequency = 0.98

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scene_text import TANH_ON_BOTH_MODES
 
 from rom.errors import SlipmodeError
 from rom.structure import two_mass
@@ -19,19 +20,12 @@ from runner.scene import (
 )
 from runner.script import Script
 
-SCENE = """
+SCENE = f"""
 title = "Both modes"
 [structure]
 model = "two-mass"
 damping = 0.01
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+{TANH_ON_BOTH_MODES}[forcing.A]
 dof = 0
 amplitude = 0.15
 frequency = [[0, 0.96], [1000, 1.0]]

@@ -281,3 +281,24 @@ def test_structure_and_friction_never_feed_the_modes(amplitude, law, formulation
 def test_refuses(amplitudes, grid):
     with pytest.raises(SlipmodeError):
         friction_functions(two_mode("paper"), SMOOTH, amplitudes, grid)
+
+
+def test_mean_square_of_drifting_harmonics_is_a_mean_like_theirs(monkeypatch):
+    """On a coarse grid they move on by its error; what they leave out needs both over one time."""
+    reduced = two_mode("consistent", beta=0.01)
+
+    def after(periods):
+        monkeypatch.setattr("rom.torus._MAX_PERIODS", periods)
+        grid = Discretisation(16, 2)
+        return contact_harmonics(reduced, Tanh(LIMIT, 0.02), [[2.0, 1.0]], grid, tolerance=0.0)
+
+    mean = after(1000)
+    ends = []
+    for periods in range(1, 1000):
+        end = after(periods)
+        if end.marched == mean.marched:
+            break
+        ends.append(end.mean_square)
+    over_ends = np.mean(ends[-39:], axis=0)
+    assert np.abs(ends[-1] / over_ends - 1.0).max() > 0.05
+    np.testing.assert_allclose(mean.mean_square, over_ends, rtol=3e-3)

@@ -88,12 +88,14 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     const int n = contact->contacts;
     if (stepper->h == h) return SM_OK;
     stepper->h = 0.0; /* until the matrix is known to be good */
-    for (int i = 0; i < n * n; i++) {
-        stepper->stiffness[i] = contact->stiffness[i];
-        stepper->inertia[i] = contact->mass ? contact->mass[i] / (SM_GAMMA * h) : 0.0;
-        stepper->matrix[i] = stepper->inertia[i] + contact->damping[i]
-                             + SM_GAMMA * h * contact->stiffness[i];
-    }
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            const int k = i * n + j, low = i > j ? k : j * n + i; /* symmetric to the last bit */
+            stepper->stiffness[k] = contact->stiffness[low];
+            stepper->inertia[k] = contact->mass ? contact->mass[low] / (SM_GAMMA * h) : 0.0;
+            stepper->matrix[k] = stepper->inertia[k] + contact->damping[low]
+                                 + SM_GAMMA * h * contact->stiffness[low];
+        }
     stepper->massless = !contact->mass;
     stepper->smooth = contact->law == SM_TANH;
     for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
@@ -107,7 +109,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 size_t sm_lanes_size(int contacts, int lanes) {
     const size_t n = (size_t)contacts, w = (size_t)lanes;
-    const size_t many = sm_slipping_counts(n) * w + n;
+    const size_t many = sm_slipping_counts(n) * w + n + 3 * n * w;
     return (10 + n) * n * w + (contacts > 2 ? many : 0);
 }
 
@@ -120,11 +122,13 @@ void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
     m->factor = memory;
     m->slipping = memory + size * (size_t)contacts;
     m->packed = m->slipping + sm_slipping_counts((size_t)contacts) * (size_t)lanes;
+    m->conjugate = m->packed + contacts;
     sm_lanes_forget(m, contacts, lanes);
 }
 
 void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {
     m->factored = NULL;
+    m->factors_for = 0;
     for (int l = 0; l < lanes && contacts > 2; l++) {
         const sm_slipping a = sm_slipping_of(contacts, l, m->slipping, m->factor);
         sm_slipping_forget(&a, contacts);

@@ -12,6 +12,7 @@
 #define SLIPMODE_CONTACT_H
 
 #include "friction.h"
+#include "products.h"
 #include "slipping.h"
 
 #define SM_GAMMA 0.29289321881345254
@@ -38,6 +39,8 @@ typedef struct {
     double *r, *residual;
     double *factor;      /* (N_c, N_c) per lane, three contacts or more */
     double *slipping;    /* integers of sm_slipping per lane, likewise */
+    double *conjugate;   /* (3, N_c, lanes) of conjugate gradients, likewise */
+    int factors_for;     /* stages yet to come without them */
     double *packed;      /* (N_c) of the slipping contacts of a lane */
     const double *factored; /* the matrix S of these factors */
 } sm_lanes;
@@ -250,16 +253,12 @@ SM_INLINE sm_status sm_solve_stage(const int lanes, const sm_stepper *s, sm_lane
 SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
                              const double *restrict x) {
     const int n = s->contacts;
+    sm_times(n, lanes, s->stiffness, x, m->r);
     for (int i = 0; i < n; i++) {
         double *restrict r = m->r + (size_t)i * lanes;
         const double *restrict u = m->u + (size_t)i * lanes;
         SM_SIMD
-        for (int l = 0; l < lanes; l++) r[l] = u[l];
-        for (int j = 0; j < n; j++) {
-            const double k_ij = s->stiffness[i * n + j];
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) r[l] -= k_ij * x[(size_t)j * lanes + l];
-        }
+        for (int l = 0; l < lanes; l++) r[l] = u[l] - r[l];
     }
 }
 

@@ -88,8 +88,8 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *              mean_square - 2 sum |P_nm|^2
  *   residual   (points) estimated distance from periodicity when the march ended; larger than
  *              the tolerance where max_periods was reached first, or where the harmonics keep
- *              moving by the error of the grid: they are means then, and this is the distance of
- *              the last ones from them
+ *              moving by the error of the grid: they and mean_square are means then, and this is
+ *              the distance of the last harmonics from them
  *   marched    (points) time steps marched along each line */
 SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
                                     int32_t lines, double tolerance, const double *smallest_scale,

@@ -52,27 +52,37 @@ static sm_status check_points(const torus_task *task, const sm_contact *contact,
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
+/* sum += fresh over the halves since a point last came noticeably closer to periodicity. */
+static void add_idle(const sm_progress *track, size_t count, const double *fresh, double *sum) {
+    for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
+}
+
 /* The answer of a point whose harmonics keep moving, by the error of the grid, while the phases
- * drift: their mean since they last came noticeably closer to periodicity; and the distance of the
- * last ones from it. */
-static double settle_for_mean(const sm_torus_grid *grid, const sm_scales *scales, int idle,
-                              const double *fresh, const double *sum, double *mean) {
-    for (size_t k = 0; k < grid->per_point; k++) mean[k] = sum[k] / idle;
+ * drift: their mean, and that of the mean squares, over those halves; and the distance of the last
+ * harmonics from it. */
+static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                              const sm_scales *scales, double *mean, double *mean_square) {
+    const size_t per_point = grid->per_point, n = (size_t)grid->contact->contacts;
+    const double idle = g->track[p].idle;
+    for (size_t k = 0; k < per_point; k++) mean[k] = g->idle_sum[p * per_point + k] / idle;
+    for (size_t i = 0; i < n; i++) mean_square[i] = g->idle_squares[p * n + i] / idle;
     return sm_relative_distance(scales, grid->contact->contacts, grid->orders_count, grid->orders,
-                                fresh, mean);
+                                g->fresh + p * per_point, mean);
 }
 
 /* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
                  size_t first, size_t count, int halves, int marched) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
+    const size_t n = (size_t)grid->contact->contacts;
     int open = 0;
     for (size_t p = 0; p < count; p++) {
         sm_progress *track = &g->track[p];
         if (track->done) continue; /* its answer is already stored */
         const size_t point = first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
-        double *sum = g->idle_sum + p * per_point, *answer = task->harmonics + point * per_point;
+        double *answer = task->harmonics + point * per_point;
+        double *mean_square = task->mean_square + point * n;
         const sm_scales scales = sm_displacement_scales(
             grid->contact, task->amplitudes + point * modes, task->smallest_scale);
         const double change = sm_relative_distance(&scales, grid->contact->contacts,
@@ -80,14 +90,13 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
         task->residual[point] = sm_distance_from_periodic(track, &scales, change, halves,
                                                           task->tolerance);
         task->marched[point] = marched;
-        for (size_t k = 0; k < per_point; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(answer, fresh, sizeof(double) * per_point);
+        sm_torus_group_mean_square(grid, g, p, mean_square);
+        add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
+        add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->residual[point] > task->tolerance)
-            task->residual[point] =
-                settle_for_mean(grid, &scales, track->idle, fresh, sum, answer);
-        sm_torus_group_mean_square(grid, g, p,
-                                   task->mean_square + point * (size_t)grid->contact->contacts);
+            task->residual[point] = settle_for_mean(grid, g, p, &scales, answer, mean_square);
         open |= !track->done;
     }
     return open;

@@ -122,7 +122,7 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
     const size_t row = (size_t)n * SM_LANES;
     g->memory = calloc(lanes + 6 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
-                           + 8 * harmonics + points * speed + line_state,
+                           + 8 * harmonics + points * speed + line_state + points * (size_t)n,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
     g->track = calloc(points, sizeof(sm_progress));
@@ -150,6 +150,7 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     for (size_t p = 0; p < points; p++, memory += speed)
         sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
     g->line_state = memory;
+    g->idle_squares = memory + line_state;
     return SM_OK;
 }
 

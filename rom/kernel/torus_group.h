@@ -40,7 +40,8 @@ typedef struct {
     double *fresh;           /* the same shape: of the last whole period */
     double *last[2];         /* the same shape: of those that ended with each half before */
     double *idle_sum;        /* the same shape: sum over the halves without progress */
-    double *answered;        /* the same shape: harmonics that the modes answer to */
+    double *idle_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
+    double *answered;        /* (points_per_group, orders, N_c, 2): harmonics that the modes answer to */
     double *answer;          /* the same shape: force of that answer on the contacts */
     double *forcing, *moved; /* (2 SM_TOGETHER, N_c, SM_LANES), (SM_TOGETHER, N_c, SM_LANES) */
     sm_progress *track;      /* (points_per_group) */

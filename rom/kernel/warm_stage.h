@@ -9,7 +9,7 @@
 #ifndef SLIPMODE_WARM_STAGE_H
 #define SLIPMODE_WARM_STAGE_H
 
-#include "contact.h"
+#include "many_stage.h"
 
 #define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the time steps leave */
 
@@ -121,6 +121,16 @@ SM_INLINE sm_status sm_warm_solve_for(const int n, const sm_stepper *s, sm_warm 
                                       sm_lanes *lane) {
     const int tries = warm->per_alpha > 0.0 ? 4 : 0;
     const size_t bytes = (size_t)n * sizeof(double);
+    memcpy(lane->v, warm->v, bytes);
+    if (sm_many_try(n, 1, s, lane)) {
+        memcpy(warm->r, lane->r, bytes);
+        memcpy(warm->v, lane->v, bytes);
+        return SM_OK;
+    }
+    if (lane->factors_for == SM_FACTORS_FOR) { /* the factor is an old one */
+        memcpy(warm->next, warm->v, bytes);
+        sm_warm_linearise(n, s, warm);
+    }
     if (tries > 0) {
         for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
         memcpy(warm->next, warm->v, bytes);

@@ -206,6 +206,65 @@ static void check_singular_stiffness(void) {
             }
 }
 
+/* Many contacts, each joined to the next by `joint` of its own stiffness, in lanes under different
+ * forces; whether conjugate gradients were enough. */
+static int check_many_contacts(int n, double joint, double alpha) {
+    problem p = new_problem(n, 1, SM_TANH);
+    p.contact.alpha = alpha;
+    for (int k = 0; k < n * n; k++) {
+        const int apart = abs(k / n - k % n);
+        const double own = apart == 0 ? 20.0 : 0.0;
+        p.stiffness[k] = own + 20.0 * joint * (apart == 0 ? 2.0 : apart == 1 ? -1.0 : 0.0);
+        p.damping[k] = 0.01 * p.stiffness[k];
+    }
+    const double h = TWO_PI / STEPS;
+    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, SM_LANES));
+    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n), *v = new_doubles((size_t)n);
+    sm_stepper stepper;
+    sm_lanes lanes;
+    sm_stepper_place(&stepper, n, memory);
+    sm_lanes_place(&lanes, n, SM_LANES, memory + sm_stepper_size(n));
+    CHECK_STATUS(sm_stepper_set(&stepper, &p.contact, h), SM_OK);
+    double *base = new_doubles((size_t)n * SM_LANES), *forces = new_doubles((size_t)n * SM_LANES);
+    int enough = 1;
+    for (int k = 0; k < 2 * STEPS; k++) {
+        const double t = h * (k / 2 + (k % 2 ? 1.0 : SM_GAMMA));
+        for (int i = 0; i < n * SM_LANES; i++) /* from sticking to sliding */
+            forces[i] = (i % SM_LANES) * sin(t + 0.02 * (i / SM_LANES));
+        memcpy(lanes.u, forces, (size_t)n * SM_LANES * sizeof(double));
+        memcpy(base, k % 2 ? lanes.base : lanes.x, (size_t)n * SM_LANES * sizeof(double));
+        CHECK_STATUS(sm_stage(SM_LANES, &stepper, &lanes, k % 2), SM_OK);
+        enough &= lanes.factors_for == 0;
+        for (int l = 0; l < SM_LANES; l++) {
+            for (int i = 0; i < n; i++) {
+                u[i] = forces[i * SM_LANES + l];
+                x[i] = base[i * SM_LANES + l];
+                v[i] = lanes.v[i * SM_LANES + l];
+            }
+            check_stage(&p.contact, h, u, x, v);
+        }
+    }
+    free(memory);
+    free(u);
+    free(x);
+    free(v);
+    free(base);
+    free(forces);
+    free_problem(&p);
+    return enough;
+}
+
+static void check_many(void) {
+    for (int e = 1; e <= 5; e++) { /* smaller alpha: some stages by factors */
+        const int enough = check_many_contacts(60, 0.25, pow(10.0, -e));
+        CHECK(enough || e > 2);
+    }
+    CHECK(!check_many_contacts(60, 1e4, 1e-3)); /* stiffly joined: by factors */
+    problem p = new_problem(60, 1, SM_TANH);    /* one lane */
+    check_steps(&p.contact, 0.02);
+    free_problem(&p);
+}
+
 static sm_status call_contact_check(void *p) { return sm_contact_check(p); }
 
 static void check_contact_refusals(void) {
@@ -301,6 +360,7 @@ void check_friction(void) {
     check_slipping();
     check_resolvents();
     check_coupled_steps();
+    check_many();
     check_singular_stiffness();
     check_frictionless_stage();
     check_rank_deficient_stage();
