@@ -52,7 +52,7 @@ static int step_along(sm_component *c, double *nanoseconds) {
 }
 
 static int look_up_along(const sm_table *table, double *nanoseconds, double *sum) {
-    double slopes[2 * (SM_MODES + SM_NEAR + 1) * 3];
+    double slopes[2 * (SM_MODES + SM_NEAR + 1) * 3], lag[SM_LAGS];
     int32_t cell[SM_MODES] = {0, 0};
     const double started = now();
     for (int k = 0; k < STEPS; k++)
@@ -60,7 +60,7 @@ static int look_up_along(const sm_table *table, double *nanoseconds, double *sum
             const double *a = amplitudes[k];
             const double modulus[SM_MODES] = {sqrt(a[0] * a[0] + a[1] * a[1]) * (1 + 1e-9 * stage),
                                               sqrt(a[2] * a[2] + a[3] * a[3])};
-            if (sm_table_slopes_from(table, modulus, SLOPED, cell, slopes) != SM_OK) return 0;
+            if (sm_table_slopes_from(table, modulus, SLOPED, cell, slopes, lag) != SM_OK) return 0;
             *sum += slopes[0];
         }
     *nanoseconds = fmin(*nanoseconds, (now() - started) / STEPS);
