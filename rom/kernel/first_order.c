@@ -12,6 +12,7 @@
 #include <math.h>
 
 #include "lanes.h"
+#include "near.h"
 #include "slow_flow.h"
 #include "table.h"
 
@@ -50,40 +51,6 @@ void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *
         feel(instant, SM_MODES, y, felt);
 }
 
-/* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j: how a near resonance turns against its
- * mode. */
-SM_INLINE sm_complex near_turn(const sm_near *near, sm_complex wave, const sm_modal *unit) {
-    const sm_complex by_a = sm_unit_power(sm_of(unit, 0), near->n - (near->mode == 0));
-    const sm_complex by_b = sm_unit_power(sm_of(unit, 1), near->m - (near->mode == 1));
-    return sm_cmul(sm_cmul(wave, by_b), by_a);
-}
-
-/* Those of all near resonances, many of them equal or opposite to the first; 0 for harmonics of
- * an amplitude that is. */
-SM_INLINE void near_turns(const sm_slow_flow *flow, const sm_instant *instant,
-                          const sm_modal *unit, const double *modulus, sm_complex *turn) {
-    const sm_near *near = flow->near;
-    for (int k = 0; k < flow->table.near; k++) {
-        const int like_first = instant->like_first[k];
-        turn[k] = like_first ? sm_cx(turn[0].re, like_first * turn[0].im)
-                             : near_turn(&near[k], instant->near_wave[k], unit);
-    }
-    if (modulus[0] * modulus[1] > 0.0) return;
-    for (int k = 0; k < flow->table.near; k++)
-        if ((near[k].n != 0 && modulus[0] == 0.0) || (near[k].m != 0 && modulus[1] == 0.0))
-            turn[k] = sm_cx(0.0, 0.0);
-}
-
-/* Adds to the strength of the mode that a near resonance drives. */
-SM_INLINE void add_near(const sm_instant *instant, int k, int modes, sm_complex near,
-                        sm_modal *strength) {
-    SM_SIMD
-    for (int j = 0; j < modes; j++) {
-        strength->re[j] += instant->near_on[k][j] * near.re;
-        strength->im[j] += instant->near_on[k][j] * near.im;
-    }
-}
-
 /* Forces of the contacts on the modes, and the rates that they lead to. */
 SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int modes,
                       sm_flow_state *state) {
@@ -93,7 +60,7 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
     SM_SIMD
     for (int j = 0; j < modes; j++) sm_put(&strength, j, pair(S + 2 * j));
     for (int k = 0; k < flow->table.near; k++)
-        add_near(instant, k, modes, sm_cmul(pair(T + 2 * k), state->near_turn[k]), &strength);
+        sm_add_near(instant, k, modes, sm_cmul(pair(T + 2 * k), state->near_turn[k]), &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex a = sm_of(&state->felt.amplitude, j), unit = sm_of(&state->felt.unit, j);
@@ -112,7 +79,7 @@ SM_INLINE void answer(const sm_slow_flow *flow, const sm_instant *instant, int m
 SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, int modes,
                                 size_t sloped, const double *y, sm_flow_state *state) {
     feel(instant, modes, y, &state->felt);
-    near_turns(flow, instant, &state->felt.unit, state->felt.modulus, state->near_turn);
+    sm_near_turns(flow, instant, &state->felt.unit, state->felt.modulus, state->near_turn);
     const sm_status status = sm_table_slopes_from(&flow->table, state->felt.modulus, sloped,
                                                   instant->cell, state->slopes, state->lag);
     if (status == SM_OK) answer(flow, instant, modes, state);
@@ -189,7 +156,7 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
     if (d->from_rest) {
         const double *modulus = state->felt.modulus;
         const double moved[SM_MODES] = {modulus[0] + d->modulus[0], modulus[1] + d->modulus[1]};
-        near_turns(flow, instant, &d->unit, moved, soon);
+        sm_near_turns(flow, instant, &d->unit, moved, soon);
         turn = soon;
     }
     SM_SIMD
@@ -203,7 +170,7 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
         if (modes == SM_MODES) angle += order[1] * d->angle[1];
         const sm_complex grown = change_of_column(S, fields, modes, modes + k, d);
         const sm_complex turned = times_i(pair(T + 2 * k), angle);
-        add_near(instant, k, modes, sm_cmul(sm_cadd(grown, turned), turn[k]), strength);
+        sm_add_near(instant, k, modes, sm_cmul(sm_cadd(grown, turned), turn[k]), strength);
     }
 }
 
