@@ -2,11 +2,11 @@
  *
  * Its potential v.S v / 2 - r.v + sum_i limit_i |v_i| is a strictly convex quadratic function as
  * long as no velocity changes its sign. An active-set method (Nocedal and Wright, Numerical
- * Optimization, 2006, section 16.5) goes to the minimum of the piece it is on. Where velocities
- * pass through zero on the way it stops at the last such kink before the potential rises, and that
- * contact sticks. Where none does, the contacts that stick under more than their limit begin to
- * slip. Each step goes down and no piece comes twice: it ends after finitely many of them, at a
- * cost of N_c^2 each.
+ * Optimization, 2006, section 16.5) goes to the minimum of the piece it is on. Where no velocity
+ * passes through zero on the way, the contacts that stick under more than their limit begin to
+ * slip. Those that would pass stick; if the potential rises by that, the step ends at the last
+ * zero before it rises, and that contact sticks alone. Each step goes down and no minimum comes
+ * twice: it ends after finitely many of them, at a cost of N_c^2 each.
  */
 #ifndef SLIPMODE_COULOMB_DESCENT_H
 #define SLIPMODE_COULOMB_DESCENT_H
@@ -19,7 +19,9 @@
 typedef struct {
     int contacts;
     double *v, *unbalanced, *size; /* velocity, minus the slope of the potential, forces that meet */
+    double *before;                /* velocity before the step */
     double *step;                  /* of the slipping contacts, in the order of the factor */
+    double potential;
     sm_slipping slipping;
 } sm_descent;
 
@@ -29,8 +31,8 @@ SM_INLINE double sm_unbalanced(double limit, double v, double force) {
     return fabs(force) <= limit ? 0.0 : force - copysign(limit, force);
 }
 
-/* Forces at the velocities; whether they balance. */
-SM_INLINE int sm_descent_balance(const sm_stepper *s, const sm_descent *m, const int lanes,
+/* Forces and potential at the velocities; whether the forces balance. */
+SM_INLINE int sm_descent_balance(const sm_stepper *s, sm_descent *m, const int lanes,
                                  const double *r) {
     const int n = m->contacts;
     double *restrict force = m->unbalanced, *restrict size = m->size;
@@ -49,7 +51,10 @@ SM_INLINE int sm_descent_balance(const sm_stepper *s, const sm_descent *m, const
         }
     }
     int balanced = 1;
+    m->potential = 0.0;
     for (int i = 0; i < n; i++) {
+        m->potential += s->laws[i].limit * fabs(m->v[i])
+                        - 0.5 * m->v[i] * (r[i * lanes] + force[i]);
         force[i] = sm_unbalanced(s->laws[i].limit, m->v[i], force[i]);
         /* half of it: `size` has S_ii v_i too, which is no more than the others together */
         balanced &= fabs(force[i]) <= 0.5 * SM_STAGE_TOLERANCE * size[i];
@@ -86,8 +91,15 @@ SM_INLINE void sm_descent_aim(const sm_descent *m) {
     }
 }
 
-/* Which part of the step to take: all of it, or as far as the last kink that the potential falls
- * towards. Along the step its slope is (part - 1) work, and at a kink it gains 2 limit |step|. */
+/* Part of the step where a contact's velocity is zero; infinite if it never is, and without
+ * friction, where that is no kink. */
+SM_INLINE double sm_descent_kink(const sm_stepper *s, const sm_descent *m, int row) {
+    const int i = m->slipping.order[row];
+    const int stops = m->v[i] * m->step[row] < 0.0 && s->laws[i].limit > 0.0;
+    return stops ? -m->v[i] / m->step[row] : INFINITY;
+}
+
+/* Part of the step up to the last kink that the potential falls towards. Along the step its slope is (part - 1) work, and at a kink it gains 2 limit |step|. */
 SM_INLINE double sm_descent_part(const sm_stepper *s, const sm_descent *m, double work) {
     const sm_slipping *a = &m->slipping;
     double part = 1.0, lowest = 1.0;
@@ -95,9 +107,7 @@ SM_INLINE double sm_descent_part(const sm_stepper *s, const sm_descent *m, doubl
         int next = -1;
         double at = lowest;
         for (int row = 0; row < *a->count; row++) {
-            const double v = m->v[a->order[row]], step = m->step[row];
-            if (!(v * step < 0.0) || s->laws[a->order[row]].limit == 0.0) continue;
-            const double kink = -v / step;
+            const double kink = sm_descent_kink(s, m, row);
             const int passed = last >= 0 && (kink < part || (kink == part && row <= last));
             if (passed || kink >= at) continue;
             at = kink;
@@ -110,26 +120,52 @@ SM_INLINE double sm_descent_part(const sm_stepper *s, const sm_descent *m, doubl
     }
 }
 
+/* All of the step, but contacts whose velocity would pass through zero stick; whether some do. */
+SM_INLINE int sm_descent_leap(const sm_stepper *s, const sm_descent *m) {
+    const sm_slipping *a = &m->slipping;
+    int stuck = 0;
+    memcpy(m->before, m->v, (size_t)m->contacts * sizeof(double));
+    for (int row = 0; row < *a->count; row++) {
+        const int i = a->order[row], sticks = sm_descent_kink(s, m, row) <= 1.0;
+        m->v[i] = sticks ? 0.0 : m->v[i] + m->step[row];
+        stuck |= sticks;
+    }
+    return stuck;
+}
+
+/* The same step as far as the potential falls. */
+SM_INLINE void sm_descent_retreat(const sm_stepper *s, const sm_descent *m, double work) {
+    const sm_slipping *a = &m->slipping;
+    memcpy(m->v, m->before, (size_t)m->contacts * sizeof(double));
+    const double part = sm_descent_part(s, m, work);
+    for (int row = 0; row < *a->count; row++) {
+        double *v = m->v + a->order[row];
+        const double moved = *v + part * m->step[row];
+        *v = fabs(moved) > 1e-15 * fabs(*v) ? moved : 0.0; /* a kink is at zero */
+    }
+}
+
 SM_INLINE sm_status sm_descend(const sm_stepper *s, sm_descent *m, const int lanes,
                                const double *r) {
     const sm_slipping *a = &m->slipping;
-    int whole = 1;
+    double work = 0.0, highest = INFINITY;
+    int stuck = 0;
     for (int k = 0; k < SM_DESCENT_STEPS * m->contacts; k++) {
         if (sm_descent_balance(s, m, lanes, r)) return SM_OK;
+        if (!isfinite(m->potential)) return SM_NOT_FINITE;
+        if (stuck && !(m->potential < highest)) {
+            sm_descent_retreat(s, m, work);
+            highest = INFINITY;
+            continue;
+        }
         if (k % SM_DESCENT_FRESH == SM_DESCENT_FRESH - 1) sm_slipping_forget(a, m->contacts);
-        sm_descent_choose(s, m, whole);
+        sm_descent_choose(s, m, !stuck);
         sm_descent_aim(m);
-        double work = 0.0;
+        work = 0.0;
         for (int row = 0; row < *a->count; row++)
             work += m->step[row] * m->unbalanced[a->order[row]];
-        if (!(work < INFINITY)) return SM_NOT_FINITE;
-        const double part = sm_descent_part(s, m, work);
-        whole = part == 1.0;
-        for (int row = 0; row < *a->count; row++) {
-            double *v = m->v + a->order[row];
-            const double moved = *v + part * m->step[row];
-            *v = fabs(moved) > 1e-15 * fabs(*v) ? moved : 0.0; /* a kink is at zero */
-        }
+        highest = m->potential;
+        stuck = sm_descent_leap(s, m);
     }
     return SM_NOT_CONVERGED;
 }
@@ -146,6 +182,7 @@ SM_INLINE sm_status sm_descend_all(const int lanes, const sm_stepper *s, sm_lane
                         .v = m->conjugate,
                         .unbalanced = m->conjugate + n,
                         .size = m->conjugate + 2 * n,
+                        .before = m->residual,
                         .step = m->packed,
                         .slipping = sm_slipping_of(n, l, m->slipping, m->factor)};
         for (int i = 0; i < n; i++) d.v[i] = norm[l] < INFINITY ? m->v[i * lanes + l] : 0.0;

@@ -177,8 +177,8 @@ SM_INLINE void sm_gauss_seidel(const int lanes, const sm_stepper *s, sm_lanes *m
 
 /* Solve S v + g(v) = r for the lanes; v holds the first guess. */
 SM_INLINE sm_status sm_solve_stage(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int newton_only = 8, mixed = 40, sweeps = 20000;
     const int coulomb = s->laws[0].law == SM_COULOMB;
+    const int newton_only = coulomb ? 3 : 8, mixed = 40, sweeps = 20000;
     int newton_works = 1;
     sm_gauss_seidel(lanes, s, m); /* exact for one contact */
     if (s->contacts == 1) return SM_OK;
