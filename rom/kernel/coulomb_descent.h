@@ -31,6 +31,11 @@ SM_INLINE double sm_unbalanced(double limit, double v, double force) {
     return fabs(force) <= limit ? 0.0 : force - copysign(limit, force);
 }
 
+/* To half of the tolerance: `size` has S_ii v_i too, which is no more than the others together. */
+SM_INLINE int sm_descent_balanced(const sm_descent *m, int i) {
+    return fabs(m->unbalanced[i]) <= 0.5 * SM_STAGE_TOLERANCE * m->size[i];
+}
+
 /* Forces and potential at the velocities; whether the forces balance. */
 SM_INLINE int sm_descent_balance(const sm_stepper *s, sm_descent *m, const int lanes,
                                  const double *r) {
@@ -56,8 +61,7 @@ SM_INLINE int sm_descent_balance(const sm_stepper *s, sm_descent *m, const int l
         m->potential += s->laws[i].limit * fabs(m->v[i])
                         - 0.5 * m->v[i] * (r[i * lanes] + force[i]);
         force[i] = sm_unbalanced(s->laws[i].limit, m->v[i], force[i]);
-        /* half of it: `size` has S_ii v_i too, which is no more than the others together */
-        balanced &= fabs(force[i]) <= 0.5 * SM_STAGE_TOLERANCE * size[i];
+        balanced &= sm_descent_balanced(m, i);
     }
     return balanced;
 }
@@ -67,8 +71,7 @@ SM_INLINE int sm_descent_balance(const sm_stepper *s, sm_descent *m, const int l
 SM_INLINE void sm_descent_choose(const sm_stepper *s, const sm_descent *m, int more) {
     const sm_slipping *a = &m->slipping;
     for (int i = m->contacts - 1; i >= 0; i--) {
-        const int starts = more && !(fabs(m->unbalanced[i]) <= 0.5 * SM_STAGE_TOLERANCE * m->size[i]);
-        const int slips = m->v[i] != 0.0 || starts;
+        const int slips = m->v[i] != 0.0 || (more && !sm_descent_balanced(m, i));
         if (slips && a->place[i] == 0) sm_slipping_add(a, m->contacts, s->matrix, i);
         if (!slips && a->place[i] > 0) sm_slipping_remove(a, m->contacts, i);
     }
@@ -99,7 +102,8 @@ SM_INLINE double sm_descent_kink(const sm_stepper *s, const sm_descent *m, int r
     return stops ? -m->v[i] / m->step[row] : INFINITY;
 }
 
-/* Part of the step up to the last kink that the potential falls towards. Along the step its slope is (part - 1) work, and at a kink it gains 2 limit |step|. */
+/* Part of the step up to the last kink that the potential falls towards. Along the step its slope
+ * is (part - 1) work, and at a kink it gains 2 limit |step|. */
 SM_INLINE double sm_descent_part(const sm_stepper *s, const sm_descent *m, double work) {
     const sm_slipping *a = &m->slipping;
     double part = 1.0, lowest = 1.0;
