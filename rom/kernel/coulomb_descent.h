@@ -18,9 +18,10 @@
 
 typedef struct {
     int contacts;
-    double *v, *unbalanced, *size; /* velocity, minus the slope of the potential, forces that meet */
-    double *before;                /* velocity before the step */
-    double *step;                  /* of the slipping contacts, in the order of the factor */
+    double *v, *before; /* velocity, now and before the step */
+    double *unbalanced; /* minus the slope of the potential */
+    double *size;       /* of the forces that meet, limit_i + |r_i| + sum_j |S_ij v_j| */
+    double *step;       /* of the slipping contacts, in the order of the factor */
     double potential;
     sm_slipping slipping;
 } sm_descent;

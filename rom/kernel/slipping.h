@@ -31,7 +31,7 @@ static inline void sm_slipping_forget(const sm_slipping *a, int contacts) {
     for (int i = 0; i < contacts; i++) a->place[i] = 0;
 }
 
-/* Where S is singular rounding may leave nothing of a pivot, or less: at least this part of S_ii. */
+/* Of S_ii, at least: where S is singular rounding may leave nothing of a pivot, or less. */
 #define SM_LEAST_PIVOT 1e-14
 
 static inline void sm_slipping_add(const sm_slipping *a, int n, const double *matrix, int i) {
