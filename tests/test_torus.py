@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
 from rom.torus import Discretisation, contact_harmonics, friction_functions
+from runner.report.hard.contacts import many_contacts
 
 LIMIT = 2.0
 LAWS = [Tanh(LIMIT, 0.1), Tanh(LIMIT, 0.005), Coulomb(LIMIT)]
@@ -184,6 +185,29 @@ def test_spectral_in_the_lines(formulation):
     gained = orders(errors)[1:]
     assert np.all(gained > 10)  # measured 12.8, 15.6: no power law
     assert np.all(np.diff(gained) > 2)
+
+
+# Contacts that are joined to each other
+
+
+def bar_friction(contacts, joint, points):
+    """Q of the one mode of a mass on a bar, (points,); each contact slips at its own limit."""
+    case = many_contacts(contacts, joint)
+    reduced = reduce(case.structure, (0,), carrier=case.frequency)
+    amplitudes = np.linspace(4.0, 0.3, points)[:, np.newaxis]
+    return friction_functions(reduced, case.law, amplitudes, Discretisation(64, 1), 1e-7)[:, 0]
+
+
+@pytest.mark.parametrize("points", [1, 16], ids=["one point", "a group of lanes"])
+@pytest.mark.parametrize("contacts", [2, 10, 30, 100])
+def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts, points):
+    """With order 1 in its flexibility, whether or not contacts slip one after the other."""
+    single = bar_friction(1, 0.0, points)
+    joints = (1.0, 10.0, 25.0, 100.0, 1e3, 1e4, 1e5)
+    errors = [largest_error(bar_friction(contacts, j, points), single) for j in joints]
+    assert np.all(np.diff(errors) < 0)
+    # measured 0.89 to 1.03
+    assert np.log10(errors[-2] / errors[-1]) == pytest.approx(1.0, abs=0.15)
 
 
 # Invariances

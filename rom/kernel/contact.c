@@ -110,7 +110,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 size_t sm_lanes_size(int contacts, int lanes) {
     const size_t n = (size_t)contacts, w = (size_t)lanes;
     const size_t many = sm_slipping_counts(n) * w + n + 3 * n * w;
-    return (10 + n) * n * w + (contacts > 2 ? many : 0);
+    return (10 + n) * n * w + (contacts > 1 ? many : 0);
 }
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
@@ -129,7 +129,7 @@ void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
 void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {
     m->factored = NULL;
     m->factors_for = 0;
-    for (int l = 0; l < lanes && contacts > 2; l++) {
+    for (int l = 0; l < lanes && contacts > 1; l++) {
         const sm_slipping a = sm_slipping_of(contacts, l, m->slipping, m->factor);
         sm_slipping_forget(&a, contacts);
     }

@@ -31,6 +31,9 @@ static inline void sm_slipping_forget(const sm_slipping *a, int contacts) {
     for (int i = 0; i < contacts; i++) a->place[i] = 0;
 }
 
+/* Of S_ii, at least: where S is singular rounding may leave nothing of a pivot, or less. */
+#define SM_LEAST_PIVOT 1e-14
+
 static inline void sm_slipping_add(const sm_slipping *a, int n, const double *matrix, int i) {
     const int row = (*a->count)++;
     double *fresh = a->factor + (size_t)row * (size_t)n;
@@ -38,8 +41,10 @@ static inline void sm_slipping_add(const sm_slipping *a, int n, const double *ma
         const double *earlier = a->factor + (size_t)j * (size_t)n;
         double sum = matrix[(size_t)i * (size_t)n + (size_t)(j < row ? a->order[j] : i)];
         for (int k = 0; k < j; k++) sum -= fresh[k] * earlier[k];
-        fresh[j] = j < row ? sum / earlier[j] : sqrt(sum);
+        fresh[j] = j < row ? sum / earlier[j] : sum;
     }
+    const double least = SM_LEAST_PIVOT * matrix[(size_t)i * (size_t)n + (size_t)i];
+    fresh[row] = sqrt(fresh[row] > least ? fresh[row] : least);
     a->order[row] = i;
     a->place[i] = row + 1;
 }

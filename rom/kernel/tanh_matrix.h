@@ -4,7 +4,7 @@
 #ifndef SLIPMODE_TANH_MATRIX_H
 #define SLIPMODE_TANH_MATRIX_H
 
-#include "contact.h"
+#include "newton_stage.h"
 #include "products.h"
 
 #define SM_SMOOTH_TOLERANCE 1e-12 /* of the friction limits: what is left of the residual */

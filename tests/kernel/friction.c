@@ -146,9 +146,10 @@ static void check_frictionless_stage(void) {
 /* Three contacts on a part that moves in a plane: K has rank two, and Newton nothing to divide by
  * where all slide. */
 static void check_rank_deficient_stage(void) {
-    const double direction[3][2] = {{1.0, 0.0}, {0.0, 1.0}, {0.6, 0.8}};
     for (int law = SM_TANH; law <= SM_COULOMB; law++)
         for (int k = 0; k < 50; k++) {
+            const double direction[3][2] = {
+                {1.0, 0.0}, {0.0, 1.0}, {cos(0.1 * (k + 1)), sin(0.1 * (k + 1))}};
             problem p = new_problem(3, 1, law);
             const double f[] = {20.0 * random_number() - 10.0, 20.0 * random_number() - 10.0};
             double u[3], v[3];
@@ -202,21 +203,29 @@ static void check_singular_stiffness(void) {
                 }
                 for (int i = 0; i < n && equal; i++) p.limit[i] = 2.0;
                 check_steps(&p.contact, 0.0);
+                check_steps(&p.contact, 0.3);
                 free_problem(&p);
             }
 }
 
-/* Many contacts, each joined to the next by `joint` of its own stiffness, in lanes under different
- * forces; whether conjugate gradients were enough. */
-static int check_many_contacts(int n, double joint, double alpha) {
-    problem p = new_problem(n, 1, SM_TANH);
-    p.contact.alpha = alpha;
+/* A chain: each contact joined to the next by `joint` of its own stiffness. */
+static void join(problem *p, double joint) {
+    const int n = p->contact.contacts;
     for (int k = 0; k < n * n; k++) {
-        const int apart = abs(k / n - k % n);
-        const double own = apart == 0 ? 20.0 : 0.0;
-        p.stiffness[k] = own + 20.0 * joint * (apart == 0 ? 2.0 : apart == 1 ? -1.0 : 0.0);
-        p.damping[k] = 0.01 * p.stiffness[k];
+        const int i = k / n, apart = abs(i - k % n), joints = (i > 0) + (i < n - 1);
+        p->stiffness[k] = apart == 0   ? 20.0 * (1.0 + joint * joints)
+                          : apart == 1 ? -20.0 * joint
+                                       : 0.0;
+        p->damping[k] = 0.01 * p->stiffness[k];
     }
+}
+
+/* Contacts, each joined to the next by `joint` of its own stiffness, in lanes under different
+ * forces; alpha 0: exact Coulomb. Whether conjugate gradients were enough. */
+static int check_many_contacts(int n, double joint, double alpha) {
+    problem p = new_problem(n, 1, alpha > 0.0 ? SM_TANH : SM_COULOMB);
+    p.contact.alpha = alpha;
+    join(&p, joint);
     const double h = TWO_PI / STEPS;
     double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, SM_LANES));
     double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n), *v = new_doubles((size_t)n);
@@ -263,6 +272,45 @@ static void check_many(void) {
     problem p = new_problem(60, 1, SM_TANH);    /* one lane */
     check_steps(&p.contact, 0.02);
     free_problem(&p);
+}
+
+/* The forces of one stage need not lie close to those of the last: here they have nothing to do
+ * with each other. Every third contact is without friction. */
+static void check_any_forces(int n, double joint) {
+    problem p = new_problem(n, 1, SM_COULOMB);
+    const double h = 1.0;
+    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
+    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
+    join(&p, joint);
+    for (int i = 2; i < n; i += 3) p.limit[i] = 0.0;
+    sm_stepper stepper;
+    sm_lanes lane;
+    sm_stepper_place(&stepper, n, memory);
+    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
+    CHECK_STATUS(sm_stepper_set(&stepper, &p.contact, h), SM_OK);
+    for (int k = 0; k < 200; k++) {
+        for (int i = 0; i < n; i++) lane.u[i] = u[i] = 20.0 * random_number() - 10.0;
+        memset(lane.x, 0, (size_t)n * sizeof(double));
+        CHECK_STATUS(sm_stage(1, &stepper, &lane, 0), SM_OK);
+        check_stage(&p.contact, h, u, x, lane.v);
+    }
+    free(memory);
+    free(u);
+    free(x);
+    free_problem(&p);
+}
+
+/* Up to a bar that is all but rigid: neither Newton nor Gauss-Seidel sweeps solve its stages. */
+static void check_joined_coulomb_contacts(void) {
+    const double joints[] = {1.0, 10.0, 25.0, 100.0, 1e3, 1e4, 1e5, 1e7};
+    for (int k = 0; k < 8; k++) {
+        for (int n = 2; n <= 30; n += n < 10 ? 4 : 20) {
+            check_many_contacts(n, joints[k], 0.0);
+            check_any_forces(n, joints[k]);
+        }
+    }
+    check_many_contacts(100, 1e4, 0.0);
+    check_any_forces(100, 1e4);
 }
 
 static sm_status call_contact_check(void *p) { return sm_contact_check(p); }
@@ -361,6 +409,7 @@ void check_friction(void) {
     check_resolvents();
     check_coupled_steps();
     check_many();
+    check_joined_coulomb_contacts();
     check_singular_stiffness();
     check_frictionless_stage();
     check_rank_deficient_stage();
