@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -109,13 +110,16 @@ def felt_shift(reduced: Reduced, force: Forces) -> Complexes:
     return shift
 
 
+@lru_cache(maxsize=8)
 def _turn_coefficients(reduced: Reduced) -> Complexes:
     """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
     L = reduced.coupling
     turned = 1j * reduced.carrier[:, np.newaxis] * reduced.damper
     parts = np.stack((-turned, reduced.damper), axis=1)
     norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
-    return np.asarray(np.einsum("jkc,jc->jk", parts, L.conj()) / np.where(norm > 0, norm, 1.0))
+    c = np.asarray(np.einsum("jkc,jc->jk", parts, L.conj()) / np.where(norm > 0, norm, 1.0))
+    c.flags.writeable = False
+    return c
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,17 +193,14 @@ def amplitude_rate(
     later = first_order_rate(
         model, amplitude_ahead, frequency_ahead, force_ahead, frequency_rate, shift
     )
-    felt, felt_ahead = (
-        _felt(model, a, Omega, shift * F)
-        for a, Omega, F in (
-            (amplitude, frequency, force),
-            (amplitude_ahead, frequency_ahead, force_ahead),
-        )
-    )
+    turn = coupling_turn(model.reduced, frequency)
+    felt = turn * (amplitude + shift * force)
+    turn_ahead = coupling_turn(model.reduced, frequency_ahead)
+    felt_ahead = turn_ahead * (amplitude_ahead + shift * force_ahead)
     growth = (np.abs(felt_ahead) - np.abs(felt)) / ahead
     lag = np.einsum("...jk,...k->...j", model.table.lag_at(np.abs(felt)), growth)
     # from rest an amplitude has the direction in which it moves
-    lag = coupling_turn(model.reduced, frequency) * lag * _unit(felt_ahead)
+    lag = turn * lag * _unit(felt_ahead)
     mass = linear_part(model.reduced, frequency).mass
     rate: Complexes = v - ((later - v) / ahead - lag) / mass
     return rate
@@ -231,21 +232,13 @@ def friction_force(
     Without the near resonances, whose mean over time is zero. `shift` is what the contacts feel
     on top of the amplitude: felt_shift times the modal force.
     """
-    felt = _felt(model, amplitude, frequency, shift)
     turn = coupling_turn(model.reduced, np.asarray(frequency))
+    felt = turn * (amplitude + shift)
     return np.asarray(turn * model.table(np.abs(felt)) * _unit(felt))
 
 
-def _felt(
-    model: Model, amplitude: Complexes, frequency: Floats, shift: Complexes | float
-) -> Complexes:
-    """What the contacts feel of the amplitudes (..., modes)."""
-    felt: Complexes = coupling_turn(model.reduced, np.asarray(frequency)) * (amplitude + shift)
-    return felt
-
-
 def _unit(felt: Complexes) -> Complexes:
-    """Its direction, 0 at rest."""
+    """Direction of what the contacts feel, 0 at rest."""
     modulus = np.abs(felt)
     tiny = np.finfo(float).tiny  # below it the quotient overflows
     return np.divide(felt, modulus, out=np.zeros_like(felt), where=modulus > tiny)

@@ -248,9 +248,9 @@ SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *a
 
 sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,
                                double *s) {
-    sm_status status = sm_table_check(table);
-    if (status == SM_OK && points > 0 && (!amplitudes || !s)) return SM_BAD_ARGUMENT;
-    const size_t modes = status == SM_OK ? (size_t)table->modes : 0;
+    if (!shape_is_valid(table) || (points > 0 && (!amplitudes || !s))) return SM_BAD_ARGUMENT;
+    const size_t modes = (size_t)table->modes;
+    sm_status status = SM_OK;
     for (size_t k = 0; k < points && status == SM_OK; k++)
         status = sm_table_lookup(table, amplitudes + k * modes, s + k * field_count(table));
     return status;
