@@ -21,6 +21,7 @@ from rom.friction import Friction
 from rom.matrices import Flags, Floats
 from rom.near import CARRIERS
 from rom.reduction import Reduced
+from rom.refinement import amplitude_pairs
 from rom.tables import Complexes, Table, surface_values
 from rom.torus import Discretisation, contact_problem
 from rom.visited import corners, with_neighbours
@@ -30,7 +31,6 @@ _LEAST_GROWTH = 0.002  # of the largest amplitude
 _COARSER = Discretisation(steps=4, lines=2)
 _COARSEST = Discretisation(steps=16, lines=8)
 _STRIDE = 3  # grid lines from one that is sampled to the next
-_POINTS_PER_TASK = 16
 
 
 def friction_lag(
@@ -86,7 +86,7 @@ def with_lag(
     reduced: Reduced,
     law: Friction,
     grid: Discretisation,
-    spread: Callable[[Callable[[Floats], Complexes], Iterable[Floats]], Iterable[Complexes]],
+    spread: Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]],
 ) -> Table:
     """The table with its lag.
 
@@ -95,7 +95,7 @@ def with_lag(
     grid : Discretisation
         Of the table.
     spread : callable
-        Maps a function over tasks, as `map` does.
+        Values of a function at many points, part by part.
     """
     modes, limit, axes = table.modes, table.limit, (table.node_a, table.node_b)
     coarse = Discretisation(
@@ -107,9 +107,8 @@ def with_lag(
     ]
     wanted = _wanted(table)[np.ix_(*lines)]
     some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
-    points = np.stack(np.meshgrid(*some, indexing="ij"), axis=-1)[wanted][:, :modes]
-    tasks = [points[k : k + _POINTS_PER_TASK] for k in range(0, len(points), _POINTS_PER_TASK)]
-    parts = spread(lambda part: friction_lag(reduced, law, part, limit, coarse), tasks)
+    points = amplitude_pairs(some[0], some[1], modes)[wanted.ravel()]
+    parts = spread(lambda part: friction_lag(reduced, law, part, limit, coarse), points)
     lag = np.zeros((*wanted.shape, modes * modes), dtype=complex)
     lag[wanted] = np.concatenate(list(parts)).reshape(-1, modes * modes)
     for axis in range(2):

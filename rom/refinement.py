@@ -198,7 +198,7 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
     axes = [Axis.upto(end, intervals) for end in limit]
     node_a, node_b = _lines(axes)
-    samples = sampling.at(_product(node_a, node_b, limit.size))
+    samples = sampling.at(amplitude_pairs(node_a, node_b, limit.size))
     samples = samples.reshape(node_a.size, node_b.size, -1)
     check_points = sampling.check_points(limit)
     checks = sampling.at(check_points)
@@ -248,7 +248,7 @@ def _halve(
         return axes, samples
     lines, order = _lines(axes), axis.order
     between, finer = (_replaced(lines, number, node) for node in (axis.middles, axis.finer))
-    points = _product(*between, len(axes))
+    points = amplitude_pairs(*between, len(axes))
     table = sampling.table(lines, samples)
     surface = table.terms(points)
     # what is not sampled is as it was: on the surface, or what is linear between the nodes
@@ -280,8 +280,8 @@ def _replaced(lines: tuple[Floats, Floats], number: int, node: Floats) -> tuple[
     return (node, lines[1]) if number == 0 else (lines[0], node)
 
 
-def _product(node_a: Floats, node_b: Floats, modes: int) -> Floats:
-    """Amplitude pairs (n_a n_b, modes) of a grid."""
+def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
+    """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
     grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
     return grid.reshape(-1, 2)[:, :modes]
 

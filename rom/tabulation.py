@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -28,6 +28,8 @@ from rom.softness import check_softness
 from rom.tables import Complexes, Table
 from rom.torus import ContactTerms, contact_orders, contact_terms
 from rom.visited import Visited
+
+_Solved = TypeVar("_Solved")
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
@@ -119,7 +121,7 @@ def tabulate(
         sampling = Sampling(samples, columns, visited)
         table, carried, error = refine(sampling, limit, tolerance)
         if reduced.formulation == "consistent":
-            table = with_lag(table, reduced, law, resolution.grid, pool.map)
+            table = with_lag(table, reduced, law, resolution.grid, partial(_in_tasks, pool))
     quality = Quality(
         tolerance=tolerance,
         interpolation=error,
@@ -159,14 +161,22 @@ def _structural_loss(reduced: Reduced) -> Floats:
     return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
 
 
+def _in_tasks(
+    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
+) -> Iterator[_Solved]:
+    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
+    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+
+
 class _Samples:
-    """Contact terms at many amplitudes, spread over threads in tasks of a fixed size."""
+    """Contact terms at many amplitudes, spread over threads."""
 
     def __init__(
         self,
         solve: Callable[[Floats], ContactTerms],
         columns: Columns,
-        pool: ThreadPoolExecutor,
+        pool: Executor,
         bar: tqdm[Any],
     ) -> None:
         self._solve = solve
@@ -177,12 +187,8 @@ class _Samples:
         self.solved = 0
 
     def __call__(self, amplitudes: Floats) -> Complexes:
-        tasks = [
-            amplitudes[start : start + _POINTS_PER_TASK]
-            for start in range(0, len(amplitudes), _POINTS_PER_TASK)
-        ]
         parts = []
-        for terms in self._pool.map(self._solve, tasks):
+        for terms in _in_tasks(self._pool, self._solve, amplitudes):
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
             lost = (terms.power - terms.leaving)[:, np.newaxis]
