@@ -29,10 +29,10 @@ paper: $(VENV)/.installed-report
 	$(BIN)/slipmode paper --output logs/paper
 
 bench-table: $(VENV)/.installed
-	$(BIN)/python -c "from runner.report.contact_solves import main; main()"
+	$(BIN)/python -c "from slipmode.runner.report.methods.contact_solves import main; main()"
 
 bench-recordings: $(VENV)/.installed
-	$(BIN)/python -m runner.report.recordings
+	$(BIN)/python -m slipmode.runner.report.methods.recordings
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-import runner
-from fmu.imported import Imported
-from runner import channels
-from runner.fmu_export import export_fmu
-from runner.record import Header, McapSink, Recorder
-from runner.rerun_sink import RerunSink
+from slipmode import runner
+from slipmode.fmu.imported import Imported
+from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Header, McapSink, Recorder
+from slipmode.runner.view.rerun_sink import RerunSink
 
 SCENE = Path(__file__).with_suffix(".toml")
 LAG = 10.0  # of the actuator [s]

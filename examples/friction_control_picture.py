@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-import runner
+from slipmode import runner
 
 FIXED, CONTROLLED, FORCING = "#868e96", "#1f5fa8", "#c92a2a"
 

@@ -23,13 +23,13 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
-from fmu.stepping import Floats, StoppedError
-from rom import Model, SlipmodeError, _kernel
-from rom.amplitude import slow_flow
-from rom.answer_plane import answer_plane
-from rom.errors import UnvisitedError
-from rom.torus import contact_problem
+from slipmode.fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
+from slipmode.fmu.stepping import Floats, StoppedError
+from slipmode.rom import Model, SlipmodeError, _kernel
+from slipmode.rom.contact.torus import contact_problem
+from slipmode.rom.errors import UnvisitedError
+from slipmode.rom.slow.response_surface import answer_plane
+from slipmode.rom.slow.slow_flow import slow_flow
 
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0

@@ -16,9 +16,9 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.simulation import apply_start_values, instantiate_fmu, settable_in_instantiated
 
-from fmu.archive import Archive
-from fmu.stepping import Floats, StoppedError
-from rom import SlipmodeError
+from slipmode.fmu.archive.contents import Archive
+from slipmode.fmu.stepping import Floats, StoppedError
+from slipmode.rom import SlipmodeError
 
 _DISCARD = 2  # status from which on a message says what went wrong
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import SlipmodeError
+from slipmode.rom import SlipmodeError
 
 Floats = NDArray[np.float64]
 

@@ -6,18 +6,24 @@ model = rom.tabulate(reduced, rom.Tanh(limit=2.0, alpha=0.02), amplitude=(4.0, 4
 a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}))
 """
 
-from rom.errors import SlipmodeError
-from rom.friction import Coulomb, Friction, Tanh
-from rom.model import Model
-from rom.motion import Motion, reconstruct, sum_harmonics
-from rom.near import NearResonance, near_resonances
-from rom.quality import Quality
-from rom.reduction import Reduced, reduce
-from rom.resonance import ResonanceCurve, ResonanceSurface, resonance, resonance_curve, steady
-from rom.slow_trajectory import SlowTrajectory
-from rom.structure import Structure, load_structure, two_mass
-from rom.tabulation import tabulate
-from rom.visited import Visited
+from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import NearResonance, near_resonances
+from slipmode.rom.reduction.reduction import Reduced, reduce
+from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
+from slipmode.rom.slow.steady import (
+    ResonanceCurve,
+    ResonanceSurface,
+    resonance,
+    resonance_curve,
+    steady,
+)
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.model import Model
+from slipmode.rom.table.region import Visited
+from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
     "Coulomb",

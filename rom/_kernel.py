@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError
 
 MODES = 2
 NEAR = 8
@@ -208,9 +208,11 @@ _SIGNATURES: dict[str, list[Any]] = {
 
 
 def _load() -> ctypes.CDLL:
-    core = importlib.util.find_spec("rom._core")
+    core = importlib.util.find_spec("slipmode.rom._core")
     if core is None or core.origin is None:
-        raise ImportError("rom._core: the compiled core is missing; install slipmode again")
+        raise ImportError(
+            "slipmode.rom._core: the compiled core is missing; install slipmode again"
+        )
     library = ctypes.CDLL(core.origin)
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments

@@ -1,10 +1,10 @@
 """Scenes through slow time: plan, run, record, replay."""
 
-from runner.load import Signals, load, read
-from runner.plan import Plan, make_plan
-from runner.replay import replay
-from runner.run import Recording, run
-from runner.scene import Scene, load_scene, shipped_scenes
+from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording.load import Signals, load, read
+from slipmode.runner.run import Recording, run
+from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
+from slipmode.runner.view.replay import replay
 
 __all__ = [
     "Plan",

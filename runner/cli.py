@@ -10,11 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rom.errors import SlipmodeError
-from runner.recording_commands import add_recording_commands
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording_commands import add_recording_commands
 
 if TYPE_CHECKING:
-    from runner.viewer import Viewer
+    from slipmode.runner.view.viewer import Viewer
 
 _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
@@ -43,7 +43,7 @@ def _fail(message: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from runner.run import run
+    from slipmode.runner.run import run
 
     live = None if options.live is None else _viewer(options.live or None)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
@@ -66,7 +66,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _viewer(url: str | None) -> Viewer | None:
     """Where to show a run; None, and a line that says why, if there is no viewer."""
-    from runner.viewer import find_viewer
+    from slipmode.runner.view.viewer import find_viewer
 
     try:
         return find_viewer(url)
@@ -76,9 +76,9 @@ def _viewer(url: str | None) -> Viewer | None:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from runner.plan import VISITED, make_plan
-    from runner.saving import visited_saving
-    from runner.scene import load_scene
+    from slipmode.runner.plan.plan import VISITED, make_plan
+    from slipmode.runner.plan.table_cost import visited_saving
+    from slipmode.runner.scene.scene import load_scene
 
     plan = make_plan(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
@@ -97,7 +97,7 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _scenes(options: argparse.Namespace) -> int:
-    from runner.scene import load_scene, shipped_scenes
+    from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
     shipped = shipped_scenes()
     if options.path is not None:
@@ -112,7 +112,7 @@ def _scenes(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
-    from runner.validate import validate
+    from slipmode.runner.validate import validate
 
     found = validate(options.scene, options.output, progress=True)
     print("relative error            reduced   full order at half its resolution")
@@ -128,7 +128,7 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _fmu(options: argparse.Namespace) -> int:
-    from runner.fmu_export import export_fmu
+    from slipmode.runner.fmu_export import export_fmu
 
     print(export_fmu(options.scene, options.output, options.fmi, options.platforms, progress=True))
     return 0
@@ -136,11 +136,11 @@ def _fmu(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> int:
     if options.hard:
-        from runner.report.hard import hard_report
+        from slipmode.runner.report.hard import hard_report
 
         print(hard_report(options.output, progress=True).text())
         return 0
-    from runner.report import report
+    from slipmode.runner.report import report
 
     found = report(options.output, quick=options.quick, progress=True)
     print(found.text())
@@ -152,8 +152,8 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _paper(options: argparse.Namespace) -> int:
-    from runner.paper import paper
-    from runner.paper.claim import as_lines
+    from slipmode.runner.paper import paper
+    from slipmode.runner.paper.claims.claim import as_lines
 
     findings = paper(options.output)
     print("\n".join(as_lines(findings.claims)))

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-import fmu
-from fmu.description import FmiVersion
-from runner.plan import make_plan
-from runner.scene import Scene, load_scene
+from slipmode import fmu
+from slipmode.fmu.description.description import FmiVersion
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.scene.scene import Scene, load_scene
 
 
 def export_fmu(
@@ -31,7 +31,7 @@ def export_fmu(
     output : path, optional
         Default: the scene's name with .fmu, in the present folder.
     fmi, platforms
-        As in `fmu.export`.
+        As in `slipmode.fmu.archive.export`.
     progress : bool
         Progress bars on work longer than a second.
     """

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from os import PathLike
 
-from fmu.archive import Archive
-from fmu.imported import Imported
-from fmu.resources import identity
-from rom import Model, SlipmodeError
-from runner.channels import energy
-from runner.plan import Plan
+from slipmode.fmu.archive.contents import Archive
+from slipmode.fmu.archive.resources import identity
+from slipmode.fmu.imported import Imported
+from slipmode.rom import Model, SlipmodeError
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording.channels import energy
 
 
 def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from math import inf
 from pathlib import Path
 
-from rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError
 
 AddCommand = Callable[
     [str, Callable[[argparse.Namespace], int], str, str], argparse.ArgumentParser
@@ -94,9 +94,9 @@ def _topics(options: argparse.Namespace) -> list[str]:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from runner.replay import replay
-    from runner.selection import Selection
-    from runner.views import Playing
+    from slipmode.runner.recording.selection import Selection
+    from slipmode.runner.view.replay import replay
+    from slipmode.runner.view.views import Playing
 
     written = [path for path in (options.save, options.screenshot) if path]
     if options.headless and not written:
@@ -113,14 +113,14 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _info(options: argparse.Namespace) -> int:
-    from runner.info import info
+    from slipmode.runner.recording.check.info import info
 
     print(info(options.file).text())
     return 0
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from runner.doctor import doctor
+    from slipmode.runner.recording.check.doctor import doctor
 
     complaints = doctor(options.file)
     for complaint in complaints:
@@ -131,7 +131,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _recover(options: argparse.Namespace) -> int:
-    from runner.recover import recover
+    from slipmode.runner.recording.check.recover import recover
 
     print(recover(options.file, options.output).text())
     print(options.output)
@@ -139,7 +139,7 @@ def _recover(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from runner.export import export
+    from slipmode.runner.recording.export import export
 
     for path in export(options.file, options.output, _topics(options)):
         print(path)

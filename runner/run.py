@@ -10,20 +10,20 @@ from functools import partial
 from os import PathLike
 from pathlib import Path
 
-from fmu import Steppable, StoppedError
-from rom import Model, SlipmodeError
-from rom.errors import UnvisitedError
-from runner import channels
-from runner.interruption import interrupts_held_back
-from runner.live import LiveSink
-from runner.load import RecordingData, read
-from runner.plan import Plan, make_plan
-from runner.provenance import describe_run
-from runner.record import Header, McapSink, Recorder, Sink
-from runner.rerun_sink import RerunSink
-from runner.scene import Scene, load_scene
-from runner.slow_pass import SlowPass
-from runner.viewer import Viewer
+from slipmode.fmu import Steppable, StoppedError
+from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.errors import UnvisitedError
+from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.interruption import interrupts_held_back
+from slipmode.runner.recording.load import RecordingData, read
+from slipmode.runner.recording.provenance import describe_run
+from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
+from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.slow_pass import SlowPass
+from slipmode.runner.view.live import LiveSink
+from slipmode.runner.view.rerun_sink import RerunSink
+from slipmode.runner.view.viewer import Viewer
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def run(
         An FMU of the scene's model that does the slow-time steps, with the same result
         as on the whole table.
     live : Viewer, optional
-        Show the run there while it is recorded: `runner.viewer.find_viewer` opens one.
+        Show the run there while it is recorded: `find_viewer` opens one.
     progress : bool
         Progress bars on work longer than a second.
 
@@ -174,7 +174,7 @@ def _stepping(
     """What does the slow-time steps."""
     if fmu is None:
         return nullcontext(plan.component(model))
-    from runner.fmu_import import open_fmu  # FMPy takes a while to import
+    from slipmode.runner.fmu_import import open_fmu  # FMPy takes a while to import
 
     return open_fmu(fmu, plan, model)
 

@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from fmu import Steppable, StoppedError
-from rom import Model
-from rom.motion import Motion, reconstruct, sum_harmonics
-from runner import channels
-from runner.plan import Plan
-from runner.record import Recorder
-from runner.scene import Window
-from runner.torus_motion import carrier_phases, torus_motion
-from runner.trajectory import sample_times, slow_trajectory
+from slipmode.fmu import Steppable, StoppedError
+from slipmode.rom import Model
+from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.scene import Window
+from slipmode.runner.torus_motion import carrier_phases, torus_motion
+from slipmode.runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _SAMPLES_PER_BATCH = 16384

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import Model
-from rom.motion import SPIN_UP_PERIODS, reconstruct
-from rom.slow_trajectory import SlowTrajectory
+from slipmode.rom import Model
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
+from slipmode.rom.slow.trajectory import SlowTrajectory
 
 LINES, SAMPLES = 32, 64  # phases of B, and of A, at which the motion is computed
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import Model
-from rom.direct import DirectForce
-from rom.slow_trajectory import SlowTrajectory
-from runner.plan import Plan
-from runner.scene import Window
+from slipmode.rom import Model
+from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.scene.scene import Window
 
 Floats = NDArray[np.float64]
 

@@ -11,18 +11,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import Model
-from rom.full import Drive, FullMotion, State, integrate
-from rom.full.convergence import relative_rms
-from rom.matrices import as_dense
-from rom.motion import Motion, reconstruct
-from runner import channels
-from runner.plan import Plan, make_plan
-from runner.provenance import describe_run
-from runner.record import Header, McapSink, Recorder, Sink
-from runner.rerun_sink import RerunSink
-from runner.scene import Scene, Window, load_scene
-from runner.trajectory import sample_times, slow_trajectory
+from slipmode.rom import Model
+from slipmode.rom.full import Drive, FullMotion, State, integrate
+from slipmode.rom.full.convergence import relative_rms
+from slipmode.rom.slow.motion import Motion, reconstruct
+from slipmode.rom.structure.matrices import as_dense
+from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.provenance import describe_run
+from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
+from slipmode.runner.scene.scene import Scene, Window, load_scene
+from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.view.rerun_sink import RerunSink
 
 _STEPS_PER_PERIOD = 64
 _LAST_PERIODS = 20  # compared where the scene asks for no contact motion

@@ -5,8 +5,8 @@ from contextlib import ExitStack
 
 import pytest
 
-import rom
-from rom.passive import ANSWERED_ORDER
+from slipmode import rom
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
 
 pytest_plugins = ["fmu_fixtures"]
 
@@ -32,7 +32,7 @@ def interrupts_arrive():
 @pytest.fixture
 def viewer():
     """A viewer without a window, where the machine has a graphics driver for it."""
-    from runner.viewer import windowless_viewer
+    from slipmode.runner.view.viewer import windowless_viewer
 
     with ExitStack() as stack:
         try:

@@ -9,7 +9,7 @@ import time
 import numpy as np
 from recordings import CHANNELS, HEADER
 
-from runner.record import McapSink
+from slipmode.runner.recording.record import McapSink
 
 
 def rows(first, count):

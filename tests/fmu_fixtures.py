@@ -9,8 +9,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-import fmu
-import rom
+from slipmode import fmu, rom
 
 FORCE = ({0: 1.0}, {1: 1.0})
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}

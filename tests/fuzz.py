@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 
-from rom.model import digest
+from slipmode.rom.table.model import digest
 
 VALUES = (
     *("0", "-1", "1", "2", "7", "0.5", "-0.0", "1e-30", "1e30", "-1e30", "1e-300", "1e300"),

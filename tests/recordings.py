@@ -4,8 +4,8 @@ import numpy as np
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from runner import channels
-from runner.record import Header, McapSink
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Header, McapSink
 
 SCENE = 'title = "Both modes"\n[run]\nduration = 5000.0\n'
 HEADER = Header("Both modes", SCENE, {"model": "1f2e"}, "two")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from fmu import Component
-from rom.direct import DirectForce
-from rom.slow_trajectory import SlowTrajectory
+from slipmode.fmu import Component
+from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
 def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):

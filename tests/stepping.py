@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 
-import rom
-from fmu import Component
-from rom.passive import ANSWERED_ORDER
+from slipmode import rom
+from slipmode.fmu import Component
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
 
 FORCE = ({0: 1.0}, {1: 1.0})
 HELD = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}

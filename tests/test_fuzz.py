@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from fuzz import mutated_model, mutated_scene
 
-import rom
-from fmu import Component
-from rom.amplitude import amplitude_rate
-from rom.visited import Visited
-from runner import plan as planning
-from runner import scene
-from runner.amplitude_range import DryRun
-from runner.fast_motion import ORDERS, Truncation
+from slipmode import rom
+from slipmode.fmu import Component
+from slipmode.rom.slow.slow_flow import amplitude_rate
+from slipmode.rom.table.region import Visited
+from slipmode.runner.plan import plan as planning
+from slipmode.runner.plan.amplitude_range import DryRun
+from slipmode.runner.plan.fast_motion import ORDERS, Truncation
+from slipmode.runner.scene import scene
 
 PATIENCE = 5.0  # [s]
 SCENES = [path.read_text() for path in scene.shipped_scenes().values()]

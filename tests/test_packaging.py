@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[1]
 RECORDINGS = {"two-mode.mcap", "two-mode.rrd"}
 LEAST_SETUP = 2.0  # [s] that `make run` may add once everything is set up
 

@@ -6,11 +6,11 @@ reference = full.converged(structure, law, drive, times=600.0)
 steady = full.steady_amplitude(structure, law, drive, outputs=(0, 1))
 """
 
-from rom.full.convergence import Converged, converged
-from rom.full.drive import Drive
-from rom.full.integration import integrate
-from rom.full.motion import FullMotion, State
-from rom.full.steady import SteadyAmplitude, steady_amplitude
+from slipmode.rom.full.convergence import Converged, converged
+from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.integration import integrate
+from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.full.steady import SteadyAmplitude, steady_amplitude
 
 __all__ = [
     "Converged",

@@ -8,10 +8,10 @@ from typing import Self
 import numpy as np
 import scipy.linalg
 
-from rom import _kernel
-from rom.friction import Friction, limits
-from rom.matrices import Floats, as_dense
-from rom.structure import Structure
+from slipmode.rom import _kernel
+from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.structure import Structure
 
 _GAMMA = 0.25  # SM_FULL_GAMMA
 _UNCOUPLED = 1e-9  # largest damping between two modes, relative to their own, that is rounding

@@ -8,15 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rom import _kernel
-from rom.errors import SlipmodeError
-from rom.friction import Friction, limits
-from rom.full.coordinates import ModalCoordinates
-from rom.full.drive import Drive
-from rom.full.motion import FullMotion, Record, State
-from rom.full.schedule import Run, Schedule, checked_times
-from rom.matrices import Floats
-from rom.structure import Structure
+from slipmode.rom import _kernel
+from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.full.coordinates import ModalCoordinates
+from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.motion import FullMotion, Record, State
+from slipmode.rom.full.time_steps import Run, Schedule, checked_times
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.structure.structure import Structure
 
 
 def integrate(

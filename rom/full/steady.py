@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom.errors import SlipmodeError
-from rom.friction import Friction
-from rom.full.drive import Drive
-from rom.full.integration import Integrator
-from rom.full.motion import FullMotion, State
-from rom.matrices import Floats
-from rom.structure import Structure
+from slipmode.rom.contact.laws import Friction
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.integration import Integrator
+from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.structure.structure import Structure
 
 Complexes = NDArray[np.complex128]
 

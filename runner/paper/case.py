@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-import rom
-from rom import full
-from rom.passive import ANSWERED_ORDER
-from rom.reduction import Formulation
+from slipmode import rom
+from slipmode.rom import full
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.reduction import Formulation
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

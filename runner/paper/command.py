@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
 
-from rom.errors import SlipmodeError
-from runner.paper.claim import Claim
-from runner.paper.claims import claims
-from runner.paper.study import Study
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.paper.claims.claim import Claim
+from slipmode.runner.paper.claims.claims import claims
+from slipmode.runner.paper.study import Study
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ def paper(output: str | PathLike[str] = "logs/paper") -> Findings:
         raise SlipmodeError(
             "paper: drawing needs matplotlib; pip install 'slipmode[report]', or make paper"
         )
-    from runner.paper.figures import draw
-    from runner.paper.recording import write_recording
+    from slipmode.runner.paper.figures.figures import draw
+    from slipmode.runner.paper.recording import write_recording
 
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)

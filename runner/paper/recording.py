@@ -12,14 +12,14 @@ from matplotlib import colormaps
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
-from runner.paper.claim import Claim, as_markdown
-from runner.paper.motion_figures import torus_line, torus_points
-from runner.paper.resonance_figures import slice_lines
-from runner.paper.slices import DETUNINGS, euclidean
-from runner.paper.study import Study, torus_angles
-from runner.paper.style import BOTH, FULL_ORDER, GREY, MODE_A, MODE_B
-from runner.planes import TIMELINE, time_column
-from runner.record import create_file
+from slipmode.runner.paper.claims.claim import Claim, as_markdown
+from slipmode.runner.paper.figures.motion_figures import torus_line, torus_points
+from slipmode.runner.paper.figures.resonance_figures import slice_lines
+from slipmode.runner.paper.figures.style import BOTH, FULL_ORDER, GREY, MODE_A, MODE_B
+from slipmode.runner.paper.slices import DETUNINGS, euclidean
+from slipmode.runner.paper.study import Study, torus_angles
+from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.phase_portraits import TIMELINE, time_column
 
 Floats = NDArray[np.float64]
 

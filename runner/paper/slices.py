@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import rom
-from runner.paper.case import FORCE, Case
+from slipmode import rom
+from slipmode.runner.paper.case import FORCE, Case
 
 Floats = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-import rom
-from fmu import Component
-from rom.near import harmonic_orders
-from rom.torus import Discretisation, contact_harmonics
-from runner.paper.case import STRONG_FORCE, Case, Signals
-from runner.paper.slices import Sensitivity, Slices, peak
+from slipmode import rom
+from slipmode.fmu import Component
+from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.runner.paper.case import STRONG_FORCE, Case, Signals
+from slipmode.runner.paper.slices import Sensitivity, Slices, peak
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rom import Reduced, Tanh
+from slipmode.rom import Reduced, Tanh
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -4,6 +4,6 @@ found = report("logs")          # several minutes; quick=True for a look
 print(found.text())
 """
 
-from runner.report.assemble import Report, report
+from slipmode.runner.report.assemble import Report, report
 
 __all__ = ["Report", "report"]

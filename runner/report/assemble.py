@@ -14,13 +14,13 @@ from typing import Any
 
 from tqdm import tqdm
 
-from runner.report.figures import Figure, figures
-from runner.report.measure import Row, Section, one_thread
-from runner.report.peers import first_order
-from runner.report.picture import HAS_MATPLOTLIB, HOW_TO_GET_IT, draw
-from runner.report.scope import FULL, QUICK
-from runner.report.tasks import Task, accuracy_tasks, speed_tasks
-from runner.report.text import render
+from slipmode.runner.report.measure import Row, Section, one_thread
+from slipmode.runner.report.methods.figures import Figure, figures
+from slipmode.runner.report.peers import first_order
+from slipmode.runner.report.picture import HAS_MATPLOTLIB, HOW_TO_GET_IT, draw
+from slipmode.runner.report.scope import FULL, QUICK
+from slipmode.runner.report.tasks import Task, accuracy_tasks, speed_tasks
+from slipmode.runner.report.text import render
 
 
 @dataclass(frozen=True, eq=False)

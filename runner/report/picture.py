@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from runner.report.measure import Row, Section
+from slipmode.runner.report.measure import Row, Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

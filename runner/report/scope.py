@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from runner.report import cases
-from runner.report.cases import Case
+from slipmode.runner.report.cases import cases
+from slipmode.runner.report.cases.cases import Case
 
 
 @dataclass(frozen=True)

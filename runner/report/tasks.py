@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from runner.report import friction, signals, steady
-from runner.report.accuracy import check
-from runner.report.cases import Case, steady_cases
-from runner.report.measure import Row, Section
-from runner.report.peers import first_order
-from runner.report.scope import Scope
+from slipmode.runner.report.cases.cases import Case, steady_cases
+from slipmode.runner.report.measure import Row, Section
+from slipmode.runner.report.methods import friction, signals, steady
+from slipmode.runner.report.methods.accuracy import check
+from slipmode.runner.report.peers import first_order
+from slipmode.runner.report.scope import Scope
 
 Shown = Callable[[Row], object]
 Task = Callable[[Shown], Section]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from runner.report.figures import Figure
-from runner.report.measure import Row, Section
+from slipmode.runner.report.measure import Row, Section
+from slipmode.runner.report.methods.figures import Figure
 
 Line = Sequence[str]
 

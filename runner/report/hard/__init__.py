@@ -4,7 +4,7 @@ found = hard_report()           # several minutes
 print(found.text())
 """
 
-from runner.report.hard.assemble import HardReport, hard_report
-from runner.report.hard.matrix import CASES
+from slipmode.runner.report.hard.assemble import HardReport, hard_report
+from slipmode.runner.report.hard.matrix import CASES
 
 __all__ = ["CASES", "HardReport", "hard_report"]

@@ -12,11 +12,11 @@ from typing import Any
 
 from tqdm import tqdm
 
-from runner.report.hard.hard_case import HardCase, Outcome
-from runner.report.hard.matrix import CASES
-from runner.report.hard.others import DURATION, PATIENCE, Attempt, attempts
-from runner.report.measure import one_thread
-from runner.report.text import aligned
+from slipmode.runner.report.hard.hard_case import HardCase, Outcome
+from slipmode.runner.report.hard.matrix import CASES
+from slipmode.runner.report.hard.others import DURATION, PATIENCE, Attempt, attempts
+from slipmode.runner.report.measure import one_thread
+from slipmode.runner.report.text import aligned
 
 _LEGEND = f"""\
 A case meets its bound, or is refused with the reason. Other integrators do the first

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import rom
-from runner.report.cases import Case
+from slipmode import rom
+from slipmode.runner.report.cases.cases import Case
 
 # Bounds that several cases share
 SIGNAL = 5e-3  # RMS of displacements over a run from rest: DESIGN 6, as the report states it

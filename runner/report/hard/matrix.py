@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from runner.report.hard.changes import change_cases
-from runner.report.hard.contacts import contact_cases
-from runner.report.hard.growth import growth_cases
-from runner.report.hard.levels import level_cases
-from runner.report.hard.ratios import ratio_cases
-from runner.report.hard.sharpness import sharpness_cases
-from runner.report.hard.stepping import stepping_cases
-from runner.report.hard.units import unit_cases
+from slipmode.runner.report.hard.cases.changes import change_cases
+from slipmode.runner.report.hard.cases.contacts import contact_cases
+from slipmode.runner.report.hard.cases.growth import growth_cases
+from slipmode.runner.report.hard.cases.levels import level_cases
+from slipmode.runner.report.hard.cases.ratios import ratio_cases
+from slipmode.runner.report.hard.cases.sharpness import sharpness_cases
+from slipmode.runner.report.hard.cases.stepping import stepping_cases
+from slipmode.runner.report.hard.cases.units import unit_cases
 
 CASES = (
     *sharpness_cases(),

@@ -11,12 +11,12 @@ from functools import partial
 import numpy as np
 from scipy.integrate import ODEintWarning
 
-import rom
-from rom import full
-from runner.report.cases import Case
-from runner.report.hard.signals import reference
-from runner.report.measure import Floats, relative_rms
-from runner.report.peers import first_order
+from slipmode import rom
+from slipmode.rom import full
+from slipmode.runner.report.cases.cases import Case
+from slipmode.runner.report.hard.signals import reference
+from slipmode.runner.report.measure import Floats, relative_rms
+from slipmode.runner.report.peers import first_order
 
 DURATION = 100.0  # [s], from rest: what takes an implicit integrator in Python a second
 PATIENCE = 2.0  # [s] of wall time

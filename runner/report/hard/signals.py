@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rom import full
-from runner.report.cases import Case
-from runner.report.measure import Floats, relative_rms
-from runner.report.ours import SlowCase
-from runner.scene import parse_scene
-from runner.validate import validate
+from slipmode.rom import full
+from slipmode.runner.report.cases.cases import Case
+from slipmode.runner.report.measure import Floats, relative_rms
+from slipmode.runner.report.methods.ours import SlowCase
+from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.validate import validate
 
 _TOLERANCE = 3e-3  # of the friction table
 _REFERENCE_STEPS = 512  # per period

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import rom
-from rom import _kernel
-from rom.matrices import Floats
-from rom.near import Order
-from rom.torus import contact_problem
-from runner.report.peers.library import library
+from slipmode import rom
+from slipmode.rom import _kernel
+from slipmode.rom.contact.torus import contact_problem
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.structure.matrices import Floats
+from slipmode.runner.report.peers.library import library
 
 _LANES = 16
 _CONTACTS = 2

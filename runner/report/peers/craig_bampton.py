@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-import rom
-from rom.bonded import bonded_modes
-from rom.matrices import as_dense
-from runner.report.cases import Case
-from runner.report.measure import Floats
+from slipmode import rom
+from slipmode.rom.reduction.fixed_interface import bonded_modes
+from slipmode.rom.structure.matrices import as_dense
+from slipmode.runner.report.cases.cases import Case
+from slipmode.runner.report.measure import Floats
 
 
 def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:

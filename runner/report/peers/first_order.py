@@ -10,11 +10,11 @@ from typing import Any, Literal
 import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
-import rom
-from rom.friction import limits
-from rom.matrices import as_dense
-from runner.report.cases import Case
-from runner.report.measure import Floats
+from slipmode import rom
+from slipmode.rom.contact.laws import limits
+from slipmode.rom.structure.matrices import as_dense
+from slipmode.runner.report.cases.cases import Case
+from slipmode.runner.report.measure import Floats
 
 _MOST_STEPS = 1_000_000
 HAS_CVODE = find_spec("sksundae") is not None

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-import rom
-from rom.friction import limits
-from rom.matrices import Floats, as_dense
-from rom.near import harmonic_orders
-from runner.report.cases import Case
+from slipmode import rom
+from slipmode.rom.contact.laws import limits
+from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.runner.report.cases.cases import Case
 
 Complexes = NDArray[np.complex128]
 

@@ -6,15 +6,15 @@ import ctypes
 import importlib.util
 from functools import cache
 
-from rom import _kernel
+from slipmode.rom import _kernel
 
 
 @cache
 def library() -> ctypes.CDLL:
     """The compiled peers."""
-    found = importlib.util.find_spec("runner.report.peers._peers")
+    found = importlib.util.find_spec("slipmode.runner.report.peers._peers")
     if found is None or found.origin is None:
-        raise ImportError("runner.report.peers._peers is missing; install slipmode again")
+        raise ImportError("slipmode.runner.report.peers._peers is missing; install slipmode again")
     loaded = ctypes.CDLL(found.origin)
     contact = ctypes.POINTER(_kernel.Contact)
     loaded.peer_paper_scheme.argtypes = [

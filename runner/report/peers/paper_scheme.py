@@ -7,11 +7,11 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
-import rom
-from rom import _kernel
-from rom.matrices import Floats
-from rom.torus import contact_problem
-from runner.report.peers.library import library
+from slipmode import rom
+from slipmode.rom import _kernel
+from slipmode.rom.contact.torus import contact_problem
+from slipmode.rom.structure.matrices import Floats
+from slipmode.runner.report.peers.library import library
 
 
 def paper_scheme(

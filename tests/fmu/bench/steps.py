@@ -8,10 +8,9 @@ from pathlib import Path
 
 import fmpy
 
-import fmu
-import rom
-from fmu.binaries import folder, host_platform
-from fmu.cross import fmi_headers
+from slipmode import fmu, rom
+from slipmode.fmu.archive.binaries import folder, host_platform
+from slipmode.fmu.archive.cross_compiler import fmi_headers
 
 STEPS = 500  # a round
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}

@@ -17,10 +17,9 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.simulation import instantiate_fmu
 from steps import AMPLITUDES, START, measure
 
-import fmu
-import rom
-from fmu.binaries import extension, folder, host_platform
-from fmu.cross import fmi_headers
+from slipmode import fmu, rom
+from slipmode.fmu.archive.binaries import extension, folder, host_platform
+from slipmode.fmu.archive.cross_compiler import fmi_headers
 
 FORCE = ({0: 1.0}, {1: 1.0})
 STEPS, ROUNDS = 500, 150

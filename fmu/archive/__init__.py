@@ -1,0 +1,1 @@
+"""The .fmu file: its resources, binaries and sources, written and read."""

@@ -1,0 +1,181 @@
+"""A model as an FMU: one zip archive that any FMI tool loads."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping, Sequence
+from importlib.metadata import files, version
+from math import isfinite
+from os import PathLike
+from pathlib import Path
+
+from slipmode.fmu.archive import binaries
+from slipmode.fmu.archive import cross_compiler as cross
+from slipmode.fmu.archive.resources import Force, resource_files
+from slipmode.fmu.component import Component
+from slipmode.fmu.description.description import (
+    MODEL_IDENTIFIER,
+    Description,
+    Experiment,
+    FmiVersion,
+)
+from slipmode.fmu.description.documentation import icon_png, index_html
+from slipmode.fmu.description.fmi2 import Fmi2Writer
+from slipmode.fmu.description.fmi3 import Fmi3Writer, build_description
+from slipmode.fmu.description.reference_result import reference_files
+from slipmode.fmu.inputs import MODE_NAMES, present_modes
+from slipmode.fmu.variables.listing import Choice, list_variables
+from slipmode.rom import Model, SlipmodeError
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
+
+
+def export(
+    model: Model,
+    path: str | PathLike[str],
+    force: Force = None,
+    *,
+    fmi: FmiVersion = 3,
+    platforms: Sequence[str] = (),
+    contact: bool = False,
+    elastic: Sequence[int] = (),
+    mode_names: Sequence[str] = MODE_NAMES,
+    name: str = "slipmode",
+    start: Mapping[str, float] | None = None,
+    stop_time: float = 100.0,
+    step_size: float = 1.0,
+    tolerance: float = 1e-6,
+) -> Path:
+    """Write a model as an FMU for Co-Simulation and Model Exchange.
+
+    Parameters
+    ----------
+    model : Model
+    path : path
+        The .fmu file; replaced if it exists.
+    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
+    fmi : {2, 3}
+        Version of the standard: 2.0 for older tools, else 3.0.
+    platforms : sequence of str
+        Platforms besides this machine's, of "x86_64-linux", "aarch64-linux", "x86_64-windows",
+        "x86_64-darwin" and "aarch64-darwin"; needs the extra `slipmode[platforms]`.
+    contact : bool
+        Have contact displacement, velocity and force among the outputs; the model must keep
+        harmonics for it, as `Component` says.
+    elastic : sequence of int
+        DOFs whose displacement is an output; needs `contact`.
+    mode_names : sequence of str
+        What the model's modes are called, of "A" and "B".
+    name : str
+        Of the model, as tools show it.
+    start : mapping of str to float, optional
+        Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
+    stop_time, step_size : float
+        Default experiment [s].
+    tolerance : float
+        Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
+
+    Returns
+    -------
+    Path
+        Of the FMU.
+
+    Raises
+    ------
+    SlipmodeError
+        On arguments that are not allowed.
+    """
+    target = Path(path)
+    if fmi not in (2, 3):
+        raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
+    if model.table.visited is not None:
+        raise SlipmodeError("model: its table holds in its visited part only; tabulate all")
+    for key, value in (("stop_time", stop_time), ("step_size", step_size)):
+        if not (isfinite(value) and value > 0):
+            raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")
+    modes = present_modes(model, mode_names)
+    component = Component(
+        model,
+        force,
+        contact=contact,
+        elastic=elastic,
+        mode_names=modes,
+        tolerance=tolerance,
+    )
+    choice = Choice(
+        mode_names=modes,
+        newtons=force is not None,
+        contact=contact,
+        elastic=tuple(elastic),
+        tolerance=tolerance,
+        start=start or {},
+    )
+    variables = list_variables(model, choice)
+    resources = resource_files(model, force, contact, elastic, variables)
+    sources = binaries.source_files()
+    description = Description(
+        name=name,
+        description=_summary(model),
+        version=version("slipmode"),
+        token=resources["token.txt"].decode(),
+        variables=variables,
+        experiment=Experiment(stop_time, step_size, tolerance),
+        sources=[source for source in sources if source.endswith(".c")],
+    )
+    writer = Fmi2Writer if fmi == 2 else Fmi3Writer
+    page = index_html(name, model, variables, fmi, description.version)
+    host = binaries.host_platform()
+    libraries = {host: binaries.host_binary()}
+    libraries |= {other: cross.platform_binary(other) for other in platforms if other != host}
+    content = {
+        "modelDescription.xml": writer(description).to_bytes(),
+        **{_library_path(at, fmi): library for at, library in libraries.items()},
+        **{f"resources/{file}": content for file, content in resources.items()},
+        **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
+        "documentation/index.html": page,
+        "documentation/licenses/license.txt": _license(),
+        "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon_png(),
+        **reference_files(component, modes, choice.start, variables, description.experiment),
+    }
+    if fmi == 3:
+        content["sources/buildDescription.xml"] = build_description(description.sources)
+    _write(target, content)
+    return target
+
+
+def _library_path(platform_tuple: str, fmi: FmiVersion) -> str:
+    name = f"{MODEL_IDENTIFIER}{binaries.extension(platform_tuple)}"
+    return f"binaries/{binaries.folder(platform_tuple, fmi)}/{name}"
+
+
+def _summary(model: Model) -> str:
+    modes = "one mode" if model.modes == 1 else "two modes"
+    contacts = model.reduced.n_contacts
+    return (
+        f"Amplitudes of {modes} of a structure with {contacts} dry-friction "
+        f"contact{'s' if contacts > 1 else ''} in slow time, {model.reduced.formulation} "
+        "formulation"
+    )
+
+
+def _license() -> bytes:
+    """The license that slipmode was installed with."""
+    listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
+    if not listed:
+        raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")
+    return listed[0].read_binary()
+
+
+def _write(target: Path, files: Mapping[str, bytes]) -> None:
+    temporary = target.with_name(f"{target.name}.part")
+    try:
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
+                entry = zipfile.ZipInfo(name, _EPOCH)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+                archive.writestr(entry, files[name])
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)

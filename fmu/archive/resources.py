@@ -1,0 +1,149 @@
+"""The files of resources/: what fmu/src/model.c reads, as .npy arrays."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zlib
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
+from slipmode.fmu.inputs import force_factors
+from slipmode.fmu.variables.listing import PARAMETERS, states
+from slipmode.fmu.variables.variable import Kind, Variable
+from slipmode.rom import Model, _kernel
+from slipmode.rom.contact.laws import limits
+from slipmode.rom.slow.response_surface import answer_plane, no_answer
+from slipmode.rom.slow.slow_flow import slow_flow
+
+FORMAT = 4  # FMU_FORMAT in fmu/src/model.h
+IDENTITY = "model.txt"
+
+Force = Sequence[Mapping[int, float] | ArrayLike] | None
+
+
+def resource_files(
+    model: Model,
+    force: Force,
+    contact: bool,
+    elastic: Sequence[int],
+    variables: Sequence[Variable],
+) -> dict[str, bytes]:
+    """Content of each file by name; token.txt holds the hash of the others.
+
+    The file IDENTITY is for importers in Python; the FMU does not read it.
+    """
+    arrays = _arrays(model, force, contact, elastic, variables)
+    files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
+    files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
+    checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
+    files["checksums.npy"] = _npy(checksums.view("<i4"))
+    files[IDENTITY] = identity(model, force).encode()
+    digest = hashlib.sha256()
+    for name, content in files.items():
+        digest.update(f"{name} {len(content)} ".encode() + content)
+    files["token.txt"] = digest.hexdigest().encode()
+    return files
+
+
+def identity(model: Model, force: Force) -> str:
+    """Hash of what a model and the directions of its forces make of any inputs."""
+    flow = slow_flow(model, force)
+    digest = hashlib.sha256(model.hash.encode())
+    digest.update(force_factors(model, force).tobytes() + bytes(flow.shift) + bytes(flow.across))
+    return digest.hexdigest()
+
+
+def _npy(array: np.ndarray) -> bytes:
+    target = io.BytesIO()
+    np.lib.format.write_array(target, np.ascontiguousarray(array), version=(1, 0))
+    return target.getvalue()
+
+
+def _arrays(
+    model: Model,
+    force: Force,
+    contact: bool,
+    elastic: Sequence[int],
+    variables: Sequence[Variable],
+) -> dict[str, np.ndarray]:
+    """The arrays in the order of checksums.npy, which is that of fmu/src/model.c."""
+    reduced, table = model.reduced, model.table
+    chosen = list(elastic)
+    inertia = reduced.formulation == "consistent"
+    plane = answer_plane(model, chosen) if contact else no_answer(model)
+    nodes = (table.node_a.size, table.node_b.size, len(plane.orders))
+    layout = (
+        *(FORMAT, model.modes, reduced.n_contacts, len(chosen), model.law.code),
+        *(int(reduced.formulation == "paper"), len(model.near), 1),
+        *(table.node_a.size, table.node_b.size, int(inertia), len(plane.orders)),
+        *(STEPS_PER_PERIOD, len(variables)),
+    )
+    near = [(term.mode, term.n, term.m) for term in model.near]
+    doubles = {
+        "node_a": table.node_a,
+        "node_b": table.node_b,
+        "table": table.values,
+        "lag": np.empty((0, 0, 4, 0)) if table.lag is None else table.lag,
+        "contact_limit": limits(model.law, reduced.n_contacts),
+        "contact_stiffness": reduced.stiffness,
+        "contact_damping": reduced.damping,
+        "contact_mass": reduced.mass if inertia else np.empty((0, 0)),
+        "contact_coupling": np.ascontiguousarray(reduced.coupling)
+        .view(float)
+        .reshape(model.modes, reduced.n_contacts, 2),
+        "elastic_modes": plane.modes_out.view(float).reshape(len(chosen), model.modes, 2),
+        "elastic_contacts": reduced.contact_shapes[chosen],
+    }
+    answer = {
+        "contact_pull": plane.pull.view(float).reshape(*nodes, 2 * reduced.n_contacts),
+        "elastic_answer": plane.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
+    }
+    return {
+        "layout": np.array(layout, dtype="<i4"),
+        "constants": _constants(model, force, variables).astype("<f8"),
+        "inputs": _inputs(variables).astype("<f8"),
+        "near": np.array(near, dtype="<i4").reshape(-1, 3),
+        **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
+        "orders": plane.orders.astype("<i4"),
+        **{name: np.asarray(array, dtype="<f8") for name, array in answer.items()},
+        "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype="<i4"),
+    }
+
+
+def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.ndarray:
+    """The struct `constants` of fmu/src/model.c."""
+    flow = slow_flow(model, force)
+    parameters = np.zeros(PARAMETERS)
+    amplitude = np.zeros(2 * _kernel.MODES)
+    for variable in variables:
+        if variable.start is not None and variable.kind is Kind.PARAMETER:
+            parameters[variable.slot] = variable.start
+        if variable.start is not None and variable.kind is Kind.START:
+            amplitude[variable.slot - 1] = variable.start
+    nominal = np.zeros(3 * _kernel.MODES + 1)
+    for k, state in enumerate(states(variables)):
+        nominal[k] = state.nominal
+    return np.concatenate(
+        [
+            [model.law.alpha, MEMORY_PERIODS],
+            np.array(flow.natural),
+            np.array(flow.turn).ravel(),
+            np.array(flow.shift).ravel(),
+            np.array(flow.across).ravel(),
+            force_factors(model, force),
+            *(parameters, nominal, amplitude),
+        ]
+    )
+
+
+def _inputs(variables: Sequence[Variable]) -> np.ndarray:
+    """sm_inputs at the start."""
+    inputs = _kernel.inputs(1).view(float).ravel()
+    for variable in variables:
+        if variable.kind is Kind.INPUT and variable.start is not None:
+            inputs[variable.slot] = variable.start
+    return np.asarray(inputs)

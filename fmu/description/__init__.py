@@ -1,0 +1,1 @@
+"""What an FMU says of itself: modelDescription.xml, documentation, a reference result."""

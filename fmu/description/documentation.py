@@ -1,0 +1,163 @@
+"""What an FMU says about itself: documentation/index.html and its icon."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from slipmode.fmu.description.description import FmiVersion
+from slipmode.fmu.description.xml_writer import literal
+from slipmode.fmu.variables.quantities import UNITS
+from slipmode.fmu.variables.variable import Causality, Variable
+from slipmode.rom import Model, Tanh
+from slipmode.rom.contact.laws import limits
+
+_STYLE = (
+    "body { font-family: sans-serif; max-width: 60em; margin: 2em auto; line-height: 1.4 } "
+    "table { border-collapse: collapse } "
+    "td, th { border: 1px solid #bbb; padding: .2em .6em; text-align: left }"
+)
+
+_VALIDITY = (
+    "The modes are well separated, lightly damped, and forced near their resonances.",
+    "Contact motion is small against the modal motion; the contacts do not separate.",
+    "Amplitudes change little within a cycle. Errors of a transient are of the order of the "
+    "relative change of amplitude per cycle; a steady state does not have them.",
+    "Contact outputs leave out the modes' answer to the higher harmonics of the contacts, about "
+    "1 % of the motion.",
+    "Outside the friction table a step is discarded with a logged reason, and the instance is as "
+    "before it; nothing is extrapolated.",
+    "Modal damping may be changed, but the friction table was made with its start value: small "
+    "changes are followed, large ones are an approximation.",
+)
+
+_USE = (
+    "<b>Co-Simulation.</b> Steps may have any length; results do not depend on it within the "
+    "tolerance. An input holds its value, and moves at its rate (<code>force_rate_A</code>, ...), "
+    "until it is set again, so that sweeps are exact and continuous in phase.",
+    "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
+    "energy. Contact motion is that of the last few periods on amplitudes which are straight "
+    "lines; in a transient it differs from Co-Simulation by about their curvature.",
+    "Where a force jumps, in amplitude or phase, the modes go on as they were, and the free "
+    "vibrations that this leaves behind are part of the amplitudes. In Co-Simulation that is "
+    "where a force is set between two steps to another value than it has come to. In Model "
+    "Exchange it is where a force is set in Event Mode: the event iteration then changes the "
+    "amplitudes and says so (<code>valuesOfContinuousStatesChanged</code>). A force set in "
+    "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
+    "the first step or in the initial event: what acts first did before.",
+    "<b>Directional derivatives</b> by states and inputs, not by parameters, are analytic, those "
+    "of the table's interpolant, but for a small term that would take its second derivatives and "
+    "is a central difference; |a| and arg a have none at a = 0. Motion of contacts and DOFs has "
+    "none: it is marched over the last few periods, through the corners of dry friction. An FMU "
+    "with such outputs does not announce directional derivatives, because those of all variables "
+    "would be meant; the others are there.",
+    "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
+    "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
+    "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
+    "restored and serialized; a continued run has the same bits.",
+)
+
+
+def index_html(
+    name: str, model: Model, variables: Sequence[Variable], fmi: FmiVersion, version: str
+) -> bytes:
+    """The page that a tool opens as the FMU's documentation."""
+    sections = [
+        f"<h1>{escape(name)}</h1>",
+        f"<p>FMI {fmi}.0, Co-Simulation and Model Exchange, made by slipmode {version}.</p>",
+        "<h2>Model</h2>",
+        "<p>Amplitudes of forced modes of a structure with dry-friction contacts, in slow time. "
+        "A modal displacement is q = a exp(i theta) + c.c., theta' the forcing frequency; "
+        "friction enters by functions of the amplitudes that were tabulated beforehand.</p>",
+        _table(("", ""), _facts(model)),
+        "<h2>Use</h2>",
+        _list(_USE),
+        "<h2>Validity</h2>",
+        _list(_VALIDITY),
+        "<h2>Variables</h2>",
+    ]
+    header = ("Reference", "Name", "Description", "Unit", "Start")
+    for causality in Causality:
+        chosen = [v for v in variables if v.causality is causality]
+        sections.append(f"<h3>{causality.value.capitalize()}</h3>")
+        sections.append(_table(header, [_row(variables.index(v), v) for v in chosen]))
+    page = (
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f"<title>{escape(name)}</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n"
+        + "\n".join(sections)
+        + "\n</body>\n</html>\n"
+    )
+    return page.encode()
+
+
+def _facts(model: Model) -> list[tuple[str, ...]]:
+    law, reduced, quality = model.law, model.reduced, model.quality
+    tanh = f"tanh, alpha = {law.alpha:g} m/s" if isinstance(law, Tanh) else "exact Coulomb"
+    mu_n = ", ".join(f"{value:g}" for value in np.unique(limits(law, reduced.n_contacts)))
+    near = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.near) or "none"
+    return [
+        ("Formulation", reduced.formulation),
+        ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
+        ("Contacts", str(reduced.n_contacts)),
+        ("Friction", f"{tanh}; limit {mu_n} N"),
+        ("Near resonances", near),
+        (
+            "Friction table",
+            f"{model.table.node_a.size} x {model.table.node_b.size} amplitudes up to "
+            + ", ".join(f"{value:g}" for value in model.table.limit)
+            + f" kg^0.5 m; interpolation error {quality.interpolation:.1e}, "
+            f"resolution error {quality.resolution:.1e} of the largest value",
+        ),
+        ("Content hash of the model", model.hash),
+    ]
+
+
+def _row(reference: int, variable: Variable) -> tuple[str, ...]:
+    unit = (
+        UNITS[variable.quantity.unit].name if variable.quantity and variable.quantity.unit else ""
+    )
+    start = "" if variable.start is None else literal(variable.start)
+    return str(reference), variable.name, variable.description, unit, start
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = [_cells("th", header)] if any(header) else []
+    lines += [_cells("td", row) for row in rows]
+    return "<table>\n" + "\n".join(lines) + "\n</table>"
+
+
+def _cells(tag: str, row: Sequence[str]) -> str:
+    return "<tr>" + "".join(f"<{tag}>{escape(text)}</{tag}>" for text in row) + "</tr>"
+
+
+def _list(items: Sequence[str]) -> str:
+    return "<ul>\n" + "\n".join(f"<li>{item}</li>" for item in items) + "\n</ul>"
+
+
+def icon_png(size: int = 96) -> bytes:
+    """A friction hysteresis loop, as a PNG picture."""
+    y, x = np.mgrid[1 : -1 : size * 1j, -1 : 1 : size * 1j]
+    inside = (np.abs(y) < 0.6) & (np.abs(x - 0.5 * y) < 0.55)
+    within = (np.abs(y) < 0.5) & (np.abs(x - 0.5 * y) < 0.47)
+    pixels = np.full((size, size, 3), 255, dtype=np.uint8)
+    pixels[inside] = (31, 73, 125)
+    pixels[within] = (198, 217, 241)
+    rows = np.hstack((np.zeros((size, 1), dtype=np.uint8), pixels.reshape(size, -1)))
+    header = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        _chunk(kind, data)
+        for kind, data in (
+            (b"IHDR", header),
+            (b"IDAT", zlib.compress(rows.tobytes(), 9)),
+            (b"IEND", b""),
+        )
+    )
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    checksum = struct.pack(">I", zlib.crc32(kind + data))
+    return struct.pack(">I", len(data)) + kind + data + checksum

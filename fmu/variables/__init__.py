@@ -1,0 +1,1 @@
+"""The variables of an FMU: one list, from which everything else about them is derived."""

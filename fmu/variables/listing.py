@@ -1,0 +1,321 @@
+"""The variables of an FMU: one list, from which everything else about them is derived.
+
+A variable's place in the list is its value reference. `kind` and `slot` tell the C code where its
+value is; the rest goes into modelDescription.xml and the documentation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import isfinite
+
+from slipmode.fmu.inputs import place
+from slipmode.fmu.variables.quantities import Quantity
+from slipmode.fmu.variables.variable import Causality, Kind, Type, Variable
+from slipmode.rom import Coulomb, Model, SlipmodeError, _kernel
+
+EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
+
+# Parameters by slot: the modal dampings, then these.
+_TOLERANCE, _CONTACT_WANTED = _kernel.MODES, _kernel.MODES + 1
+PARAMETERS = _kernel.MODES + 2
+
+# Outputs of the core by slot: time, (Re, Im) of two amplitudes, two angles, then these.
+_ANGLES, _INPUT_POWER, _DISSIPATED_POWER, _DISSIPATED_ENERGY = 5, 7, 8, 9
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the variables depend on besides the model.
+
+    Attributes
+    ----------
+    mode_names : tuple of str
+    newtons : bool
+        Whether forces are in newtons, not modal.
+    contact : bool
+        Whether there is contact motion.
+    elastic : tuple of int
+        DOFs whose displacement is an output.
+    tolerance : float
+        Default of the internal tolerance.
+    start : mapping of str to float
+        Start values by name, of inputs and amplitudes.
+    """
+
+    mode_names: tuple[str, ...]
+    newtons: bool
+    contact: bool
+    elastic: tuple[int, ...]
+    tolerance: float
+    start: Mapping[str, float]
+
+
+def list_variables(model: Model, choice: Choice) -> list[Variable]:
+    """All variables, in the order of their value references.
+
+    Raises
+    ------
+    SlipmodeError
+        If a start value is given to a variable that takes none, or is not finite.
+    """
+    time = Variable("time", "Simulated time", Kind.OUTPUT, 0, Causality.INDEPENDENT, Quantity.TIME)
+    inputs = list(_inputs(model, choice))
+    needs = _Needs(model, choice, inputs)
+    variables = [time, *inputs, *_parameters(model, choice), *_states(model, choice)]
+    variables += [*_derivatives(choice, needs), *_outputs(choice, needs)]
+    if choice.contact:
+        variables += _motion(model, choice, needs)
+    return _with_starts(variables, choice.start)
+
+
+def states(variables: Sequence[Variable]) -> list[Variable]:
+    """The continuous states, in the order of their derivatives."""
+    named = {v.name: v for v in variables}
+    return [named[v.derivative_of] for v in variables if v.derivative_of is not None]
+
+
+def _with_starts(variables: list[Variable], start: Mapping[str, float]) -> list[Variable]:
+    settable = {v.name: v for v in variables if v.kind in (Kind.INPUT, Kind.START)}
+    for name, value in start.items():
+        if name not in settable:
+            raise SlipmodeError(f"start: {name} cannot be given; what can: {', '.join(settable)}")
+        if not isfinite(value):
+            raise SlipmodeError(f"start: {name} must be finite, got {value}")
+    return [replace(v, start=start[v.name]) if v.name in start else v for v in variables]
+
+
+class _Needs:
+    """What variables depend on: names of inputs and states."""
+
+    def __init__(self, model: Model, choice: Choice, inputs: Sequence[Variable]) -> None:
+        names = choice.mode_names
+        self.dampings = tuple(f"damping_{name}" for name in names)
+        self.inputs = tuple(v.name for v in inputs)
+        self.amplitudes = tuple(f"{name}_{part}" for name in names for part in ("re", "im"))
+        self.angles = tuple(f"theta_{name}" for name in names)
+        # near resonances follow the carrier angles
+        followed = (*self.amplitudes, *(self.angles if model.near else ()))
+        # of the amplitudes; and the friction power, which lags as they grow
+        self.rate = (*self.inputs, *followed)
+        self.margin = (*self.amplitudes, *(n for n in self.inputs if n == "limit_scale"))
+        self.motion = (*self.inputs, *self.amplitudes, *self.angles)
+
+
+def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
+    force = Quantity.FORCE if choice.newtons else Quantity.MODAL_FORCE
+    quantities = {"force": force, "frequency": Quantity.FREQUENCY, "phase": Quantity.ANGLE}
+    words = {"force": "Amplitude", "frequency": "Frequency", "phase": "Phase"}
+    for mode, name in enumerate(choice.mode_names):
+        natural = float(model.reduced.frequency[mode])
+        for field, quantity in quantities.items():
+            yield Variable(
+                f"{field}_{name}",
+                f"{words[field]} of the force on mode {name}",
+                Kind.INPUT,
+                place(field, mode),
+                Causality.INPUT,
+                quantity,
+                start=natural if field == "frequency" else 0.0,
+                minimum=0.0 if field == "frequency" else None,
+            )
+            yield Variable(
+                f"{field}_rate_{name}",
+                f"Rate of {field}_{name}, which moves at it until it is set again",
+                Kind.INPUT,
+                place(f"{field}_rate", mode),
+                Causality.INPUT,
+                quantity.rate,
+                start=0.0,
+            )
+
+    if isinstance(model.law, Coulomb):
+        description = "Friction limits relative to the model's"
+        yield _scale("limit_scale", description, Quantity.RATIO, 1.0, 0.0)
+        description = "Rate of limit_scale, which moves at it until it is set again"
+        yield _scale("limit_scale_rate", description, Quantity.RATIO_RATE, 0.0, None)
+
+
+def _scale(
+    name: str, description: str, quantity: Quantity, start: float, minimum: float | None
+) -> Variable:
+    return Variable(
+        name,
+        description,
+        Kind.INPUT,
+        place(name),
+        Causality.INPUT,
+        quantity,
+        start=start,
+        minimum=minimum,
+    )
+
+
+def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
+    for mode, name in enumerate(choice.mode_names):
+        yield Variable(
+            f"damping_{name}",
+            f"Modal damping phi^T C phi of mode {name}",
+            Kind.PARAMETER,
+            mode,
+            Causality.PARAMETER,
+            Quantity.DAMPING,
+            start=float(model.reduced.modal_damping[mode]),
+            minimum=0.0,
+        )
+    yield Variable(
+        "tolerance",
+        "Relative tolerance of an internal step",
+        Kind.PARAMETER,
+        _TOLERANCE,
+        Causality.PARAMETER,
+        Quantity.RATIO,
+        start=choice.tolerance,
+        minimum=1e-13,
+        maximum=1e-2,
+    )
+    if choice.contact:
+        yield Variable(
+            "contact_wanted",
+            "Compute the motion of contacts and DOFs; else it reads 0",
+            Kind.PARAMETER,
+            _CONTACT_WANTED,
+            Causality.PARAMETER,
+            None,
+            Type.BOOLEAN,
+            start=True,
+        )
+
+
+def _states(model: Model, choice: Choice) -> Iterator[Variable]:
+    limit = model.table.limit
+    for mode, name in enumerate(choice.mode_names):
+        for part, word in enumerate(("Real", "Imaginary")):
+            yield Variable(
+                f"{name}_{('re', 'im')[part]}",
+                f"{word} part of the amplitude of mode {name}",
+                Kind.START,
+                1 + 2 * mode + part,
+                Causality.OUTPUT,
+                Quantity.AMPLITUDE,
+                start=0.0,
+                nominal=float(limit[mode]),
+            )
+    for mode, name in enumerate(choice.mode_names):
+        description = f"Carrier angle of mode {name}, the integral of its frequency"
+        yield _output(f"theta_{name}", description, _ANGLES + mode, Quantity.ANGLE, nominal=1.0)
+    yield _output(
+        "dissipated_energy",
+        "Energy dissipated at the contacts since the start",
+        _DISSIPATED_ENERGY,
+        Quantity.ENERGY,
+        nominal=float(max((model.reduced.frequency * limit) ** 2)),
+    )
+
+
+def _derivatives(choice: Choice, needs: _Needs) -> Iterator[Variable]:
+    damped = needs.dampings
+    rates: list[tuple[str, Quantity, tuple[str, ...], tuple[str, ...]]] = [
+        *((name, Quantity.AMPLITUDE, needs.rate, damped) for name in needs.amplitudes),
+        *((f"theta_{m}", Quantity.ANGLE, (f"frequency_{m}",), ()) for m in choice.mode_names),
+        ("dissipated_energy", Quantity.ENERGY, needs.rate, damped),
+    ]
+    for slot, (state, quantity, needed, parameters) in enumerate(rates):
+        yield Variable(
+            f"der({state})",
+            f"Rate of {state}",
+            Kind.RATE,
+            slot,
+            Causality.LOCAL,
+            quantity.rate,
+            derivative_of=state,
+            needs=needed,
+            parameters=parameters,
+        )
+
+
+def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
+    for mode, name in enumerate(choice.mode_names):
+        for suffix, kind, quantity, description in (
+            ("abs", Kind.MODULUS, Quantity.AMPLITUDE, f"Modulus of the amplitude of mode {name}"),
+            ("phase", Kind.PHASE, Quantity.ANGLE, f"Phase of mode {name} against its carrier"),
+        ):
+            yield Variable(
+                f"{name}_{suffix}",
+                description,
+                kind,
+                mode,
+                Causality.OUTPUT,
+                quantity,
+                needs=(f"{name}_re", f"{name}_im"),
+            )
+    yield _output(
+        "input_power",
+        "Mean power of the forces",
+        _INPUT_POWER,
+        Quantity.POWER,
+        needs=needs.rate,
+        parameters=needs.dampings,
+    )
+    yield _output(
+        "dissipated_power",
+        "Mean power dissipated at the contacts",
+        _DISSIPATED_POWER,
+        Quantity.POWER,
+        needs=needs.rate,
+        parameters=needs.dampings,
+    )
+    yield Variable(
+        "table_status",
+        f"Whether the amplitudes are inside the friction table or beyond {EDGE:.0%} of its range",
+        Kind.MARGIN,
+        0,
+        Causality.OUTPUT,
+        Quantity.TABLE_STATUS,
+        Type.ENUMERATION,
+        needs=needs.margin,
+    )
+
+
+def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
+    slot = _kernel.OUTPUTS_FIXED
+    parameters = (*needs.dampings, "contact_wanted")
+    moving = partial(_output, needs=needs.motion, parameters=parameters)
+    for letter, word, quantity in (
+        ("x", "Displacement", Quantity.DISPLACEMENT),
+        ("v", "Velocity", Quantity.VELOCITY),
+        ("f", "Friction force", Quantity.FORCE),
+    ):
+        for i in range(model.reduced.n_contacts):
+            name, description = f"contact_{i}_{letter}", f"{word} at contact {i}"
+            yield moving(name, description, slot, quantity)
+            slot += 1
+    for dof in choice.elastic:
+        description = f"Displacement of DOF {dof}"
+        yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
+        slot += 1
+
+
+def _output(
+    name: str,
+    description: str,
+    slot: int,
+    quantity: Quantity,
+    *,
+    nominal: float | None = None,
+    needs: tuple[str, ...] = (),
+    parameters: tuple[str, ...] = (),
+) -> Variable:
+    return Variable(
+        name,
+        description,
+        Kind.OUTPUT,
+        slot,
+        Causality.OUTPUT,
+        quantity,
+        nominal=nominal,
+        needs=needs,
+        parameters=parameters,
+    )

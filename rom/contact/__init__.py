@@ -1,0 +1,1 @@
+"""The contact problem, Eq. (13): friction laws, periodic motion, harmonics."""

@@ -1,0 +1,75 @@
+"""Friction laws g(v) of a contact: the gradient of a convex dissipation potential."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import LARGEST, SMALLEST, fits
+
+
+@dataclass(frozen=True)
+class Tanh:
+    """Regularised Coulomb friction g = mu N tanh(v / alpha), Eq. (28).
+
+    Parameters
+    ----------
+    limit : float or sequence of float
+        Friction limit mu N [N], one value or one per contact, >= 0.
+    alpha : float
+        Regularisation velocity [m/s], > 0. Small against the sliding velocities; a stuck
+        contact creeps at about alpha K x / (mu N).
+    """
+
+    limit: float | Sequence[float]
+    alpha: float
+    code: ClassVar[int] = 0
+
+    def __post_init__(self) -> None:
+        _check_limit(self.limit)
+        if not SMALLEST <= self.alpha <= LARGEST:
+            raise SlipmodeError(
+                f"alpha: must be {SMALLEST:g} to {LARGEST:g} [m/s], got {self.alpha}"
+            )
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Exact Coulomb friction, set-valued at v = 0: |g| <= mu N, g = mu N sign(v) in slip.
+
+    Parameters
+    ----------
+    limit : float or sequence of float
+        Friction limit mu N [N], one value or one per contact, >= 0.
+    """
+
+    limit: float | Sequence[float]
+    code: ClassVar[int] = 1
+    alpha: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        _check_limit(self.limit)
+
+
+Friction = Tanh | Coulomb
+
+
+def limits(law: Friction, contacts: int) -> NDArray[np.float64]:
+    """Friction limit of each contact [N], shape (contacts,)."""
+    given = np.asarray(law.limit, dtype=float)
+    if given.ndim == 1 and given.size != contacts:
+        raise SlipmodeError(
+            f"limit: must be one number or {contacts} numbers (one per contact), got {given.size}"
+        )
+    return np.broadcast_to(given, contacts).copy()
+
+
+def _check_limit(limit: float | Sequence[float]) -> None:
+    given = np.asarray(limit, dtype=float)
+    if given.ndim > 1 or given.size == 0 or not (fits(given) and np.all(given >= 0)):
+        raise SlipmodeError(f"limit: must be 0 or {SMALLEST:g} to {LARGEST:g} [N], got {limit}")

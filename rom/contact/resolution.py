@@ -1,0 +1,141 @@
+"""How finely to resolve the torus: steps and lines by doubling, until the answer stays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from slipmode.rom.contact.laws import Friction
+from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.table.hermite import Complexes
+
+# Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
+# strong over a weak one, and both near the slip threshold.
+_PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
+_STEPS = (32, 64, 128, 256, 512, 1024, 2048)
+_LINES = (4, 8, 16, 32, 64, 128)
+_TASKS = 3  # that the probes are split into; fixed, whatever the number of threads
+# Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
+# of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
+_LEAST_SHARE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """S (points, modes) on a grid, and the steps times lines that it took."""
+
+    S: Complexes
+    work: int
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """A discretisation and the error it was measured to have.
+
+    Attributes
+    ----------
+    grid : Discretisation
+    error : float
+        Change of S on doubling both steps and lines, relative to the largest |S_j|.
+    """
+
+    grid: Discretisation
+    error: float
+
+
+def least_force(reduced: Reduced, limit: Floats) -> Floats:
+    """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    return np.asarray(_LEAST_SHARE * frictionless)
+
+
+def choose_resolution(
+    reduced: Reduced,
+    law: Friction,
+    limit: Floats,
+    tolerance: float,
+    near: Sequence[NearResonance],
+    pool: Executor,
+) -> Resolution:
+    """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
+
+    Raises
+    ------
+    SlipmodeError
+        If the finest discretisation does not suffice.
+    """
+    modes = limit.size
+    points = _PROBES[:, :modes] * limit
+
+    @cache
+    def solve(steps: int, lines: int) -> _Trial:
+        grid = Discretisation(steps, lines)
+
+        def terms(part: Floats) -> ContactTerms:
+            return contact_terms(reduced, law, part, grid, 0.1 * tolerance, limit, near)
+
+        parts = list(pool.map(terms, np.split(points, _TASKS)))
+        work = lines * sum(int(part.marched.sum()) for part in parts)
+        return _Trial(np.concatenate([part.S for part in parts]), work)
+
+    least = least_force(reduced, limit)
+
+    def change(coarse: _Trial, fine: _Trial) -> float:
+        scale = np.maximum(np.abs(fine.S).max(axis=0), least)
+        apart = np.abs(fine.S - coarse.S).max(axis=0)
+        return float((apart / np.where(scale > 0, scale, 1.0)).max())
+
+    lines = 1
+    if modes == 2:
+        # fewer lines would take one harmonic m for another, and the modes answer to both
+        highest = max(abs(m) for _, m in contact_orders(reduced, near))
+        enough = [count for count in _LINES if count > 2 * highest]
+        lines = _settled(
+            enough,
+            lambda count: solve(_STEPS[1], count),
+            len(points) * _STEPS[1],
+            change,
+            0.5 * tolerance,
+        )
+    steps = _settled(
+        _STEPS,
+        lambda count: solve(count, lines),
+        len(points) * lines,
+        change,
+        0.5 * tolerance,
+    )
+    doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
+    return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))
+
+
+def _settled(
+    counts: Sequence[int],
+    solve: Callable[[int], _Trial],
+    period: int,
+    change: Callable[[_Trial, _Trial], float],
+    tolerance: float,
+) -> int:
+    """The first count whose answer the next one changes by no more than the tolerance.
+
+    Or one of the next two if that is less work: on coarse grids marches may not settle. A period
+    is so much work for a count of 1; the last is not tried where a single one would be too much.
+    """
+    for k, (count, finer) in enumerate(pairwise(counts)):
+        if change(solve(count), solve(finer)) <= tolerance:
+            least = min(solve(count).work, solve(finer).work)
+            tried = [count, finer, *(c for c in counts[k + 2 : k + 3] if period * c < least)]
+            return min(tried, key=lambda each: solve(each).work)
+    raise SlipmodeError(
+        f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
+        "period; allow a larger tolerance"
+    )

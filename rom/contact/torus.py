@@ -1,0 +1,311 @@
+"""The contact problem on the torus, Eqs. (13), (14), (20), by characteristics."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom import _kernel
+from slipmode.rom.contact.harmonics import left_out
+from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import (
+    CARRIERS,
+    NearResonance,
+    Order,
+    harmonic_orders,
+    resonant_modes,
+)
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.reduction import Complexes, Reduced
+from slipmode.rom.structure.matrices import Floats
+
+_MAX_PERIODS = 400
+
+
+@dataclass(frozen=True)
+class Discretisation:
+    """How finely the torus is resolved.
+
+    Attributes
+    ----------
+    steps : int
+        Time steps per period of mode A.
+    lines : int
+        Phase lines of mode B, a power of two; 1 for a one-mode model.
+    """
+
+    steps: int
+    lines: int
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHarmonics:
+    """Periodic contact motion at several amplitudes.
+
+    Attributes
+    ----------
+    P : (points, orders, N_c) complex ndarray
+        Fourier coefficients of the contact displacement [m], Eq. (14).
+    mean_square : (points, N_c) ndarray
+        Of the contact displacement [m^2].
+    residual : (points,) ndarray
+        Estimated distance from periodicity, relative to the frictionless displacement.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
+    """
+
+    P: NDArray[np.complex128]
+    mean_square: Floats
+    residual: Floats
+    marched: NDArray[np.int32]
+
+
+def contact_problem(
+    reduced: Reduced,
+    law: Friction,
+    orders: Sequence[Order] = (),
+    feedback: Complexes | None = None,
+) -> _kernel.Contact:
+    """The contact problem as the core reads it; it keeps the arrays alive.
+
+    The modes answer to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
+    the contacts, or with what comes along with the slow trajectory.
+    """
+    answered = np.ascontiguousarray(orders, dtype=np.int32)
+    matrices = {
+        name: _kernel.contiguous(getattr(reduced, name))
+        for name in ("stiffness", "damping", "mass")
+    }
+    coupling = np.ascontiguousarray(reduced.coupling)
+    limit = limits(law, reduced.n_contacts)
+    answer = _kernel.ModalAnswer(
+        orders_count=len(orders),
+        orders=answered.ctypes.data,
+        feedback=None if feedback is None else feedback.ctypes.data,
+    )
+    problem = _kernel.Contact(
+        contacts=reduced.n_contacts,
+        modes=len(reduced.modes),
+        law=law.code,
+        alpha=law.alpha,
+        limit=limit.ctypes.data,
+        coupling=coupling.ctypes.data,
+        stiffness=matrices["stiffness"].ctypes.data,
+        damping=matrices["damping"].ctypes.data,
+    )
+    if reduced.formulation == "consistent":
+        problem.mass = matrices["mass"].ctypes.data
+        problem.answer = ctypes.addressof(answer)
+    problem.owned = (matrices, coupling, limit, answer, answered, feedback)
+    return problem
+
+
+def modal_feedback(
+    reduced: Reduced, order: Order, near: Sequence[NearResonance] = ()
+) -> Complexes:
+    """H_nm (N_c, N_c): what the modes answer, as a force on the contacts, to x_c exp(i nu t).
+
+    nu = n Omega_A + m Omega_B; a mode in resonance with the harmonic has its slow flow instead.
+    Nothing in the paper's formulation.
+    """
+    if reduced.formulation == "paper":
+        return np.zeros(reduced.stiffness.shape, dtype=complex)
+    nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
+    return reduced.feedback(nu, resonant_modes(len(reduced.modes), order, near))
+
+
+@lru_cache(maxsize=8)
+def _feedbacks(
+    reduced: Reduced, orders: tuple[Order, ...], near: tuple[NearResonance, ...]
+) -> Complexes:
+    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same."""
+    feedback = np.array([modal_feedback(reduced, order, near) for order in orders], dtype=complex)
+    feedback.flags.writeable = False
+    return feedback
+
+
+def contact_harmonics(
+    reduced: Reduced,
+    law: Friction,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    orders: Sequence[tuple[int, int]] = CARRIERS,
+    tolerance: float = 1e-5,
+    smallest_scale: ArrayLike = (0.0, 0.0),
+    near: Sequence[NearResonance] = (),
+) -> ContactHarmonics:
+    """Solve Eq. (13) for the periodic contact motion.
+
+    Parameters
+    ----------
+    amplitudes : (points, modes) array_like
+        Modal amplitudes |a_j| [kg^1/2 m], >= 0.
+    orders : sequence of (n, m)
+        Harmonics P_nm to compute.
+    tolerance : float
+        The march ends when the harmonics repeat to this fraction of the frictionless contact
+        displacement at the point's amplitudes.
+    smallest_scale : (modes,) array_like
+        Amplitudes whose frictionless displacement is the scale instead where it is larger.
+    near : sequence of NearResonance
+        Harmonics that a mode does not answer to here, because its slow flow does.
+
+    Notes
+    -----
+    Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
+    L-stable second-order rule; second order in `steps`, spectral in `lines`.
+    """
+    points = _kernel.contiguous(amplitudes)
+    if points.ndim != 2 or points.shape[1] != len(reduced.modes):
+        raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
+    orders_array = np.ascontiguousarray(orders, dtype=np.int32)
+    rates = _kernel.contiguous(reduced.carrier)
+    smallest = _kernel.contiguous(smallest_scale)
+    feedback = _feedbacks(reduced, tuple(orders), tuple(near))
+    problem = contact_problem(reduced, law, orders, feedback)
+    P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
+    mean_square = np.empty((len(points), reduced.n_contacts))
+    residual = np.empty(len(points))
+    marched = np.empty(len(points), dtype=np.int32)
+    status = _kernel.lib.sm_torus_harmonics(
+        ctypes.byref(problem),
+        *(
+            rates.ctypes.data,
+            grid.steps,
+            grid.lines,
+            tolerance,
+            smallest.ctypes.data,
+            _MAX_PERIODS,
+        ),
+        *(len(points), points.ctypes.data, len(orders_array), orders_array.ctypes.data),
+        *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+    )
+    _kernel.check(status, "contact problem on the torus")
+    return ContactHarmonics(P, mean_square, residual, marched)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactTerms:
+    """What the contacts do to the modes at several amplitudes.
+
+    Attributes
+    ----------
+    S : (points, modes) complex ndarray
+        Q_j |a_j| of Eq. (20), and what comes back through dampers to other modes [N kg^-1/2];
+        exactly 0 where |a_j| = 0.
+    T : (points, near) complex ndarray
+        -L_j^T P_nm of the near resonances.
+    orders : list of (n, m)
+        Harmonics in P.
+    P : (points, orders, N_c) complex ndarray
+        Of the contact displacement [m].
+    left_out : (points, N_c) ndarray
+        RMS of the contact displacement beyond these harmonics [m].
+    power : (points,) ndarray
+        Mean power that friction dissipates [W].
+    leaving : (points,) ndarray
+        Mean power that leaves the modes at the contacts [W]; dampers share it with friction.
+    residual : (points,) ndarray
+        Distance from periodicity.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
+    """
+
+    S: NDArray[np.complex128]
+    T: NDArray[np.complex128]
+    power: Floats
+    leaving: Floats
+    orders: list[Order]
+    P: NDArray[np.complex128]
+    left_out: Floats
+    residual: Floats
+    marched: NDArray[np.int32]
+
+
+def contact_orders(
+    reduced: Reduced, near: Sequence[NearResonance] = (), highest: int = 1
+) -> list[Order]:
+    """Harmonics up to an order, and those that the modes' answer and the near resonances need."""
+    if reduced.formulation == "consistent":
+        highest = max(highest, ANSWERED_ORDER)
+    orders = harmonic_orders(highest, len(reduced.modes))
+    return list(dict.fromkeys([*orders, *(term.stored_order for term in near)]))
+
+
+def contact_terms(
+    reduced: Reduced,
+    law: Friction,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    tolerance: float = 1e-5,
+    smallest_scale: ArrayLike = (0.0, 0.0),
+    near: Sequence[NearResonance] = (),
+    highest: int = 1,
+) -> ContactTerms:
+    """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
+
+    `highest` is the order up to which harmonics are wanted, see contact_orders.
+    """
+    orders = contact_orders(reduced, near, highest)
+    solved = contact_harmonics(
+        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, near
+    )
+    L = reduced.coupling
+    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.detour * np.asarray(
+        amplitudes
+    )
+    S[np.asarray(amplitudes) == 0.0] = 0.0
+    T = np.empty((len(S), len(near)), dtype=complex)
+    for column, term in enumerate(near):
+        P_nm = solved.P[:, orders.index(term.stored_order)]
+        flipped = term.stored_order != (term.n, term.m)
+        T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
+    power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
+    leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
+    beyond = left_out(solved.P, solved.mean_square)
+    return ContactTerms(
+        *(S, T, power, leaving, orders, solved.P, beyond),
+        *(solved.residual, solved.marched),
+    )
+
+
+def _friction_power(
+    reduced: Reduced,
+    amplitudes: Floats,
+    orders: Sequence[Order],
+    P: NDArray[np.complex128],
+    near: Sequence[NearResonance],
+) -> Floats:
+    """Work of the forces on the contacts, less what their own damping takes; (points,).
+
+    A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
+    2 Re(F conj(i nu P)).
+    """
+    nu = np.array(orders)[:, : len(reduced.modes)] @ reduced.carrier
+    v = 1j * nu[:, np.newaxis] * P
+    force = np.einsum("pqc,qcd->pqd", P, _feedbacks(reduced, tuple(orders), tuple(near)))
+    force -= v @ reduced.damping
+    for j, carrier in enumerate(CARRIERS[: len(reduced.modes)]):
+        if carrier in orders:
+            force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]
+    power: Floats = 2.0 * np.real(force * v.conj()).sum(axis=(1, 2))
+    return np.maximum(power, 0.0)
+
+
+def friction_functions(
+    reduced: Reduced,
+    law: Friction,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    tolerance: float = 1e-5,
+) -> NDArray[np.complex128]:
+    """The complex friction functions Q_j of Eq. (20), (points, modes), for amplitudes > 0."""
+    S = contact_terms(reduced, law, amplitudes, grid, tolerance).S
+    Q: NDArray[np.complex128] = S / np.asarray(amplitudes, dtype=float)
+    return Q

@@ -1,0 +1,150 @@
+"""One or two harmonic forces, straight lines in time between given instants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom import _kernel
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.reduction import force_vector
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.structure.structure import Structure
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
+
+    theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency
+    and phase are straight lines on each segment and may jump from one to the next; the last
+    segment has no end.
+
+    Attributes
+    ----------
+    patterns : (modes, n) ndarray
+        Force on every DOF per unit of amplitude; one or two rows.
+    start : (segments,) ndarray
+        Increasing times at which the segments start [s].
+    amplitude, frequency, phase : (segments, modes) ndarray
+        At the start of each segment: [N] where a pattern is a unit force; [rad/s], > 0; [rad].
+    amplitude_rate, frequency_rate, phase_rate : (segments, modes) ndarray
+        Their rates during the segment, per second.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the argument that is refused and what it may be.
+    """
+
+    patterns: Floats
+    start: Floats
+    amplitude: Floats
+    amplitude_rate: Floats
+    frequency: Floats
+    frequency_rate: Floats
+    phase: Floats
+    phase_rate: Floats
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = _kernel.contiguous(getattr(self, name))
+            if not np.all(np.isfinite(value)):
+                raise SlipmodeError(f"{name}: must be finite, found NaN or infinity")
+            object.__setattr__(self, name, value)
+        if self.patterns.ndim != 2 or self.modes not in (1, 2):
+            raise SlipmodeError("patterns: must be one or two rows, one force per DOF each")
+        if self.start.ndim != 1 or self.start.size == 0 or np.any(np.diff(self.start) <= 0):
+            raise SlipmodeError("start: must be increasing times, at least one [s]")
+        shape = (self.start.size, self.modes)
+        for quantity in ("amplitude", "frequency", "phase"):
+            for name in (quantity, f"{quantity}_rate"):
+                if getattr(self, name).shape != shape:
+                    raise SlipmodeError(f"{name}: must have shape {shape} (segments, modes)")
+        lasting = np.append(np.diff(self.start), 0.0)[:, np.newaxis]
+        if np.any(self.frequency <= 0) or np.any(
+            self.frequency + lasting * self.frequency_rate <= 0
+        ):
+            raise SlipmodeError("frequency: must stay > 0 [rad/s]")
+
+    @classmethod
+    def harmonic(
+        cls,
+        structure: Structure,
+        force: Sequence[Mapping[int, float] | ArrayLike],
+        frequency: ArrayLike,
+        phase: ArrayLike = 0.0,
+    ) -> Self:
+        """Constant forcing from t = 0.
+
+        Parameters
+        ----------
+        force : sequence of {DOF: amplitude} or (n,) array_like
+            Force amplitudes [N] of each mode, one or two.
+        frequency : (modes,) array_like
+            Omega_j [rad/s].
+        phase : (modes,) array_like or float, default 0
+            [rad]
+
+        Examples
+        --------
+        >>> import rom
+        >>> structure = rom.two_mass()
+        >>> drive = Drive.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
+        """
+        if isinstance(force, Mapping) or len(force) not in (1, 2):
+            raise SlipmodeError("force: must be one or two forces, one per mode")
+        patterns = np.array([force_vector(each, structure.n_dofs) for each in force])
+        row = (1, len(patterns))
+        values = {}
+        for name, value in (("frequency", frequency), ("phase", phase)):
+            try:
+                values[name] = np.broadcast_to(np.asarray(value, dtype=float), row)
+            except ValueError:
+                raise SlipmodeError(f"{name}: must be {row[1]} numbers, one per mode") from None
+        zero = np.zeros(row)
+        return cls(
+            patterns=patterns,
+            start=np.zeros(1),
+            amplitude=np.ones(row),
+            amplitude_rate=zero,
+            frequency_rate=zero,
+            phase_rate=zero,
+            **values,
+        )
+
+    @property
+    def modes(self) -> int:
+        """Number of harmonic forces, 1 or 2."""
+        return int(self.patterns.shape[0])
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether amplitudes, frequencies and phases never change."""
+        rates = (self.amplitude_rate, self.frequency_rate, self.phase_rate)
+        return self.start.size == 1 and not any(np.any(rate) for rate in rates)
+
+    def fastest(self, until: float) -> float:
+        """The largest frequency up to a time, not before the start [rad/s]."""
+        end = np.minimum(np.append(self.start[1:], until), until)
+        lasting = np.clip(end - self.start, 0.0, None)[:, np.newaxis]
+        begun = self.start <= until
+        reached = np.maximum(self.frequency, self.frequency + lasting * self.frequency_rate)
+        return float(reached[begun].max())
+
+    def inputs(self) -> np.ndarray:
+        """The segments as the core reads them, (segments,)."""
+        lasting = np.diff(self.start)[:, np.newaxis]
+        turned = lasting * (self.frequency[:-1] + 0.5 * lasting * self.frequency_rate[:-1])
+        inputs = _kernel.inputs(self.start.size)
+        modes = slice(0, self.modes)
+        inputs["force"][:, modes] = self.amplitude
+        inputs["force_rate"][:, modes] = self.amplitude_rate
+        for name in ("frequency", "frequency_rate", "phase", "phase_rate"):
+            inputs[name][:, modes] = getattr(self, name)
+        inputs["angle"][1:, modes] = np.cumsum(turned, axis=0) % (2 * np.pi)
+        return inputs

@@ -1,0 +1,59 @@
+"""Natural modes of the structure with its contacts stuck."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.linalg
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.partition import Partition
+
+_DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one
+
+_RIGID = (
+    "stiffness: must be positive definite with stuck contacts, but the bonded structure has a "
+    "rigid-body mode; fix a DOF or add a contact"
+)
+
+
+_FIRST_COUNT, _MOST = 16, 128  # modes computed at first, and at most, to pass a frequency
+
+
+def modes_below(parts: Partition, frequency: float, at_least: int) -> tuple[Floats, Floats]:
+    """`bonded_modes` below a frequency [rad/s], but no fewer than asked for, and 128 at most."""
+    size = parts.K_ec.shape[0]
+    count = min(max(_FIRST_COUNT, at_least), size)
+    while True:
+        omega, phi = bonded_modes(parts, count)
+        if omega[-1] >= frequency or count >= min(_MOST, size):
+            break
+        count = min(2 * count, size)
+    kept = max(int(np.searchsorted(omega, frequency)), at_least)
+    return omega[:kept], phi[:, :kept]
+
+
+def bonded_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
+    """Lowest natural frequencies (count,) and modes (n_e, count) with stuck contacts, Eq. (8).
+
+    Mass-normalised; the largest component of each mode is positive.
+    """
+    size = parts.K_ec.shape[0]
+    if not scipy.sparse.issparse(parts.K_ee) or size <= _DENSE_SIZE or count >= size - 1:
+        squares, phi = scipy.linalg.eigh(
+            as_dense(parts.K_ee), as_dense(parts.M_ee), subset_by_index=(0, count - 1)
+        )
+    else:
+        try:
+            squares, phi = scipy.sparse.linalg.eigsh(
+                parts.K_ee, k=count, M=parts.M_ee, sigma=0.0, v0=np.ones(size)
+            )
+        except RuntimeError as error:
+            raise SlipmodeError(_RIGID) from error
+    stiffest = parts.K_ee.diagonal().max() / parts.M_ee.diagonal().max()
+    if squares[0] <= 1e-12 * stiffest:
+        raise SlipmodeError(_RIGID)
+    phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])
+    return np.sqrt(squares), phi

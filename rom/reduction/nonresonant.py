@@ -1,0 +1,100 @@
+"""Which modes, beyond the retained ones, need more than their static flexibility.
+
+A mode that is not retained follows the contacts with its static flexibility and its inertia. At
+the harmonic nu of the contact motion, what is left of its answer is a force on the contacts of
+nu^4 m m^T / (omega^2 - nu^2 + i gamma nu) per displacement, m = phi^T M X.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.rom.reduction.fixed_interface import modes_below
+from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.partition import Partition
+from slipmode.rom.structure.structure import Structure
+
+ANSWERED_ORDER = 5  # |n| + |m| of the harmonics that modes answer to
+_FAR = 2.0  # times the highest harmonic: above, every mode follows statically
+_DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them
+_SMALLEST = 1e-3  # force that counts, relative to that of the contact stiffness
+
+
+def passive_modes(
+    structure: Structure,
+    parts: Partition,
+    retained: Sequence[int],
+    carrier: Floats,
+    contact_shapes: Floats,
+    stiffness: Floats,
+) -> tuple[Floats, Floats]:
+    """Frequencies (passive,) and shapes (n, passive) of the modes that do not follow statically.
+
+    Parameters
+    ----------
+    retained : sequence of int
+        Bonded modes that are not asked about.
+    carrier : (modes,) ndarray
+        Their frequencies [rad/s].
+    contact_shapes : (n, N_c) ndarray
+        X, with static flexibility [-].
+    stiffness : (N_c,) ndarray
+        Diagonal of the contact problem's [N/m].
+    """
+    highest = _FAR * ANSWERED_ORDER * float(carrier.max())
+    omega, phi = modes_below(parts, highest, max(retained) + 1)
+    others = np.delete(np.arange(omega.size), list(retained))
+    omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
+    inertia = shapes.T @ as_dense(structure.mass @ contact_shapes)
+    damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
+    chosen = matter(omega, damping, inertia, stiffness, carrier)
+    return omega[chosen], shapes[:, chosen]
+
+
+def nothing_passive(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
+    """The arrays of passive modes where there are none."""
+    return {
+        "carried_mass": np.zeros((n_contacts, n_contacts)),
+        "passive_frequency": np.zeros(0),
+        "passive_damping": np.zeros(0),
+        "passive_shapes": np.zeros((n_dofs, 0)),
+        "passive_inertia": np.zeros((0, n_contacts)),
+        "passive_damper": np.zeros((0, n_contacts)),
+        "damping_coupling": np.zeros((modes, modes)),
+    }
+
+
+def matter(
+    omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
+) -> NDArray[np.bool_]:
+    """Which modes answer to some harmonic with a force that counts, (modes,).
+
+    Parameters
+    ----------
+    omega, damping : (modes,) ndarray
+        Natural frequencies [rad/s] and modal damping [1/s].
+    inertia : (modes, N_c) ndarray
+        m_k = phi_k^T M X [kg^1/2].
+    stiffness : (N_c,) ndarray
+        Diagonal of the contact problem's [N/m].
+    carrier : (retained modes,) ndarray
+        [rad/s]
+
+    Notes
+    -----
+    Harmonics of order k are weighted by 1 / k^2, and taken where, within 10 %, they come closest
+    to the mode.
+    """
+    orders = np.array(harmonic_orders(ANSWERED_ORDER, carrier.size))
+    weight = 1.0 / np.abs(orders).sum(axis=1) ** 2
+    centre = np.abs(orders[:, : carrier.size] @ carrier)
+    nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)
+    dynamic = omega[:, np.newaxis] ** 2 - nu**2 + 1j * damping[:, np.newaxis] * nu
+    share = (inertia**2 / stiffness).max(axis=1, initial=0.0)
+    floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
+    force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
+    return np.asarray(force > _SMALLEST)

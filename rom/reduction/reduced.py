@@ -1,0 +1,227 @@
+"""The reduced matrices: modes that have a slow flow, modes that only answer, and the contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
+from slipmode.rom.structure.matrices import Floats
+
+Formulation = Literal["consistent", "paper"]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """One or two bonded modes coupled to the contact problem.
+
+    x = mode_shapes q + passive_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c., and
+    mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
+    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and what the modes
+    answer to each harmonic of x_c. Passive modes do nothing else: no force is near their
+    resonance. All other modes follow the contacts statically, their inertia being carried_mass.
+
+    Attributes
+    ----------
+    formulation : {"consistent", "paper"}
+    modes : tuple of int
+        Indices of the retained bonded modes, by ascending frequency.
+    frequency : (modes,) ndarray
+        Natural frequencies omega_j of the bonded structure [rad/s].
+    carrier : (modes,) ndarray
+        Frequencies at which the contact problem is solved [rad/s]: those of the forcing, as far
+        as they are known, or the natural frequencies.
+    modal_damping : (modes,) ndarray
+        phi_j^T C phi_j [1/s].
+    mode_shapes : (n, modes) ndarray
+        Bonded modes in the structure's DOFs, normalised to unit modal mass [kg^-1/2].
+    contact_shapes : (n, N_c) ndarray
+        Motion of the structure per unit contact displacement (constraint modes; with residual
+        flexibility in the consistent formulation) [-].
+    mass, damping, stiffness : (N_c, N_c) ndarray
+        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]; the mass is what resists a blow at
+        the contacts, (W^T M^-1 W)^-1. The paper has stiffness alone.
+    contact_motion : (modes, N_c) complex ndarray
+        Carrier of the contacts per a_j [kg^-1/2]: without friction, or in a tabulated model at
+        its largest amplitudes. By reciprocity it weighs what a force on each contact does to the
+        mode.
+    carried_mass : (N_c, N_c) ndarray
+        Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes answer
+        to: beyond, where those masses stay behind, it would ring against the stiffness.
+    spring, damper : (modes, N_c) ndarray
+        Coupling of the modes to the contacts. The paper has springs alone.
+    passive_frequency, passive_damping : (passive,) ndarray
+        Natural frequencies [rad/s] and modal damping [1/s] of the passive modes.
+    passive_shapes : (n, passive) ndarray
+        Like mode_shapes.
+    passive_inertia, passive_damper : (passive, N_c) ndarray
+        Their coupling to the contacts, by phi^T M X and phi^T C X.
+    damping_coupling : (modes + passive, modes + passive) ndarray
+        phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
+    """
+
+    formulation: Formulation
+    modes: tuple[int, ...]
+    frequency: Floats
+    carrier: Floats
+    modal_damping: Floats
+    mode_shapes: Floats
+    contact_shapes: Floats
+    mass: Floats
+    damping: Floats
+    stiffness: Floats
+    spring: Floats
+    damper: Floats
+    contact_motion: Complexes
+    carried_mass: Floats
+    passive_frequency: Floats
+    passive_damping: Floats
+    passive_shapes: Floats
+    passive_inertia: Floats
+    passive_damper: Floats
+    damping_coupling: Floats
+
+    @cached_property
+    def coupling(self) -> Complexes:
+        """L_j at the carrier of its mode, (modes, N_c)."""
+        return self.coupling_at(self.carrier)
+
+    def coupling_at(self, frequency: Floats) -> Complexes:
+        """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c).
+
+        With what dampers between the modes make the others do at that frequency.
+        """
+        driven = zip(np.asarray(frequency, dtype=float), self.driven(frequency), strict=True)
+        return np.array(
+            [
+                self.modal_coupling(nu)[j] + ratio @ self.modal_coupling(nu)
+                for j, (nu, ratio) in enumerate(driven)
+            ]
+        )
+
+    def driven(self, frequency: Floats) -> Complexes:
+        """What other modes do per a_j at nu_j (modes,), by dampers; (modes, modes + passive)."""
+        ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
+        for j, nu in enumerate(np.asarray(frequency, dtype=float)):
+            ratio[j] = self.others_answer(j, nu, -self.modal_stiffness(nu)[:, j])
+        return ratio
+
+    def others_answer(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
+        """Displacement of all modes but one, for which it is 0, (modes + passive,).
+
+        By modal forces (modes + passive,) at a frequency [rad/s], with the dampers between them.
+        """
+        other = np.arange(len(force)) != mode
+        stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
+        answer = np.zeros(len(force), dtype=complex)
+        answer[other] = np.linalg.solve(stiffness, force[other])
+        return answer
+
+    @cached_property
+    def detour(self) -> Complexes:
+        """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
+        ratio = self.driven(self.carrier)
+        back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
+        return np.array(np.sum(ratio * np.array(back), axis=1))
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of DOFs of the structure."""
+        return int(self.mode_shapes.shape[0])
+
+    @property
+    def n_contacts(self) -> int:
+        """Number of contact DOFs N_c."""
+        return int(self.stiffness.shape[0])
+
+    @cached_property
+    def all_shapes(self) -> Floats:
+        """Shapes of the retained and of the passive modes, (n, modes + passive)."""
+        return np.hstack((self.mode_shapes, self.passive_shapes))
+
+    def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
+        """D(nu), (..., modes + passive, modes + passive), at frequencies nu (...) [rad/s].
+
+        omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it.
+        """
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
+        omega = np.append(self.frequency, self.passive_frequency)
+        own = np.diag(np.append(self.modal_damping, self.passive_damping))
+        inert = np.diag(omega**2) - nu**2 * np.eye(omega.size)
+        stiffness: Complexes = inert + 1j * nu * (own + self.damping_coupling)
+        return stiffness
+
+    def modal_coupling(self, frequency: ArrayLike) -> Complexes:
+        """Coupling of every mode to the contacts at frequencies nu (...) [rad/s].
+
+        Returns
+        -------
+        (..., modes + passive, N_c) complex ndarray
+            The mode answers to x_c exp(i nu t) by q = -D^-1 B x_c, and pulls by -B^T q.
+        """
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
+        at_rest = np.vstack((self.spring, np.zeros_like(self.passive_damper)))
+        inertia = np.vstack((np.zeros_like(self.spring), self.passive_inertia))
+        dampers = np.vstack((self.damper, self.passive_damper))
+        return np.asarray(at_rest - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
+
+    def feedback(self, frequency: float, silent: Sequence[int]) -> Complexes:
+        """Force on the contacts per x_c exp(i nu t), (N_c, N_c).
+
+        By all modes but the `silent` ones, and by the inertia that follows the contacts.
+        """
+        answers = np.delete(np.arange(len(self.damping_coupling)), list(silent))
+        B = self.modal_coupling(frequency)[answers]
+        D = self.modal_stiffness(frequency)[np.ix_(answers, answers)]
+        answer: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
+        return answer + frequency**2 * self.carried_mass
+
+    def at_carrier(self, carrier: Sequence[float]) -> Reduced:
+        """The same model with its contact problem at other carrier frequencies [rad/s]."""
+        frequencies = np.asarray(carrier, dtype=float)
+        if frequencies.shape != self.frequency.shape or not np.all(
+            (frequencies >= SMALLEST) & (frequencies <= LARGEST)
+        ):
+            raise SlipmodeError(
+                f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
+                f"[rad/s], got {carrier}"
+            )
+        return replace(self, carrier=frequencies)
+
+    def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
+        """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].
+
+        Parameters
+        ----------
+        mode : int
+            0 for mode A, 1 for mode B.
+        force : {DOF: amplitude} or (n,) array_like
+            Force amplitudes [N].
+        """
+        return float(self.mode_shapes[:, mode] @ force_vector(force, self.n_dofs))
+
+
+def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
+    """Force amplitudes (n,) [N] from {DOF: amplitude} or from an array."""
+    if isinstance(force, Mapping):
+        vector = np.zeros(n_dofs)
+        for dof, amplitude in force.items():
+            if not 0 <= dof < n_dofs:
+                raise SlipmodeError(
+                    f"force: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+                )
+            vector[dof] = amplitude
+    else:
+        vector = np.asarray(force, dtype=float)
+    if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
+        raise SlipmodeError(
+            f"force: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED} [N]"
+        )
+    return vector

@@ -1,0 +1,170 @@
+"""From the structure's matrices to modal coordinates and a contact problem of size N_c."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import get_args
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.fixed_interface import bonded_modes
+from slipmode.rom.reduction.nonresonant import nothing_passive, passive_modes
+from slipmode.rom.reduction.reduced import Complexes, Formulation, Reduced, force_vector
+from slipmode.rom.structure.matrices import Floats, as_dense, is_positive_definite, solve
+from slipmode.rom.structure.partition import Partition
+from slipmode.rom.structure.structure import Structure
+
+__all__ = ["Complexes", "Formulation", "Reduced", "force_vector", "reduce"]
+
+_ROUNDING = 1e-9  # of a matrix entry, relative to the diagonal: no coupling, no inertia
+
+
+def reduce(
+    structure: Structure,
+    modes: Sequence[int] = (0, 1),
+    formulation: Formulation = "consistent",
+    carrier: Sequence[float] | None = None,
+) -> Reduced:
+    """Project a structure on one or two bonded modes and its contacts.
+
+    Parameters
+    ----------
+    structure : Structure
+    modes : sequence of one or two int
+        Bonded modes to retain: A, or A and B.
+    formulation : {"consistent", "paper"}
+        "paper": constraint modes alone, damping and inertia of the contacts neglected,
+        Eqs. (13), (20). "consistent": residual flexibility of the modes that are not retained,
+        inertia and damping of the contacts, the non-resonant answer to them of these modes and
+        of all others that move differently from what they would statically.
+    carrier : sequence of float, optional
+        Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
+        the forcing the better. Default, and always in "paper": the natural frequencies.
+
+    Raises
+    ------
+    SlipmodeError
+        If a mode does not exist, or the bonded structure can move without deforming.
+    """
+    if formulation not in get_args(Formulation):
+        raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
+    modes = tuple(int(mode) for mode in modes)
+    parts = structure.partition()
+    n_elastic = parts.K_ec.shape[0]
+    if len(modes) not in (1, 2) or len(set(modes)) != len(modes):
+        raise SlipmodeError(f"modes: must be one or two different modes, got {modes}")
+    if not all(0 <= mode < n_elastic for mode in modes):
+        raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
+    omega, phi = bonded_modes(parts, max(modes) + 1)
+    omega, phi = omega[list(modes)], phi[:, list(modes)]
+    mode_shapes = as_dense(parts.E @ phi)
+    constraint_modes = as_dense(parts.R - parts.E @ solve(parts.K_ee, parts.K_ec))
+    if formulation == "paper":
+        return _reduce_paper(parts, modes, omega, phi, constraint_modes)
+    reduced = _reduce_consistent(structure, parts, modes, omega, mode_shapes, constraint_modes)
+    return reduced if carrier is None else reduced.at_carrier(carrier)
+
+
+def _reduce_paper(
+    parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, constraint_modes: Floats
+) -> Reduced:
+    """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi, and no more."""
+    nothing = np.zeros_like(parts.K_cc)
+    spring = phi.T @ parts.K_ec
+    stiffness = _symmetric(parts.K_cc - parts.K_ec.T @ solve(parts.K_ee, parts.K_ec))
+    _check_stiffness(stiffness)
+    return Reduced(
+        formulation="paper",
+        modes=modes,
+        frequency=omega,
+        carrier=omega,
+        modal_damping=np.diag(phi.T @ as_dense(parts.C_ee @ phi)).copy(),
+        mode_shapes=as_dense(parts.E @ phi),
+        contact_shapes=constraint_modes,
+        mass=nothing,
+        damping=nothing,
+        stiffness=stiffness,
+        spring=spring,
+        damper=np.zeros_like(spring),
+        contact_motion=_frictionless(stiffness, spring),
+        **nothing_passive(len(modes), *constraint_modes.shape),
+    )
+
+
+def _reduce_consistent(
+    structure: Structure,
+    parts: Partition,
+    modes: tuple[int, ...],
+    omega: Floats,
+    Phi: Floats,
+    constraint_modes: Floats,
+) -> Reduced:
+    """Constraint modes made M-orthogonal to the retained modes.
+
+    What the retained modes carry statically is then not counted twice (residual flexibility),
+    and they couple to the contacts through stiffness and damping alone.
+    """
+    M, C, K = structure.mass, structure.damping, structure.stiffness
+    X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
+    stiffness = _symmetric(X.T @ as_dense(K @ X))
+    _check_stiffness(stiffness)
+    spring = Phi.T @ as_dense(K @ X)
+    passive_omega, passive = passive_modes(structure, parts, modes, omega, X, np.diag(stiffness))
+    every = np.hstack((Phi, passive))
+    modal_damping = every.T @ as_dense(C @ every)
+    follows = _symmetric(X.T @ as_dense(M @ X))
+    mass = _impact_mass(structure)
+    return Reduced(
+        formulation="consistent",
+        modes=modes,
+        frequency=omega,
+        carrier=omega,
+        modal_damping=np.diag(modal_damping)[: len(modes)].copy(),
+        mode_shapes=Phi,
+        contact_shapes=X,
+        mass=mass,
+        damping=_symmetric(X.T @ as_dense(C @ X)),
+        stiffness=stiffness,
+        spring=spring,
+        damper=Phi.T @ as_dense(C @ X),
+        contact_motion=_frictionless(stiffness, spring),
+        carried_mass=_without_rounding(follows - mass, np.diag(follows)),
+        passive_frequency=passive_omega,
+        passive_damping=np.diag(modal_damping)[len(modes) :].copy(),
+        passive_shapes=passive,
+        passive_inertia=passive.T @ as_dense(M @ X),
+        passive_damper=passive.T @ as_dense(C @ X),
+        damping_coupling=_without_rounding(
+            _symmetric(modal_damping) - np.diag(np.diag(modal_damping)), np.diag(modal_damping)
+        ),
+    )
+
+
+def _check_stiffness(stiffness: Floats) -> None:
+    """Refuse contacts that nothing but friction holds, (N_c, N_c)."""
+    if not is_positive_definite(stiffness):
+        raise SlipmodeError(
+            "stiffness: must be positive definite for motion of the contacts, or they slip away"
+        )
+
+
+def _frictionless(stiffness: Floats, spring: Floats) -> Complexes:
+    """How far each mode would draw the contacts without friction or inertia, (modes, N_c)."""
+    return np.asarray(-np.linalg.solve(stiffness, spring.T).T, dtype=complex)
+
+
+def _impact_mass(structure: Structure) -> Floats:
+    """(W^T M^-1 W)^-1, (N_c, N_c): what the contacts move while nothing else has time to."""
+    W = as_dense(structure.directions)
+    return _symmetric(np.asarray(np.linalg.inv(W.T @ solve(structure.mass, W))))
+
+
+def _without_rounding(matrix: Floats, scale: Floats) -> Floats:
+    """The matrix with entries set to 0 that are rounding against diagonal entries (n,)."""
+    size = np.sqrt(np.abs(np.outer(scale, scale)))
+    return np.where(np.abs(matrix) <= _ROUNDING * size, 0.0, matrix)
+
+
+def _symmetric(matrix: Floats) -> Floats:
+    return 0.5 * (matrix + matrix.T)

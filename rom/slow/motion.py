@@ -1,0 +1,221 @@
+"""Contact and elastic motion from the slow amplitudes, in two ways.
+
+Marched: the contact problem (12) along the slow trajectory, pulled also by the modes' answer to
+its harmonics. Right at every corner of the motion; the cost is that of the time marched.
+
+Summed: the tabulated harmonics (14), each with its answer of the modes. Any instant by itself, at
+a cost that does not depend on the time between them; blind to what the harmonics leave out.
+
+Friction forgets within a few periods, so either has any window without going through t = 0.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom import _kernel
+from slipmode.rom.contact.torus import contact_problem
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.slow.response import ModalAnswer, modal_answer
+from slipmode.rom.slow.slow_flow import Complexes
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.table.model import Model
+
+SPIN_UP_PERIODS = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Fast motion at given times.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+        [s]
+    displacement, velocity, force : (n, N_c) ndarray
+        Of the contacts: x_c [m], x_c' [m/s], friction force [N].
+    modal : (n, modes + passive) ndarray
+        Modal displacements q_j [kg^1/2 m], those of passive modes last.
+    load : (n, modes) ndarray
+        Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
+    static : (n_dofs, modes) ndarray
+        Displacement of the structure per unit of them that neither modes nor contacts have:
+        DirectForce.static.
+    """
+
+    time: Floats
+    displacement: Floats
+    velocity: Floats
+    force: Floats
+    modal: Floats
+    load: Floats
+    static: Floats
+
+    def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
+        """Displacement of DOFs of the structure, (n, dofs) [m]."""
+        rows = list(dofs)
+        shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
+        x = self.modal @ shapes[0].T + self.displacement @ shapes[1].T
+        return np.asarray(x + self.load @ self.static[rows].T)
+
+
+def reconstruct(
+    model: Model,
+    trajectory: SlowTrajectory,
+    times: ArrayLike,
+    *,
+    steps_per_period: int = 128,
+    spin_up: float = SPIN_UP_PERIODS,
+) -> Motion:
+    """Contact and modal motion at increasing times inside a slow trajectory, marched.
+
+    Parameters
+    ----------
+    times : (n,) array_like
+        [s]
+    steps_per_period : int
+        Least number of time steps per period of the faster carrier.
+    spin_up : float
+        Periods of the slower carrier marched before the first time, at most from the
+        trajectory's start, where the contacts rest.
+
+    Raises
+    ------
+    SlipmodeError
+        If the times are not increasing or lie outside the trajectory.
+    """
+    sample = _sample_times(trajectory, times)
+    slowest = trajectory.frequency.min()
+    part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
+    answer = modal_answer(model, part)
+    pull = np.ascontiguousarray(2.0 * answer.pull)
+    segments = part.segments(model)
+    felt = part.contact_segments(segments, pull)
+    shape = (sample.size, model.reduced.n_contacts)
+    x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
+    problem = contact_problem(model.reduced, model.law, answer.orders)
+    status = _kernel.lib.sm_contact_motion(
+        *(ctypes.byref(problem), len(felt), felt.ctypes.data, None, steps_per_period),
+        *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
+    )
+    _kernel.check(status, "contact motion")
+    coefficients = np.concatenate((answer.modal, _loads(answer, part)), axis=2)
+    signals = _summed(segments, answer, coefficients, _carriers(model, 0), sample)
+    modal, load = np.split(signals, [answer.modal.shape[2]], axis=1)
+    return Motion(sample, x, v, f, modal, load, _static(model, part))
+
+
+def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
+    """Contact and modal motion at increasing times inside a slow trajectory, summed.
+
+    `model.harmonics.truncation` says what is left out of the displacement. Velocity and force
+    have corners, and miss more of them.
+
+    Parameters
+    ----------
+    times : (n,) array_like
+        [s]
+
+    Raises
+    ------
+    SlipmodeError
+        As `reconstruct`, and if the model keeps no harmonics.
+    """
+    if model.harmonics is None:
+        raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")
+    sample = _sample_times(trajectory, times)
+    part = trajectory.between(sample[0], sample[-1])
+    answer = modal_answer(model, part)
+    velocity = 1j * answer.frequency[..., np.newaxis] * answer.contact
+    force = _friction_force(model, part, answer)
+    parts = (answer.contact, velocity, force, answer.modal, _loads(answer, part))
+    coefficients = np.concatenate(parts, axis=2)
+    contacts = model.reduced.n_contacts
+    segments, shape = part.segments(model), _carriers(model, 3 * contacts)
+    signals = _summed(segments, answer, coefficients, shape, sample)
+    x, v, f, modal, load = np.split(signals, np.cumsum([p.shape[2] for p in parts[:-1]]), axis=1)
+    return Motion(sample, x, v, f, modal, load, _static(model, part))
+
+
+def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
+    sample = _kernel.contiguous(times)
+    first, last = trajectory.time[[0, -1]]
+    if sample.size == 0 or not np.all(np.isfinite(sample)) or np.any(np.diff(sample) <= 0):
+        raise SlipmodeError("times: must be finite and increasing, at least one")
+    if sample[0] < first or sample[-1] > last + 1e-9 * (last - first):
+        raise SlipmodeError(f"times: must lie within the run, {first:g} to {last:g} s")
+    return sample
+
+
+def _carriers(model: Model, before: int) -> Floats:
+    """Which signals have a carrier, (modes, signals).
+
+    `before` of them have none, then come the modal displacements and the loads.
+    """
+    signals = before + model.reduced.all_shapes.shape[1] + model.modes
+    return np.eye(model.modes, signals, before)
+
+
+def _loads(answer: ModalAnswer, part: SlowTrajectory) -> Complexes:
+    """Harmonics of the modal forces (points, orders, modes): that of its carrier for each."""
+    loads = np.zeros((*answer.contact.shape[:2], part.force.shape[1]), dtype=complex)
+    for j, own in enumerate(CARRIERS[: loads.shape[2]]):
+        if own in answer.orders:
+            loads[:, answer.orders.index(own), j] = 0.5 * part.point_force[:, j]
+    return loads
+
+
+def _static(model: Model, part: SlowTrajectory) -> Floats:
+    nothing = np.zeros((model.reduced.n_dofs, model.modes))
+    return part.direct.static if part.direct else nothing
+
+
+def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> Complexes:
+    """Harmonics of the friction force (points, orders, N_c): it balances all others, Eq. (12)."""
+    reduced, nu = model.reduced, answer.frequency[..., np.newaxis]
+    P = answer.contact
+    force = answer.pull - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
+    force += nu**2 * (P @ reduced.mass)
+    felt = part.felt(model)
+    for j, own in enumerate(CARRIERS[: model.modes]):
+        force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt[:, j, np.newaxis]
+    return np.asarray(force)
+
+
+def _summed(
+    segments: np.ndarray,
+    answer: ModalAnswer,
+    coefficients: Complexes,
+    shape: Floats,
+    times: Floats,
+) -> Floats:
+    """Signals 2 Re(shape^T a exp(i theta) + sum_nm c_nm exp(i (n theta_A + m theta_B))).
+
+    coefficients (points, orders, signals), shape (modes, signals); returns (times, signals).
+    """
+    by_signal = coefficients.transpose(0, 2, 1)
+    rows = _kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
+    orders = np.ascontiguousarray(answer.orders, dtype=np.int32)
+    weights = _kernel.contiguous(shape)
+    harmonic_sum = _kernel.HarmonicSum(
+        modes=len(weights),
+        orders_count=len(answer.orders),
+        orders=orders.ctypes.data,
+        signals=weights.shape[1],
+        shape=weights.ctypes.data,
+        coefficient=rows.ctypes.data,
+    )
+    motion = np.empty((times.size, weights.shape[1]))
+    status = _kernel.lib.sm_harmonic_motion(
+        *(ctypes.byref(harmonic_sum), len(segments), segments.ctypes.data),
+        *(times.size, times.ctypes.data, motion.ctypes.data),
+    )
+    _kernel.check(status, "sum of harmonics")
+    return motion

@@ -1,0 +1,178 @@
+"""The non-resonant answer of the modes to harmonics of the contact motion, and to the forces.
+
+q_nm = D(nu)^-1 (f_nm - B(nu) P_nm),  nu = n Omega_A + m Omega_B
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.slow.slow_flow import Complexes
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.table.model import Model
+
+_BLOCK = 8192  # harmonics at a time: memory
+_STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
+
+
+@dataclass(frozen=True, eq=False)
+class ModalAnswer:
+    """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
+
+    A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
+
+    Attributes
+    ----------
+    orders : tuple of (n, m)
+    frequency : (points, orders) ndarray
+        nu [rad/s]
+    contact : (points, orders, N_c) complex ndarray
+        Contact displacement [m].
+    modal : (points, orders, modes) complex ndarray
+        Modal displacement besides the carriers [kg^1/2 m].
+    pull : (points, orders, N_c) complex ndarray
+        Force on the contacts that comes with it [N].
+    """
+
+    orders: tuple[Order, ...]
+    frequency: Floats
+    contact: Complexes
+    modal: Complexes
+    pull: Complexes
+
+
+def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
+    """Answer of the modes along a trajectory; empty where the model keeps no harmonics."""
+    points, reduced = trajectory.time.size, model.reduced
+    all_modes = reduced.all_shapes.shape[1]
+    if model.harmonics is None:
+        contacts = np.zeros((points, 0, reduced.n_contacts), dtype=complex)
+        modal = np.zeros((points, 0, all_modes), dtype=complex)
+        return ModalAnswer((), np.zeros((points, 0)), contacts, modal, contacts)
+    orders = model.harmonics.orders
+    felt = trajectory.felt(model)
+    P = model.harmonics.at(felt)
+    nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
+    modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
+    if reduced.formulation == "paper":
+        return ModalAnswer(orders, nu, P, modal, pull)
+    groups: dict[tuple[int, ...], list[int]] = defaultdict(list)
+    for q, order in enumerate(orders):
+        if order not in CARRIERS:
+            groups[resonant_modes(model.modes, order, model.near)].append(q)
+    block = max(1, _BLOCK // len(orders))
+    for rows in (np.arange(k, min(k + block, points)) for k in range(0, points, block)):
+        for silent, members in groups.items():
+            group = np.array(members)
+            here = np.ix_(rows, group)
+            others = _Others.of(reduced, silent, nu[here].ravel())
+            answered, pulled = others.answer(P[here].reshape(-1, reduced.n_contacts))
+            modal[np.ix_(rows, group, others.numbers)] = answered.reshape(*nu[here].shape, -1)
+            pull[here] = pulled.reshape(P[here].shape)
+        for mode, order in enumerate(CARRIERS[: model.modes]):
+            q = orders.index(order)
+            silent = resonant_modes(model.modes, order, model.near)
+            others = _Others.of(reduced, silent, nu[rows, q])
+            carried = _at_carrier(model, trajectory, felt, rows, others, mode, P[rows, q])
+            P[rows, q], answered, pull[rows, q] = carried
+            modal[rows[:, np.newaxis], q, others.numbers] = answered
+    return ModalAnswer(orders, nu, P, modal, pull)
+
+
+@dataclass(frozen=True, eq=False)
+class _Others:
+    """The modes that answer to a harmonic: all but those whose slow flow has it.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    numbers : (others,) ndarray of int
+        Of these modes.
+    frequency : (points,) ndarray
+        nu [rad/s]
+    coupling : (points, others, N_c) complex ndarray
+        B
+    all_rows : (points, others, modes + passive) complex ndarray
+        Their rows of D.
+    """
+
+    reduced: Reduced
+    numbers: NDArray[np.intp]
+    frequency: Floats
+    coupling: Complexes
+    all_rows: Complexes
+
+    @classmethod
+    def of(cls, reduced: Reduced, silent: Sequence[int], nu: Floats) -> Self:
+        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), list(silent))
+        coupling = reduced.modal_coupling(nu)[:, numbers]
+        return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
+
+    def driven(self, force: Complexes) -> Complexes:
+        """Displacement by forces on them (points, others, forces)."""
+        return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
+
+    def answer(self, P: Complexes, force: Complexes | float = 0.0) -> tuple[Complexes, Complexes]:
+        """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
+        on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
+        q = self.driven(on_them[..., np.newaxis])[..., 0]
+        inertia = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
+        return q, inertia - np.einsum("pjc,pj->pc", self.coupling, q)
+
+    def contact_stiffness(self) -> Complexes:
+        """Of the contacts without friction, less what these modes answer, (points, N_c, N_c)."""
+        reduced, nu = self.reduced, self.frequency[:, np.newaxis, np.newaxis]
+        inertia = reduced.mass + reduced.carried_mass
+        own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * inertia
+        return np.asarray(own - self.coupling.transpose(0, 2, 1) @ self.driven(self.coupling))
+
+
+def _at_carrier(
+    model: Model,
+    trajectory: SlowTrajectory,
+    felt: Complexes,
+    points: NDArray[np.intp],
+    others: _Others,
+    mode: int,
+    P: Complexes,
+) -> tuple[Complexes, Complexes, Complexes]:
+    """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
+    direct = trajectory.direct
+    on_modes: Complexes | float = 0.0
+    on_contacts: Complexes | float = 0.0
+    if direct is not None:
+        half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
+        on_modes = half * direct.modal[mode, others.numbers]
+        on_contacts = half * direct.beyond_shift(model.reduced)[mode]
+        push = on_contacts + others.answer(np.zeros_like(P), on_modes)[1]
+        drawn = felt[points, mode, np.newaxis] * model.reduced.coupling[mode]
+        P = P + _pushed(others.contact_stiffness(), P, -drawn, push)
+    q, pull = others.answer(P, on_modes)
+    across = others.driven(others.all_rows[:, :, [mode]])[..., 0]  # what dampers make of a_j
+    return P, q - across * trajectory.amplitude[points, mode, np.newaxis], pull + on_contacts
+
+
+def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexes) -> Complexes:
+    """What a small further force adds to a carrier P of the contacts, (points, N_c).
+
+    Friction resists it with its secant stiffness, friction_i / P_i, which `force` and P tell; a
+    contact that sticks does not move.
+    """
+    friction = force - np.einsum("pcd,pd->pc", stiffness, P)
+    elastic = np.abs(np.einsum("pcc->pc", stiffness) * P)
+    reach = np.abs(force).max(axis=1, keepdims=True)
+    sticks = (elastic <= _STUCK * reach) | (reach == 0.0)
+    moving = np.where(sticks, 0.0, P)
+    system = stiffness * moving[:, np.newaxis, :]
+    contacts = np.arange(P.shape[1])
+    system[:, contacts, contacts] += np.where(sticks, 1.0, friction)
+    return np.asarray(moving * np.linalg.solve(system, push[..., np.newaxis])[..., 0])

@@ -1,0 +1,145 @@
+"""The slow trajectory: what amplitudes and carriers did, for the reconstruction of motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom import _kernel
+from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.slow.slow_flow import Complexes, amplitude_rate, coupling_turn
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.table.model import Model
+
+
+@dataclass(frozen=True, eq=False)
+class SlowTrajectory:
+    """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
+
+    Attributes
+    ----------
+    time : (steps + 1,) ndarray
+        [s]
+    amplitude : (steps + 1, modes) complex ndarray
+    angle : (steps + 1, modes) ndarray
+        Carrier angles theta_j [rad]; whole turns do not matter.
+    frequency, frequency_rate : (steps, modes) ndarray
+        At the start of each step [rad/s], [rad/s^2].
+    force, force_rate : (steps, modes) complex ndarray
+        Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
+    direct : DirectForce, optional
+        What the forces do past their own mode. Default: nothing.
+    jump : (steps, modes) complex ndarray, optional
+        What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
+    """
+
+    time: Floats
+    amplitude: Complexes
+    angle: Floats
+    frequency: Floats
+    frequency_rate: Floats
+    force: Complexes
+    force_rate: Complexes
+    direct: DirectForce | None = None
+    jump: Complexes | None = None
+
+    @property
+    def amplitude_start(self) -> Complexes:
+        """Amplitudes at the start of each step, past its jump, (steps, modes)."""
+        before = self.amplitude[:-1]
+        return before if self.jump is None else before + self.jump
+
+    @property
+    def shift(self) -> Complexes | float:
+        """What the contacts feel on top of a_j, per unit of force."""
+        return self.direct.shift if self.direct else 0.0
+
+    @property
+    def point_force(self) -> Complexes:
+        """Modal forces at every time, (steps + 1, modes)."""
+        last = self.force[-1] + self.force_rate[-1] * (self.time[-1] - self.time[-2])
+        return np.vstack((self.force, last))
+
+    @property
+    def point_frequency(self) -> Floats:
+        """Forcing frequencies at every time, (steps + 1, modes)."""
+        last = self.frequency[-1] + self.frequency_rate[-1] * (self.time[-1] - self.time[-2])
+        return np.vstack((self.frequency, last))
+
+    def between(self, start: float, end: float) -> SlowTrajectory:
+        """The steps that overlap [start, end]."""
+        steps = self.time.size - 1
+        first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
+        last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
+        points, within = slice(first, last + 1), slice(first, last)
+        return SlowTrajectory(
+            self.time[points],
+            self.amplitude[points],
+            self.angle[points],
+            self.frequency[within],
+            self.frequency_rate[within],
+            self.force[within],
+            self.force_rate[within],
+            self.direct,
+            None if self.jump is None else self.jump[within],
+        )
+
+    def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
+        """da/dt at the start and at the end of each step, (steps, modes)."""
+        later = np.diff(self.time)[:, np.newaxis]
+        rates = self.frequency_rate
+        start = amplitude_rate(
+            model,
+            self.amplitude_start,
+            self.frequency,
+            self.force,
+            rates,
+            self.shift,
+            self.force_rate,
+        )
+        end = amplitude_rate(
+            model,
+            self.amplitude[1:],
+            self.frequency + rates * later,
+            self.force + self.force_rate * later,
+            rates,
+            self.shift,
+            self.force_rate,
+        )
+        return start, end
+
+    def felt(self, model: Model) -> Complexes:
+        """What the contacts feel of each mode at every time, (steps + 1, modes)."""
+        turn = coupling_turn(model.reduced, self.point_frequency)
+        return np.asarray(turn * (self.amplitude + self.shift * self.point_force))
+
+    def segments(self, model: Model) -> np.ndarray:
+        """The steps as the core reads them."""
+        duration = np.diff(self.time)
+        segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
+        segments["start"], segments["duration"] = self.time[:-1], duration
+        modes = slice(0, model.modes)
+        segments["amplitude_start"][:, modes] = self.amplitude_start
+        segments["amplitude_end"][:, modes] = self.amplitude[1:]
+        start, end = self.amplitude_rates(model)
+        segments["rate_start"][:, modes] = start
+        segments["rate_end"][:, modes] = end
+        segments["angle"][:, modes] = self.angle[:-1]
+        segments["frequency"][:, modes] = self.frequency
+        segments["frequency_rate"][:, modes] = self.frequency_rate
+        return segments
+
+    def contact_segments(self, segments: np.ndarray, pull: Complexes) -> np.ndarray:
+        """The same as the contacts feel it; `pull` (steps + 1, orders, N_c) must outlive it."""
+        segments = segments.copy()
+        modes = slice(0, self.amplitude.shape[1])
+        moving = self.shift * self.force_rate
+        force_end = self.force + self.force_rate * np.diff(self.time)[:, np.newaxis]
+        segments["amplitude_start"][:, modes] += self.shift * self.force
+        segments["amplitude_end"][:, modes] += self.shift * force_end
+        segments["rate_start"][:, modes] += moving
+        segments["rate_end"][:, modes] += moving
+        segments["pull_start"] = pull.ctypes.data + pull.strides[0] * np.arange(len(segments))
+        segments["pull_end"] = segments["pull_start"] + pull.strides[0]
+        return segments

@@ -1,0 +1,1 @@
+"""Structures: mass, damping and stiffness with contacts, Eq. (1), checked and partitioned."""

@@ -1,0 +1,123 @@
+"""Structural matrices on disk: one .npz file, or a folder of Matrix Market files."""
+
+from collections.abc import Callable, Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+import scipy.sparse
+
+from slipmode.rom.errors import SlipmodeError
+
+REQUIRED = ("mass", "stiffness", "contact")
+OPTIONAL = ("damping",)
+
+#: A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
+_CSR_PARTS = ("data", "indices", "indptr", "shape")
+
+#: Damaged files make zipfile, zlib, numpy and scipy raise nearly anything.
+_UNREADABLE = Exception
+
+
+def read_matrices(path: Path) -> dict[str, Any]:
+    """Mass, stiffness, contact and, if stored, damping from a .npz file or a folder.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the file and the part that is missing or unreadable.
+    """
+    if path.is_dir():
+        return _read_folder(path)
+    if path.is_file():
+        return _read_npz(path)
+    raise SlipmodeError(f"{path}: no such .npz file or folder of Matrix Market files")
+
+
+def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
+    """Write dense arrays as they are and sparse matrices as CSR parts."""
+    if path.suffix != ".npz":
+        raise SlipmodeError(f"{path}: the name of a structure file must end in .npz")
+    arrays: dict[str, Any] = {}
+    for name, matrix in matrices.items():
+        if isinstance(matrix, np.ndarray | float):
+            arrays[name] = matrix
+        else:
+            rows = scipy.sparse.csr_array(matrix)
+            arrays |= {f"{name}_{part}": getattr(rows, part) for part in _CSR_PARTS}
+    try:
+        np.savez_compressed(path, **arrays)
+    except OSError as error:
+        raise SlipmodeError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _read_npz(path: Path) -> dict[str, Any]:
+    try:
+        stored = np.load(path, allow_pickle=False)
+    except _UNREADABLE as error:
+        raise SlipmodeError(f"{path}: is not a readable .npz file") from error
+    if not isinstance(stored, np.lib.npyio.NpzFile):
+        raise SlipmodeError(f"{path}: holds a single array, allowed: a .npz file")
+    with stored:
+        matrices = {}
+        for name in (*REQUIRED, *OPTIONAL):
+            try:
+                matrix = _read_npz_matrix(stored, name)
+            except _UNREADABLE as error:
+                raise SlipmodeError(f"{path}: {name} is damaged or no plain array") from error
+            if matrix is not None:
+                matrices[name] = matrix
+            elif name in REQUIRED:
+                raise SlipmodeError(f"{path}: key {name} is missing (sparse: {name}_data, ...)")
+        return matrices
+
+
+def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:
+    if name in stored:
+        array = stored[name]
+        return array if array.ndim else array.item()
+    parts = [f"{name}_{part}" for part in _CSR_PARTS]
+    if not all(part in stored for part in parts):
+        return None
+    data, indices, indptr, shape = (stored[part] for part in parts)
+    matrix: Any = scipy.sparse.csr_array((data, indices, indptr), shape=tuple(shape))
+    matrix.check_format(full_check=True)  # indices out of range would read foreign memory
+    return matrix
+
+
+def _read_folder(folder: Path) -> dict[str, Any]:
+    readers: dict[str, Callable[[Path], Any]] = {
+        ".mtx": _read_matrix_market,
+        ".txt": _read_indices,
+    }
+    matrices = {}
+    for name in (*REQUIRED, *OPTIONAL):
+        endings = (".mtx", ".txt") if name == "contact" else (".mtx",)
+        files = [folder / f"{name}{ending}" for ending in endings]
+        present = [file for file in files if file.is_file()]
+        if len(present) > 1:
+            raise SlipmodeError(f"{folder}: give one of contact.mtx and contact.txt, not both")
+        if present:
+            matrices[name] = _read(present[0], readers[present[0].suffix])
+        elif name in REQUIRED:
+            wanted = " or ".join(file.name for file in files)
+            raise SlipmodeError(f"{folder}: {wanted} is missing")
+    return matrices
+
+
+def _read(file: Path, reader: Callable[[Path], Any]) -> Any:
+    try:
+        return reader(file)
+    except _UNREADABLE as error:
+        raise SlipmodeError(f"{file}: cannot be read: {' '.join(str(error).split())}") from error
+
+
+def _read_matrix_market(file: Path) -> Any:
+    # scipy's parser reads past the end of a damaged last line that has no line break.
+    return scipy.io.mmread(BytesIO(file.read_bytes() + b"\n"))
+
+
+def _read_indices(file: Path) -> Any:
+    return np.loadtxt(file, dtype=np.intp, ndmin=1)

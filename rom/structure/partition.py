@@ -1,0 +1,170 @@
+"""Elastic and contact coordinates of a structure: x = E x_e + R x_c."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.matrices import (
+    TOLERANCE,
+    Floats,
+    Matrix,
+    MatrixLike,
+    Sparse,
+    as_csc,
+    as_dense,
+    as_matrix,
+)
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Partition:
+    """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
+
+    x = E x_e + R x_c with W^T E = 0 and W^T R = I, so x_c = 0 is the bonded structure. With
+    contact DOFs given by index, E and R are plain selections and the blocks are Eq. (3)'s.
+
+    Attributes
+    ----------
+    E : (n, n_e) matrix
+        Motion that leaves every contact displacement at zero. Sparse if the structure is.
+    R : (n, N_c) matrix
+        Motion by a unit contact displacement with x_e = 0. Sparse if the structure is.
+    elastic_dofs : (n_e,) ndarray of int
+        The DOFs that serve as x_e, ascending.
+    M_ee, C_ee, K_ee : (n_e, n_e) matrix
+        Dense or CSC, like the structure.
+    M_ec, C_ec, K_ec : (n_e, N_c) ndarray
+        The ce blocks are their transposes.
+    M_cc, C_cc, K_cc : (N_c, N_c) ndarray
+    """
+
+    E: Matrix
+    R: Matrix
+    elastic_dofs: Indices
+    M_ee: Matrix
+    M_ec: Floats
+    M_cc: Floats
+    C_ee: Matrix
+    C_ec: Floats
+    C_cc: Floats
+    K_ee: Matrix
+    K_ec: Floats
+    K_cc: Floats
+
+    @classmethod
+    def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:
+        """Split the matrices of a structure along its contact directions W (n, N_c)."""
+        E, R, elastic_dofs = _coordinate_maps(as_csc(directions))
+        M_ee, M_ec, M_cc = _blocks(mass, E, R)
+        C_ee, C_ec, C_cc = _blocks(damping, E, R)
+        K_ee, K_ec, K_cc = _blocks(stiffness, E, R)
+        as_given = as_dense if isinstance(mass, np.ndarray) else as_csc
+        return cls(
+            E=as_given(E),
+            R=as_given(R),
+            elastic_dofs=elastic_dofs,
+            M_ee=M_ee,
+            M_ec=M_ec,
+            M_cc=M_cc,
+            C_ee=C_ee,
+            C_ec=C_ec,
+            C_cc=C_cc,
+            K_ee=K_ee,
+            K_ec=K_ec,
+            K_cc=K_cc,
+        )
+
+
+def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
+    """Contact directions W (n, N_c) from DOF indices or from a matrix.
+
+    Raises
+    ------
+    SlipmodeError
+        If an index is repeated, out of range or no integer; if W is not (n, N_c) with
+        1 <= N_c < n, finite and of full column rank.
+    """
+    given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
+    if given.ndim == 1:
+        W = _selection(_checked_dofs(given, n_dofs), n_dofs)
+    else:
+        W = as_csc(as_matrix("contact", given))
+    rows, n_contacts = W.shape
+    if rows != n_dofs:
+        raise SlipmodeError(f"contact: W must have {n_dofs} rows, one per DOF, got {rows}")
+    if not 1 <= n_contacts < n_dofs:
+        raise SlipmodeError(
+            f"contact: must have at least 1 and fewer than {n_dofs} contacts, got {n_contacts}"
+        )
+    _pivot_dofs(W)
+    return W
+
+
+def _checked_dofs(contact: NDArray[Any], n_dofs: int) -> Indices:
+    """Contact DOF indices: integers in range, each once."""
+    if contact.size == 0:
+        raise SlipmodeError("contact: must name at least one DOF")
+    if contact.dtype.kind not in "iu":
+        raise SlipmodeError(f"contact: DOF indices must be integers, got dtype {contact.dtype}")
+    for dof in contact:
+        if not 0 <= dof < n_dofs:
+            raise SlipmodeError(f"contact: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}")
+    if np.unique(contact).size < contact.size:
+        raise SlipmodeError("contact: DOF indices must be distinct")
+    return contact.astype(np.intp)
+
+
+def _selection(dofs: Indices, n_dofs: int) -> Sparse:
+    """Columns of the identity at `dofs`."""
+    columns = np.arange(dofs.size)
+    return scipy.sparse.csc_array((np.ones(dofs.size), (dofs, columns)), shape=(n_dofs, dofs.size))
+
+
+def _pivot_dofs(W: Sparse) -> Indices:
+    """The DOFs that x_c replaces, one per contact: W restricted to them is well conditioned."""
+    lengths = np.sqrt(W.power(2).sum(axis=0))
+    if not lengths.all():
+        raise SlipmodeError("contact: every direction (column of W) must have a nonzero entry")
+    touched = np.unique(W.indices)
+    unit_rows = W[touched].toarray().T / lengths[:, np.newaxis]
+    triangle, order = scipy.linalg.qr(unit_rows, mode="r", pivoting=True)
+    n_contacts = W.shape[1]
+    pivots = np.abs(np.diag(triangle))
+    if pivots.size < n_contacts or pivots[-1] <= TOLERANCE * pivots[0]:
+        raise SlipmodeError("contact: directions (columns of W) must be linearly independent")
+    return np.sort(touched[order[:n_contacts]]).astype(np.intp)
+
+
+def _coordinate_maps(W: Sparse) -> tuple[Sparse, Sparse, Indices]:
+    """E (n, n_e), R (n, N_c) and the elastic DOFs.
+
+    R = S_p W_p^-T moves the pivot DOFs alone, so W^T R = I; taking R (W^T S_e) off the
+    elastic DOFs' unit motion S_e leaves W^T E = 0. Both stay as sparse as W.
+    """
+    n_dofs = W.shape[0]
+    pivots = _pivot_dofs(W)
+    elastic_dofs = np.setdiff1d(np.arange(n_dofs), pivots)
+    S_e = _selection(elastic_dofs, n_dofs)
+    R = _selection(pivots, n_dofs) @ as_csc(np.linalg.inv(W[pivots].toarray().T))
+    E = S_e - R @ (W.T @ S_e)
+    return as_csc(E), as_csc(R), elastic_dofs
+
+
+def _blocks(matrix: Matrix, E: Sparse, R: Sparse) -> tuple[Matrix, Floats, Floats]:
+    """The ee, ec and cc blocks of a symmetric matrix in the coordinates (x_e, x_c)."""
+    ee: Any = E.T @ (matrix @ E)
+    on_contact = matrix @ R
+    return (
+        ee if isinstance(ee, np.ndarray) else as_csc(ee),
+        as_dense(E.T @ on_contact),
+        as_dense(R.T @ on_contact),
+    )

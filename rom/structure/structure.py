@@ -1,0 +1,215 @@
+"""A structure with dry-friction contacts: its matrices, validated once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import ALLOWED, SMALLEST, fits
+from slipmode.rom.structure.files import read_matrices, write_npz
+from slipmode.rom.structure.matrices import (
+    Floats,
+    Matrix,
+    MatrixLike,
+    as_csc,
+    as_dense,
+    as_symmetric,
+    is_positive_definite,
+    is_positive_semidefinite,
+)
+from slipmode.rom.structure.partition import Partition, contact_directions
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Structure:
+    """M x'' + C x' + K x + W g(W^T x') = f, Eq. (1), with friction g at the contacts.
+
+    Parameters
+    ----------
+    mass : (n, n) array or sparse matrix
+        M [kg], symmetric, positive definite.
+    stiffness : (n, n) array or sparse matrix
+        K [N/m], symmetric. May have rigid-body modes, as long as the contacts hold them.
+    damping : float or (n, n) array or sparse matrix, default 0.0
+        beta [s] for C = beta K, or C [N s/m] itself: symmetric, positive semidefinite.
+    contact : sequence of int, or (n, N_c) array or sparse matrix
+        The contact DOFs, or directions W: the contact displacement is x_c = W^T x, so a
+        column with +1 and -1 is the relative displacement of two nodes.
+
+    Attributes
+    ----------
+    mass, stiffness, damping : (n, n) matrix
+        Read-only ndarrays; CSC matrices if mass or stiffness was given sparse.
+    beta : float or None
+        None if `damping` was given as a matrix.
+    directions : (n, N_c) matrix
+        W, dense or CSC like the others.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the argument that is refused and what it may be.
+    """
+
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix
+    beta: float | None
+    directions: Matrix
+
+    def __init__(
+        self,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        damping: float | MatrixLike = 0.0,
+        *,
+        contact: MatrixLike,
+    ) -> None:
+        M = as_symmetric("mass", mass)
+        if not is_positive_definite(M):
+            raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
+        if M.diagonal().min() < SMALLEST:
+            raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
+        K = as_symmetric("stiffness", stiffness, M.shape[0])
+        C, beta = _damping(damping, K)
+        W = contact_directions(contact, M.shape[0])
+        is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
+        store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
+        fields = {
+            "mass": store(M),
+            "stiffness": store(K),
+            "damping": store(C),
+            "beta": beta,
+            "directions": store(W),
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        storage = "dense" if isinstance(self.mass, np.ndarray) else "sparse"
+        return f"Structure({self.n_dofs} DOFs, {self.n_contacts} contacts, {storage})"
+
+    @property
+    def n_dofs(self) -> int:
+        """The number n of degrees of freedom."""
+        return int(self.mass.shape[0])
+
+    @property
+    def n_contacts(self) -> int:
+        """The number N_c of contact directions."""
+        return int(self.directions.shape[1])
+
+    def partition(self) -> Partition:
+        """Split the matrices into elastic and contact coordinates, Eq. (3)."""
+        return Partition.of(self.mass, self.damping, self.stiffness, self.directions)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write a .npz file that `load_structure` reads back to the last bit."""
+        write_npz(
+            Path(path),
+            {
+                "mass": self.mass,
+                "stiffness": self.stiffness,
+                "damping": self.damping if self.beta is None else self.beta,
+                "contact": self.directions,
+            },
+        )
+
+
+def load_structure(
+    path: str | PathLike[str], damping: float | MatrixLike | None = None
+) -> Structure:
+    """Read a structure from a .npz file or a folder of Matrix Market files.
+
+    Parameters
+    ----------
+    path : path
+        A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
+        damping (C, or the number beta); a sparse matrix is stored as mass_data,
+        mass_indices, mass_indptr and mass_shape (CSR). Or a folder with mass.mtx,
+        stiffness.mtx, optionally damping.mtx, and contact.mtx (W) or contact.txt (indices).
+    damping : float or (n, n) matrix, optional
+        Overrides the stored damping; without either there is none.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the file and the part that is missing, unreadable or refused.
+    """
+    matrices = read_matrices(Path(path))
+    if damping is not None:
+        matrices["damping"] = damping
+    try:
+        return Structure(**matrices)
+    except SlipmodeError as error:
+        raise SlipmodeError(f"{path}: {error}") from error
+
+
+def two_mass(
+    beta: float = 0.01,
+    contact_mass: float = 0.01,
+    *,
+    m1: float = 1.0,
+    m2: float = 1.0,
+    k1: float = 1.0,
+    k2: float = 1.7**2,
+    k_c1: float = 20.0,
+    k_c2: float = 40.0,
+    k_p: float = 5.0,
+) -> Structure:
+    """Two modal masses on a common friction contact: Eq. (26) with the values of Table 1.
+
+    DOFs are x_e1, x_e2, x_c1, x_c2; the last two are the contact. Bonded natural
+    frequencies are sqrt(k1/m1) = 1 and sqrt(k2/m2) = 1.7 rad/s.
+
+    Parameters
+    ----------
+    beta : float, default 0.01
+        Stiffness-proportional damping [s], C = beta K.
+    contact_mass : float, default 0.01
+        Mass of each contact DOF [kg], positive.
+    m1, m2 : float
+        Modal masses [kg].
+    k1, k2 : float
+        Stiffness between each mass and its contact DOF [N/m].
+    k_c1, k_c2 : float
+        Stiffness of each contact DOF to the ground [N/m].
+    k_p : float
+        Coupling of the two contact DOFs [N/m], off the diagonal with the printed sign.
+    """
+    mass = np.diag([m1, m2, contact_mass, contact_mass])
+    stiffness = np.array(
+        [
+            [k1, 0.0, -k1, 0.0],
+            [0.0, k2, 0.0, -k2],
+            [-k1, 0.0, k1 + k_c1, k_p],
+            [0.0, -k2, k_p, k2 + k_c2],
+        ]
+    )
+    return Structure(mass, stiffness, beta, contact=(2, 3))
+
+
+def _damping(damping: float | MatrixLike, stiffness: Matrix) -> tuple[Matrix, float | None]:
+    """C, and beta if C = beta K."""
+    if isinstance(damping, float | int | np.floating):
+        beta = float(damping)
+        if not (beta >= 0.0 and fits(beta)):
+            raise SlipmodeError(
+                f"damping: beta must be a finite number >= 0, {ALLOWED}, got {damping}"
+            )
+        return stiffness * beta, beta
+    C = as_symmetric("damping", damping, stiffness.shape[0])
+    if not is_positive_semidefinite(C):
+        raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
+    return C, None
+
+
+def _read_only(matrix: Matrix) -> Floats:
+    array = as_dense(matrix)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,98 @@
+"""Models kept on disk, per user: a table that was computed once is not computed again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import astuple
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+
+from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.table.model import FORMAT, REDUCED_ARRAYS, Model
+from slipmode.rom.table.region import Visited
+from slipmode.rom.table.tabulation import tabulate
+
+
+def cache_folder() -> Path:
+    """Where models are kept; the environment variable SLIPMODE_CACHE overrides the default."""
+    override = os.environ.get("SLIPMODE_CACHE")
+    return Path(override) if override else Path(platformdirs.user_cache_dir("slipmode"))
+
+
+def cached_model(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float,
+    *,
+    near: Sequence[NearResonance] = (),
+    harmonics: int = 0,
+    visited: Visited | None = None,
+    progress: bool = False,
+) -> tuple[Model, bool]:
+    """`tabulate`, unless the cache has the model already.
+
+    Returns
+    -------
+    model : Model
+    cached : bool
+        Whether it came from the cache.
+
+    Notes
+    -----
+    A damaged entry is replaced. Where the cache cannot be written the model is returned all
+    the same; it will be computed again next time.
+    """
+    key = _key(reduced, law, amplitude, tolerance, near, harmonics, visited)
+    path = cache_folder() / f"{key}.rom"
+    if path.is_file():
+        try:
+            return Model.load(path), True
+        except SlipmodeError:
+            path.unlink(missing_ok=True)
+    model = tabulate(
+        *(reduced, law, amplitude, tolerance),
+        near=near,
+        harmonics=harmonics,
+        visited=visited,
+        progress=progress,
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        model.save(path)
+    except OSError:
+        return model, False
+    return model, False
+
+
+def _key(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float,
+    near: Sequence[NearResonance],
+    harmonics: int,
+    visited: Visited | None,
+) -> str:
+    """Hash of everything that the table depends on."""
+    arrays = (
+        *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
+        limits(law, reduced.n_contacts),
+        np.asarray(amplitude, dtype=float),
+        np.zeros(0) if visited is None else visited.tiles,
+    )
+    named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
+    terms = [astuple(term) for term in near]
+    digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
+    for array in arrays:
+        digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:32]

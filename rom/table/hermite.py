@@ -1,0 +1,259 @@
+"""Friction tables: S_j = Q_j |a_j| over the amplitude plane as bicubic Hermite surfaces.
+
+S_j, not Q_j, is tabulated: it goes smoothly to zero with |a_j|. Slopes come from cubic splines
+that know the symmetry at zero amplitude: a harmonic (n, m) is odd in |a_A| where n is odd, and in
+|a_B| where m is; S_A belongs to (1, 0) and S_B to (0, 1).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import solve_banded
+
+from slipmode.rom import _kernel
+from slipmode.rom.errors import SlipmodeError, UnvisitedError
+from slipmode.rom.structure.matrices import Flags, Floats
+
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Bicubic Hermite surface of the friction terms.
+
+    Attributes
+    ----------
+    node_a : (n_a,) ndarray
+        Amplitudes |a_A| of the grid lines, from 0 [kg^1/2 m].
+    node_b : (n_b,) ndarray
+        Amplitudes |a_B|; the single entry 0 in a one-mode table.
+    values : (n_a, n_b, 4, 2 k) ndarray
+        Value, d/da, d/db, d2/dadb at the nodes; real and imaginary part of S_j of every mode,
+        of the terms T of the near resonances, and of the friction power less what
+        leaves the modes (its imaginary part 0).
+    modes : int
+        Number of modes.
+    lag : (n_a, n_b, 4, 2 modes^2) ndarray, optional
+        Likewise dS_j / d(d|a_k|/dt) [N kg^-1 s/m], by j and k: see `rate_correction`.
+        Default: friction is at any time what it is in steady motion.
+    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+        Cells where the surface holds, and is looked up. Default: all.
+    """
+
+    node_a: Floats
+    node_b: Floats
+    values: Floats
+    modes: int
+    lag: Floats | None = None
+    visited: Flags | None = None
+
+    @property
+    def limit(self) -> Floats:
+        """Largest tabulated amplitude of each mode, (modes,)."""
+        return np.array([self.node_a[-1], self.node_b[-1]][: self.modes])
+
+    @property
+    def axes(self) -> tuple[Floats, ...]:
+        """The nodes of each mode, one entry per mode."""
+        return (self.node_a, self.node_b)[: self.modes]
+
+    def nodes(self) -> Complexes:
+        """Values at the nodes, (n_a, n_b, k)."""
+        values: Complexes = np.ascontiguousarray(self.values[:, :, 0]).view(complex)
+        return values
+
+    def kernel(self) -> _kernel.Table:
+        """The table as the core reads it."""
+        return _kernel.table(
+            self.modes,
+            _kernel.contiguous(self.node_a),
+            _kernel.contiguous(self.node_b),
+            _kernel.contiguous(self.values),
+            None if self.lag is None else _kernel.contiguous(self.lag),
+            self.visited,
+        )
+
+    def __call__(self, amplitudes: ArrayLike) -> Complexes:
+        """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table."""
+        return self.terms(amplitudes)[..., : self.modes]
+
+    def lag_at(self, amplitudes: ArrayLike) -> Complexes:
+        """dS_j / d(d|a_k|/dt), (..., modes, modes), at amplitudes (..., modes) >= 0."""
+        if self.lag is None:
+            return np.zeros((*np.shape(amplitudes), self.modes), dtype=complex)
+        surface = Table(self.node_a, self.node_b, self.lag, self.modes, visited=self.visited)
+        terms = surface.terms(amplitudes)
+        return terms.reshape(*terms.shape[:-1], self.modes, self.modes)
+
+    def terms(self, amplitudes: ArrayLike) -> Complexes:
+        """All columns of `values`, (..., k), at amplitudes (..., modes) >= 0.
+
+        Raises
+        ------
+        SlipmodeError
+            Outside the table: it is never extrapolated.
+        """
+        points = _kernel.contiguous(amplitudes)
+        if points.shape[-1] != self.modes:
+            raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
+        result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
+        status = _kernel.lib.sm_table_lookup_many(
+            ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
+        )
+        if status == _kernel.OUTSIDE_TABLE:
+            largest = points.reshape(-1, self.modes).max(axis=0)
+            if np.all(largest <= self.limit):
+                raise UnvisitedError
+            raise SlipmodeError(
+                f"amplitude: {largest} is outside the friction table, whose limit is {self.limit};"
+                " tabulate a larger range"
+            )
+        _kernel.check(status, "table look-up")
+        return result
+
+
+def make_table(
+    node_a: Floats,
+    node_b: Floats,
+    samples: Complexes,
+    orders: Sequence[tuple[int, int]],
+    loss: Floats,
+) -> Table:
+    """Table through samples (n_a, n_b, k) of harmonics `orders`; n_b = 1 for one mode.
+
+    Parameters
+    ----------
+    loss : (modes,) ndarray
+        Structural loss gamma_j Omega_j of each mode. Where mode and contacts together lose energy
+        at every node of a cell, loss |a_j| - Im S_j >= 0, they do so between them too: the slopes
+        of the dissipative parts are limited.
+    """
+    modes = 1 if node_b.size == 1 else 2
+    f, f_a, f_b, f_ab = _with_slopes(node_a, node_b, samples, orders)
+    for j in range(modes):
+        own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[j]
+        gain = np.array([loss[j] * (j == mode) for mode in range(2)])
+        im = (..., j, 1)
+        limited = _limit_slopes(
+            *(node_a, node_b, f[im] - loss[j] * own),
+            *(f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]),
+        )
+        f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
+    return Table(node_a, node_b, _side_by_side(f, f_a, f_b, f_ab), modes)
+
+
+def surface_values(
+    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+) -> Floats:
+    """Values and slopes (n_a, n_b, 4, 2 k) through samples of any sign, as in `make_table`."""
+    return _side_by_side(*_with_slopes(node_a, node_b, samples, orders))
+
+
+def _with_slopes(
+    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
+    odd_a, odd_b = (np.array(orders) % 2 == 1).T
+    f = np.stack((samples.real, samples.imag), axis=-1)
+    f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
+    f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
+    if node_b.size > 1:
+        weights = _slope_weights(node_b, odd_b)
+        f_b = np.einsum("kij,ajks->aiks", weights, f)
+        f_ab = np.einsum("kij,ajks->aiks", weights, f_a)
+    return f, f_a, f_b, f_ab
+
+
+def _side_by_side(*parts: Floats) -> Floats:
+    values = np.stack(parts, axis=2)
+    return values.reshape(*values.shape[:3], -1)
+
+
+def _slope_weights(node: Floats, odd: Flags) -> Floats:
+    """Weights (k, n, n) of values in their slopes at the nodes, by cubic splines.
+
+    The splines are odd (k,) or even about node = 0 and not-a-knot at the far end.
+    """
+    n = node.size
+    if n < 4:
+        raise SlipmodeError("a friction table needs at least four amplitudes per mode")
+    step = np.diff(node)
+    # continuous second derivative: row i holds for the slopes at i - 1, i and i + 1
+    below, above = step[1:], step[:-1]
+    bands = np.zeros((3, n))  # above, on and below the diagonal
+    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = above, 2.0 * (below + above), below
+    bands[1, 0] = bands[1, -1] = 1.0
+    of_values = np.zeros((n, n))
+    i = np.arange(1, n - 1)
+    of_values[i, i - 1] = -3.0 * below / above
+    of_values[i, i + 1] = 3.0 * above / below
+    of_values[i, i] = -of_values[i, i - 1] - of_values[i, i + 1]
+    of_values[-1, -4:] = _end_weights(node[-4:])
+    even = solve_banded((1, 1), bands, of_values)
+    bands[0, 1], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
+    both = np.stack((even, solve_banded((1, 1), bands, of_values)))
+    return np.asarray(both[odd.astype(int)])
+
+
+def _end_weights(node: Floats) -> Floats:
+    """Weights (4,) of four values in the slope at the last node of the cubic through them."""
+    last, others = node[-1], node[:-1]
+    apart = node[:, np.newaxis] - others
+    apart[apart == 0.0] = 1.0
+    weights = np.array(
+        [
+            np.prod(np.delete(last - others, k)) / np.prod(apart[k]) / (node[k] - last)
+            for k in range(3)
+        ]
+    )
+    return np.append(weights, -weights.sum())
+
+
+def _limit_slopes(
+    node_a: Floats, node_b: Floats, f: Floats, f_a: Floats, f_b: Floats, f_ab: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Slopes for which the bicubic through f <= 0 stays <= 0 in every cell.
+
+    A cell is <= 0 if its sixteen Bernstein coefficients are. Those next to a node are
+    f +- h_a f_a / 3, f +- h_b f_b / 3 and f +- h_a f_a / 3 +- h_b f_b / 3 + h_a h_b f_ab / 9
+    (with the signs of the quadrant). Half of f pays for each of f_a and f_b, what is left over
+    for f_ab.
+    """
+    f = np.minimum(f, 0.0)
+    steps_a, steps_b = _neighbour_steps(node_a), _neighbour_steps(node_b)
+    f_a = _clip(f_a, f, steps_a[:, :, np.newaxis])
+    f_b = _clip(f_b, f, steps_b[:, np.newaxis, :])
+    for h_a in steps_a:
+        for h_b in steps_b:
+            room = f + h_a[:, np.newaxis] * f_a / 3.0 + h_b[np.newaxis, :] * f_b / 3.0
+            area = h_a[:, np.newaxis] * h_b[np.newaxis, :] / 9.0
+            room = np.minimum(room, 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                bound = np.where(area == 0.0, np.inf, -room / np.abs(area))
+            # the twist must not lift its quadrant's coefficient above zero
+            f_ab = np.where(area > 0, np.minimum(f_ab, bound), np.maximum(f_ab, -bound))
+    return f_a, f_b, f_ab
+
+
+def _neighbour_steps(node: Floats) -> Floats:
+    """(2, n): signed distance to the next and to the previous node, 0 where there is none."""
+    gaps = np.diff(node)
+    return np.stack((np.append(gaps, 0.0), -np.append(0.0, gaps)))
+
+
+def _clip(slope: Floats, f: Floats, steps: Floats) -> Floats:
+    """Slope with f / 2 + h slope / 3 <= 0 for the steps h to both neighbours."""
+    forward, backward = steps
+    with np.errstate(divide="ignore", invalid="ignore"):
+        upper = np.where(forward == 0.0, np.inf, -1.5 * f / forward)
+        lower = np.where(backward == 0.0, -np.inf, -1.5 * f / backward)
+    return np.clip(slope, lower, upper)
+
+
+def _addresses(*arrays: NDArray[np.generic]) -> tuple[int, ...]:
+    return tuple(array.ctypes.data for array in arrays)

@@ -1,0 +1,171 @@
+"""The reduced-order model: reduced matrices, friction law and friction table in one file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import asdict, astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.laws import Coulomb, Friction, Tanh, limits
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.hermite import Table
+from slipmode.rom.table.model_content import check_arrays, check_header
+
+FORMAT = 12  # of the file; raised whenever tables computed before must not be used any more
+
+REDUCED_ARRAYS = (
+    *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
+    *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
+    *(
+        "passive_frequency",
+        "passive_damping",
+        "passive_shapes",
+        "passive_inertia",
+        "passive_damper",
+    ),
+    "damping_coupling",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Everything that a simulation in slow time needs.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    law : Tanh or Coulomb
+    table : Table
+    harmonics : Harmonics or None
+        Of the contact displacement, where they were asked for.
+    near : tuple of NearResonance
+    quality : Quality
+    """
+
+    reduced: Reduced
+    law: Friction
+    table: Table
+    harmonics: Harmonics | None
+    near: tuple[NearResonance, ...]
+    quality: Quality
+
+    @property
+    def modes(self) -> int:
+        """Number of modes, 1 or 2."""
+        return len(self.reduced.modes)
+
+    @property
+    def hash(self) -> str:
+        """Hexadecimal content hash: equal for equal models."""
+        return digest(self._header(), self._content())
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to one file (an .npz archive), with its content hash."""
+        header = self._header()
+        content = self._content()
+        stored = json.dumps(header | {"hash": digest(header, content)})
+        target = Path(path)
+        temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
+        try:
+            with temporary.open("wb") as file:
+                np.savez(file, allow_pickle=False, header=np.array(stored), **content)
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Model:
+        """Read a model.
+
+        Raises
+        ------
+        SlipmodeError
+            If the file is missing, of another version, damaged (its hash does not fit), or no
+            model all the same.
+        """
+        path = Path(path)
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                content = {name: archive[name] for name in archive.files}
+            header = json.loads(str(content.pop("header")))
+            expected = header.pop("hash")
+        except FileNotFoundError:
+            raise SlipmodeError(f"{path}: no such model file") from None
+        except Exception as error:  # damage makes zipfile, zlib and numpy raise nearly anything
+            shown = " ".join(str(error).split())
+            raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
+        if header.get("format") != FORMAT:
+            raise SlipmodeError(
+                f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
+            )
+        if digest(header, content) != expected:
+            raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
+        try:
+            check_header(header)
+            check_arrays(header, content)
+            limit = [float(value) for value in content["limit"]]
+            law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{path}: {error}") from None
+        reduced = Reduced(
+            formulation=header["formulation"],
+            modes=tuple(header["modes"]),
+            **{name: content[name] for name in REDUCED_ARRAYS},
+        )
+        lag, visited = content.get("lag"), content.get("visited")
+        surface = (content["node_a"], content["node_b"], content["values"])
+        table = Table(*surface, len(reduced.modes), lag, visited)
+        near = tuple(NearResonance(*term) for term in header["near"])
+        quality = Quality(**header["quality"])
+        harmonics = None
+        if header["orders"]:
+            orders = tuple((n, m) for n, m in header["orders"])
+            P, left_out = content["P"], content["left_out"]
+            harmonics = Harmonics(table.axes, orders, P, left_out, visited)
+        return cls(reduced, law, table, harmonics, near, quality)
+
+    def _header(self) -> dict[str, Any]:
+        return {
+            "format": FORMAT,
+            "formulation": self.reduced.formulation,
+            "modes": list(self.reduced.modes),
+            "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
+            "alpha": self.law.alpha,
+            "near": [list(astuple(term)) for term in self.near],
+            "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],
+            "quality": asdict(self.quality),
+        }
+
+    def _content(self) -> dict[str, np.ndarray]:
+        arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
+        if self.harmonics:
+            arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+        if self.table.lag is not None:
+            arrays |= {"lag": self.table.lag}
+        if self.table.visited is not None:
+            arrays |= {"visited": self.table.visited}
+        return arrays | {
+            "limit": limits(self.law, self.reduced.n_contacts),
+            "node_a": self.table.node_a,
+            "node_b": self.table.node_b,
+            "values": self.table.values,
+        }
+
+
+def digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
+    """Hexadecimal hash of what a model file holds."""
+    found = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
+    for name in sorted(content):
+        array = np.ascontiguousarray(content[name])
+        found.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        found.update(array.tobytes())
+    return found.hexdigest()

@@ -1,0 +1,127 @@
+"""What a model file must hold, so that nothing that is read from one can surprise the core."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, get_args
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import MOST
+from slipmode.rom.reduction.reduced import Formulation
+from slipmode.rom.representable import LARGEST_PRODUCT
+from slipmode.rom.table.accuracy import Quality
+
+_LARGEST_ORDER = 100  # of a harmonic; a table has far lower ones
+
+
+def check_header(header: Mapping[str, Any]) -> None:
+    """Refuse a header that no model is saved with.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the entry.
+    """
+    modes = header.get("modes", [])
+    valid = {
+        "formulation": header.get("formulation") in get_args(Formulation),
+        "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
+        "law": header.get("law") in ("tanh", "coulomb"),
+        "alpha": isinstance(header.get("alpha"), float),
+        "near": _are_rows(header.get("near"), 3) and len(header["near"]) <= MOST,
+        "orders": _are_rows(header.get("orders"), 2),
+        "quality": _is_quality(header.get("quality")),
+    }
+    for name, holds in valid.items():
+        if not holds:
+            raise SlipmodeError(f"{name}: is no such entry of a model")
+    if not all(term[0] in range(len(modes)) for term in header["near"]):
+        raise SlipmodeError("near: names a mode that is not there")
+
+
+def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -> None:
+    """Refuse arrays that do not fit each other, after `check_header`.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the array.
+    """
+    modes, near, orders = (len(header[name]) for name in ("modes", "near", "orders"))
+    sizes = {
+        axis: len(content[name])
+        for axis, name in _MEASURED.items()
+        if name in content and content[name].ndim > 0
+    }
+    sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
+    sizes |= {"4": 4, "k": 2 * (modes + near + 1), "l": 2 * modes**2}
+    lagging = {"lag": "ab4l"} if header["formulation"] == "consistent" else {}
+    for name, layout in (_ARRAYS | lagging | (_harmonics(modes) if orders else {})).items():
+        if name not in content:
+            raise SlipmodeError(f"{name}: is missing")
+        array, kind = content[name], complex if name in _COMPLEX else float
+        shape = tuple(sizes.get(axis, -1) for axis in layout)
+        if array.dtype != kind or array.shape != shape:
+            raise SlipmodeError(f"{name}: has another shape or type than the model")
+        if not np.all(np.abs(array) <= LARGEST_PRODUCT):
+            raise SlipmodeError(f"{name}: must be at most {LARGEST_PRODUCT:g} in magnitude")
+    for name in ("node_a", "node_b")[:modes]:
+        node = content[name]
+        if node.size < 4 or node[0] != 0.0 or np.any(np.diff(node) <= 0):
+            raise SlipmodeError(f"{name}: must rise from 0")
+    if modes == 1 and content["node_b"].tolist() != [0.0]:
+        raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
+    if "visited" in content:
+        visited = content["visited"]
+        cells = tuple(content[name].size - 1 for name in ("node_a", "node_b"))
+        if modes != 2 or visited.dtype != bool or visited.shape != cells:
+            raise SlipmodeError("visited: does not fit the cells of a table for two modes")
+    if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
+        raise SlipmodeError("frequency, carrier: must be > 0")
+
+
+# The axes of each array: n DOFs, m modes, c contacts, p passive modes, q all modes, a and b nodes,
+# k columns, l of the lag; and the arrays that some are measured by.
+_MEASURED = {
+    **{"n": "mode_shapes", "c": "stiffness", "p": "passive_frequency"},
+    **{"a": "node_a", "b": "node_b"},
+}
+_ARRAYS = {
+    **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
+    **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
+    **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
+    **dict.fromkeys(("passive_frequency", "passive_damping"), "p"),
+    **dict.fromkeys(("passive_inertia", "passive_damper"), "pc"),
+    **{"mode_shapes": "nm", "contact_shapes": "nc", "passive_shapes": "np"},
+    **{"damping_coupling": "qq", "limit": "c", "node_a": "a", "node_b": "b", "values": "ab4k"},
+}
+_COMPLEX = ("contact_motion", "P")
+
+
+def _harmonics(modes: int) -> dict[str, str]:
+    nodes = "ab"[:modes]
+    return {"P": f"{nodes}oc", "left_out": f"{nodes}c"}
+
+
+def _are_integers(value: Any, largest: float = _LARGEST_ORDER) -> bool:
+    return isinstance(value, list) and all(
+        type(entry) is int and abs(entry) <= largest for entry in value
+    )
+
+
+def _are_rows(value: Any, length: int) -> bool:
+    return isinstance(value, list) and all(
+        _are_integers(row) and len(row) == length for row in value
+    )
+
+
+def _is_quality(value: Any) -> bool:
+    names = {field.name for field in fields(Quality)}
+    return (
+        isinstance(value, dict)
+        and set(value) == names
+        and all(type(entry) in (int, float) for entry in value.values())
+    )

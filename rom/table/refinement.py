@@ -1,0 +1,301 @@
+"""The amplitude grid: dense where the slip threshold bends the surface, coarse elsewhere.
+
+Intervals between grid lines are halved until the surface can be expected to be within the
+tolerance: what it missed new samples by falls with this halving at least half as well as with the
+last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
+Every sample becomes a node, so nothing is computed only to be checked; an independent set of
+points measures the error of the finished table.
+
+Where only a part of the plane is visited, samples are taken at the corners of its cells and at the
+nodes next to them, whose values the slopes there feel most. At all other nodes stands what the
+surface was before its grid lines were halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.structure.matrices import Flags, Floats
+from slipmode.rom.table.hermite import Complexes, Table, make_table
+from slipmode.rom.table.region import Visited, corners, widened, with_neighbours
+
+_FIRST_INTERVALS = 8
+_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
+_MAX_ROUNDS = 14
+_CHECK_POINTS = 64
+_CHECK_POINTS_OF_A_PART = 32
+_MOST_NODES = 20_000
+_CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
+_LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What a sample holds.
+
+    Attributes
+    ----------
+    orders : tuple of (n, m)
+        Harmonics behind the tabulated columns: S_j of the modes first, the power last.
+    drives : tuple of int
+        The mode that each column but the power drives: its largest |S_j| is the column's scale.
+    swing : (modes,) ndarray
+        2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
+        would take, not the power itself, which weak friction leaves to the rounding.
+    least : (modes,) ndarray
+        Below it |S_j| is rounding, which cannot be tabulated relative to itself.
+    loss : (modes,) ndarray
+        Structural loss of each mode, see `make_table`.
+    carried : int
+        Further columns that are kept at the nodes but neither tabulated nor refined.
+    """
+
+    orders: tuple[Order, ...]
+    drives: tuple[int, ...]
+    swing: Floats
+    least: Floats
+    loss: Floats
+    carried: int = 0
+
+    def error(self, difference: Floats, S: Complexes) -> Floats:
+        """Largest |difference| over the tabulated columns, relative to their scales."""
+        largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
+        largest = np.maximum(largest, self.least)
+        scale = np.append(largest[list(self.drives)], self.swing @ largest)
+        return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """Grid lines of one amplitude.
+
+    Attributes
+    ----------
+    node : (n,) ndarray
+        Where they are.
+    poor : (n - 1,) ndarray of bool
+        Intervals that are to be halved.
+    missed : (n - 1,) ndarray
+        Relative error of the surface in each interval before it was halved; inf: never was.
+    """
+
+    node: Floats
+    poor: Flags
+    missed: Floats
+
+    @classmethod
+    def upto(cls, end: float, intervals: int) -> Axis:
+        """The first, even intervals, all of them to be halved."""
+        every = np.ones(intervals, dtype=bool)
+        return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
+
+    @property
+    def middles(self) -> Floats:
+        """Midpoints of the poor intervals."""
+        return (0.5 * (self.node[:-1] + self.node[1:]))[self.poor]
+
+    @property
+    def order(self) -> NDArray[np.intp]:
+        """What sorts the nodes and, after them, the midpoints."""
+        return np.argsort(np.concatenate((self.node, self.middles)), kind="stable")
+
+    @property
+    def finer(self) -> Floats:
+        """Nodes and midpoints in order."""
+        return np.concatenate((self.node, self.middles))[self.order]
+
+    def halved(self, error: Floats, tolerance: float) -> Axis:
+        """With the midpoints as nodes, where the surface had errors (poor,)."""
+        before = self.missed[self.poor]
+        known = np.isfinite(before) & (before > 0.0)
+        rate = np.divide(error, before, out=np.ones_like(error), where=known)
+        left = error * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
+        still, missed = np.zeros_like(self.poor), self.missed.copy()
+        still[self.poor] = left > tolerance
+        missed[self.poor] = error
+        parts = np.where(self.poor, 2, 1)
+        # a kink beside an interval bends the surface in it too, and may be seen only there
+        return Axis(self.finer, widened(np.repeat(still, parts)), np.repeat(missed, parts))
+
+    def poor_at(self, points: Floats) -> Axis:
+        """With the intervals that hold the points to be halved too."""
+        poor = self.poor.copy()
+        poor[np.clip(np.searchsorted(self.node, points) - 1, 0, poor.size - 1)] = True
+        return replace(self, poor=poor)
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Where samples come from: values (points, columns) at amplitudes (points, modes).
+
+    `visited` is the part of the plane where they are wanted; None: everywhere.
+    """
+
+    at: Callable[[Floats], Complexes]
+    columns: Columns
+    visited: Visited | None = None
+
+    def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
+        """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
+        if self.visited is None:
+            every = np.ones((node_a.size, node_b.size), dtype=bool)
+            return every, every
+        ends = corners(self.visited.cells(node_a, node_b))
+        return ends, with_neighbours(ends)
+
+    def check_points(self, limit: Floats) -> Floats:
+        """Where the error of a table over [0, limit] is measured, (points, modes)."""
+        if self.visited is None:
+            return _halton(_CHECK_POINTS, limit.size) * limit
+        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.visited.share))
+        while True:
+            points = _halton(count, limit.size) * limit
+            inside = points[self.visited.holds(points)]
+            if len(inside) >= _CHECK_POINTS_OF_A_PART:
+                return inside[:_CHECK_POINTS_OF_A_PART]
+            count *= 2
+
+    def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
+        """Table through the tabulated columns of samples on a grid."""
+        orders = self.columns.orders
+        tabulated = samples[..., : len(orders)]
+        return make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
+
+    def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
+        """Relative error of values of a table where samples are `exact`, (points,)."""
+        tabulated = exact[..., : len(self.columns.orders)]
+        return self.columns.error(np.abs(surface - tabulated), table.nodes())
+
+
+def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, Complexes, float]:
+    """Tabulate over [0, limit] to a tolerance relative to the largest |S_j|.
+
+    Parameters
+    ----------
+    sampling : Sampling
+    limit : (modes,) ndarray
+    tolerance : float
+
+    Returns
+    -------
+    table : Table
+    carried : (n_a, n_b, carried) complex ndarray
+        The columns that are not tabulated, at the nodes.
+    error : float
+        Largest difference found at points that are no nodes, relative to the largest |S_j|.
+
+    Raises
+    ------
+    SlipmodeError
+        If halving the grid lines does not reach the tolerance.
+    """
+    intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
+    axes = [Axis.upto(end, intervals) for end in limit]
+    node_a, node_b = _lines(axes)
+    samples = sampling.at(amplitude_pairs(node_a, node_b, limit.size))
+    samples = samples.reshape(node_a.size, node_b.size, -1)
+    check_points = sampling.check_points(limit)
+    checks = sampling.at(check_points)
+
+    def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
+        table = sampling.table(_lines(axes), samples)
+        return table, sampling.error_of(table.terms(check_points), checks, table)
+
+    for _ in range(_MAX_ROUNDS):
+        if samples.shape[0] * samples.shape[1] > _MOST_NODES:
+            break
+        for number in range(limit.size):
+            axes, samples = _halve(sampling, axes, samples, number, tolerance)
+        if any(axis.poor.any() for axis in axes):
+            continue
+        table, errors = measured(axes, samples)
+        missed = errors > tolerance
+        if not missed.any():
+            carried = samples[..., len(sampling.columns.orders) :]
+            if sampling.visited is not None:
+                table = replace(table, visited=sampling.visited.cells(*_lines(axes)))
+            return table, carried, float(errors.max())
+        axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+    raise SlipmodeError(
+        f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
+        f"{samples.shape[1]} nodes; allow a larger tolerance, or a larger alpha, or make the "
+        "contacts stiffer against the modes"
+    )
+
+
+def least_everywhere(table: Table) -> int:
+    """Contact problems that a table of the whole plane takes at least, instead of one of a part.
+
+    It needs the grid lines that the part needs, and halves each of its first intervals.
+    """
+    first = 2 * _FIRST_INTERVALS + 1
+    nodes = max(table.node_a.size, first) * max(table.node_b.size, first)
+    return nodes + _CHECK_POINTS
+
+
+def _halve(
+    sampling: Sampling, axes: list[Axis], samples: Complexes, number: int, tolerance: float
+) -> tuple[list[Axis], Complexes]:
+    """Halve the poor intervals of one axis."""
+    axis = axes[number]
+    if not axis.poor.any():
+        return axes, samples
+    lines, order = _lines(axes), axis.order
+    between, finer = (_replaced(lines, number, node) for node in (axis.middles, axis.finer))
+    points = amplitude_pairs(*between, len(axes))
+    table = sampling.table(lines, samples)
+    surface = table.terms(points)
+    # what is not sampled is as it was: on the surface, or what is linear between the nodes
+    (left,) = np.nonzero(axis.poor)
+    beside = np.take(samples, left, axis=number), np.take(samples, left + 1, axis=number)
+    shape = beside[0].shape
+    fresh = (0.5 * (beside[0] + beside[1])).reshape(len(points), -1)
+    fresh[:, : surface.shape[1]] = surface
+    new = order >= axis.node.size
+    counts, taken = (
+        np.compress(new, flags, axis=number).ravel() for flags in sampling.wanted(*finer)
+    )
+    if taken.any():
+        fresh[taken] = sampling.at(points[taken])
+    error = np.where(counts, sampling.error_of(surface, fresh, table), 0.0)
+    worst = error.reshape(shape[:2]).max(axis=1 - number)
+    both = np.concatenate((samples, fresh.reshape(shape)), axis=number)
+    merged = np.take(both, order, axis=number)
+    return [*axes[:number], axis.halved(worst, tolerance), *axes[number + 1 :]], merged
+
+
+def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:
+    """Grid lines of both amplitudes, the single 0 for a mode that is not there."""
+    return axes[0].node, axes[1].node if len(axes) == 2 else np.zeros(1)
+
+
+def _replaced(lines: tuple[Floats, Floats], number: int, node: Floats) -> tuple[Floats, Floats]:
+    """Grid lines of both amplitudes, with others for one of them."""
+    return (node, lines[1]) if number == 0 else (lines[0], node)
+
+
+def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
+    """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
+    grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
+    return grid.reshape(-1, 2)[:, :modes]
+
+
+def _halton(count: int, dimensions: int) -> Floats:
+    """The first points of the Halton sequence, (count, dimensions), without its origin.
+
+    As scipy.stats has it, whose import takes longer than many a table.
+    """
+    points = np.zeros((count, dimensions))
+    for base, column in zip((2, 3), points.T, strict=False):
+        digits, place = np.arange(1, count + 1), 1.0
+        while digits.any():
+            place /= base
+            column += place * (digits % base)
+            digits //= base
+    return points

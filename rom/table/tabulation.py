@@ -1,0 +1,204 @@
+"""From the reduced matrices to a model: its friction table and the harmonics of the contacts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+from tqdm import tqdm
+
+from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.contact.resolution import choose_resolution, least_force
+from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import (
+    NearResonance,
+    Order,
+    near_resonances,
+    tabulated_orders,
+)
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.reduction.stiffness_margin import check_softness
+from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
+from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.hermite import Complexes, Table
+from slipmode.rom.table.model import Model
+from slipmode.rom.table.rate_correction import with_lag
+from slipmode.rom.table.refinement import Columns, Sampling, refine
+from slipmode.rom.table.region import Visited
+
+_Solved = TypeVar("_Solved")
+
+_STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
+_POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
+
+
+def tabulate(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float],
+    tolerance: float = 1e-3,
+    *,
+    near: Sequence[NearResonance] | None = None,
+    harmonics: int = 0,
+    visited: Visited | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+) -> Model:
+    """Precompute the friction functions over a range of amplitudes.
+
+    Parameters
+    ----------
+    reduced : Reduced
+    law : Tanh or Coulomb
+    amplitude : sequence of float
+        Largest amplitude |a_j| of each mode [kg^1/2 m].
+    tolerance : float
+        Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
+        contact problem, the whole for the interpolation.
+    near : sequence of NearResonance, optional
+        Combination frequencies that the slow flow is to treat as resonant. Default: those near
+        the carriers of `reduced`; none in the paper's formulation.
+    harmonics : int
+        Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
+        motion; 0: none. A march needs those that the modes answer to, `ANSWERED_ORDER`.
+    visited : Visited, optional
+        Where the table of two modes has to hold; it is not looked up elsewhere. Default:
+        everywhere.
+    threads : int, optional
+        Default: one per processor. The result does not depend on it.
+    progress : bool
+        Show a progress bar on work longer than a second.
+
+    Raises
+    ------
+    SlipmodeError
+        If the tolerance cannot be reached.
+    """
+    limit = np.asarray(amplitude, dtype=float)
+    if limit.shape != (len(reduced.modes),) or not np.all(
+        (limit >= SMALLEST_PRODUCT) & (limit <= LARGEST_PRODUCT)
+    ):
+        raise SlipmodeError(
+            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, "
+            f"{SMALLEST_PRODUCT:g} to {LARGEST_PRODUCT:g}, got {amplitude}"
+        )
+    if not 1e-6 <= tolerance <= 0.1:
+        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    if visited is not None and not np.array_equal(visited.limit, limit):
+        raise SlipmodeError(f"visited: must be a part of the same range, got {visited.limit}")
+    limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
+    if near is None:
+        near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
+    check_softness(reduced, tolerance, near)
+    orders = contact_orders(reduced, near, harmonics) if harmonics else []
+    columns = Columns(
+        orders=tuple(tabulated_orders(near, limit.size)),
+        drives=(*range(limit.size), *(term.mode for term in near)),
+        swing=2.0 * reduced.carrier * limit,
+        least=least_force(reduced, limit),
+        loss=_structural_loss(reduced),
+        carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
+    )
+    with (
+        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
+        tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
+    ):
+        resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near, pool)
+        solve = partial(
+            contact_terms,
+            reduced,
+            law,
+            grid=resolution.grid,
+            tolerance=0.1 * tolerance,
+            smallest_scale=0.1 * limit,
+            near=near,
+            highest=max(harmonics, 1),
+        )
+        samples = _Samples(solve, columns, pool, bar)
+        sampling = Sampling(samples, columns, visited)
+        table, carried, error = refine(sampling, limit, tolerance)
+        if reduced.formulation == "consistent":
+            table = with_lag(table, reduced, law, resolution.grid, partial(_in_tasks, pool))
+    quality = Quality(
+        tolerance=tolerance,
+        interpolation=error,
+        resolution=resolution.error,
+        periodicity=samples.periodicity,
+        steps=resolution.grid.steps,
+        lines=resolution.grid.lines,
+        solved=samples.solved,
+    )
+    kept = _harmonics(table, orders, carried) if orders else None
+    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, limit))
+    return Model(reduced, law, table, kept, tuple(near), quality)
+
+
+def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
+    """From the columns that samples carried: P of every order, then what they leave out."""
+    nodes = tuple(axis.size for axis in table.axes)
+    columns = carried.reshape(*nodes, len(orders) + 1, -1)
+    P = np.ascontiguousarray(columns[..., :-1, :])
+    beyond = np.ascontiguousarray(columns[..., -1, :].real)
+    return Harmonics(table.axes, tuple(orders), P, beyond, table.visited)
+
+
+def _contact_motion(
+    reduced: Reduced, solve: Callable[[Floats], ContactTerms], limit: Floats
+) -> Complexes:
+    """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
+    moved = solve(limit[np.newaxis]).P[0, : limit.size] / limit[:, np.newaxis]
+    least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
+    sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
+    return np.where(sticks, reduced.contact_motion, moved)
+
+
+def _structural_loss(reduced: Reduced) -> Floats:
+    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation."""
+    loss = reduced.modal_damping * reduced.carrier
+    return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
+
+
+def _in_tasks(
+    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
+) -> Iterator[_Solved]:
+    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
+    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+
+
+class _Samples:
+    """Contact terms at many amplitudes, spread over threads."""
+
+    def __init__(
+        self,
+        solve: Callable[[Floats], ContactTerms],
+        columns: Columns,
+        pool: Executor,
+        bar: tqdm[Any],
+    ) -> None:
+        self._solve = solve
+        self._columns = columns
+        self._pool = pool
+        self._bar = bar
+        self.periodicity = 0.0
+        self.solved = 0
+
+    def __call__(self, amplitudes: Floats) -> Complexes:
+        parts = []
+        for terms in _in_tasks(self._pool, self._solve, amplitudes):
+            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
+            carried = beyond[:, : self._columns.carried]
+            lost = (terms.power - terms.leaving)[:, np.newaxis]
+            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
+            self.periodicity = max(self.periodicity, float(terms.residual.max()))
+            self.solved += len(terms.S)
+            self._bar.update(len(terms.S))
+        return np.concatenate(parts)

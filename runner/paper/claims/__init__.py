@@ -1,0 +1,1 @@
+"""The quantitative claims of the source paper, judged."""

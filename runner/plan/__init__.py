@@ -1,0 +1,1 @@
+"""What a scene needs modelled, and why, before anything is computed for it."""

@@ -1,0 +1,193 @@
+"""How far the amplitudes of a scene go: found by a dry run, so that no more is tabulated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.fmu import Component, StoppedError
+from slipmode.rom import Friction, Model, Reduced, SlipmodeError
+from slipmode.rom.contact.laws import limits
+from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.slow.slow_flow import felt_shift
+from slipmode.rom.table.cache import cached_model
+from slipmode.rom.table.region import Visited
+from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.schedule import Schedule
+
+_TOLERANCE = 0.05  # of the coarse table
+_MARGIN = 0.15  # of the table over the largest amplitude of the dry run
+_REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
+_LARGEST_GROWTH = 2.0**40
+_STEPS_PER_BLOCK = 65536  # whose inputs and outputs are in memory together
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Excited:
+    """The modes of a scene that move, and what moves them.
+
+    Attributes
+    ----------
+    modes : tuple of str
+        Of "A" and "B".
+    reduced : Reduced
+    law : Tanh or Coulomb
+    force : tuple of (n,) ndarray
+        Direction of each mode's force.
+    initial : tuple of complex
+        Motion of the modes at t = 0, as amplitudes.
+    amplitude : tuple of complex
+        Amplitudes at t = 0: `initial` less what the modes answer to forces that then act.
+    """
+
+    modes: tuple[Mode, ...]
+    reduced: Reduced
+    law: Friction
+    force: tuple[Floats, ...]
+    initial: tuple[complex, ...]
+    amplitude: tuple[complex, ...]
+
+    def modal_forces(self, schedule: Schedule) -> tuple[Complexes, Complexes]:
+        """F_j exp(i phase_j) at the start and at the end of each step, (steps, modes)."""
+        modal = np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
+        start, end = schedule.forces(self.modes)
+        return modal * start, modal * end
+
+    def component(self, model: Model, tolerance: float) -> Component:
+        """A component at t = 0 of the scene."""
+        component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
+        component.reset(amplitude=self.amplitude)
+        return component
+
+    def start(self) -> dict[str, float]:
+        """Amplitudes at t = 0 by name of the component's outputs."""
+        start = {}
+        for mode, amplitude in zip(self.modes, self.amplitude, strict=True):
+            start[f"{mode}_re"] = complex(amplitude).real
+            start[f"{mode}_im"] = complex(amplitude).imag
+        return start
+
+
+@dataclass(frozen=True, eq=False)
+class DryRun:
+    """What a run on a coarse table shows.
+
+    Attributes
+    ----------
+    amplitude : tuple of float
+        Range that the friction table needs [kg^1/2 m].
+    reason : str
+    visited : Visited or None
+        The part of that range where the run goes; None for one mode.
+    contact_share : (modes,) ndarray
+        |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
+        at the contacts.
+    """
+
+    amplitude: tuple[float, ...]
+    reason: str
+    visited: Visited | None
+    contact_share: Floats
+
+
+def dry_run(
+    excited: Excited,
+    schedule: Schedule,
+    near: Sequence[NearResonance] = (),
+    *,
+    progress: bool = False,
+) -> DryRun:
+    """Run a schedule on a coarse table, which is doubled in range until the run stays inside.
+
+    Raises
+    ------
+    SlipmodeError
+        If the amplitudes grow without bound, or a step cannot be taken on any table.
+    """
+    limit = _first_guess(excited, schedule)
+    largest = _LARGEST_GROWTH * limit
+    while True:
+        coarse, _ = cached_model(
+            *(excited.reduced, excited.law, limit.tolist(), _TOLERANCE),
+            near=near,
+            progress=progress,
+        )
+        path, reached, complete = _path(excited, coarse, schedule)
+        if complete:
+            break
+        limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
+        if np.any(limit > largest):
+            raise SlipmodeError(
+                "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
+            )
+    felt = _felt(excited, schedule)
+    least = np.maximum((1.0 + _MARGIN) * (reached + felt), 1e-2 * limit)
+    amplitude = tuple(_round_up(value) for value in least)
+    shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
+    reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
+    share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
+    visited = None
+    if len(excited.modes) == 2:
+        visited = Visited.along(path, amplitude, felt + _REACH * np.array(amplitude))
+    return DryRun(amplitude, reason, visited, share / excited.reduced.frequency**2)
+
+
+def _felt(excited: Excited, schedule: Schedule) -> Floats:
+    """What the forces add to the amplitudes that the contacts feel, at most."""
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    names = [f"force_{mode}" for mode in excited.modes]
+    largest = np.abs(schedule.at_points(names)).max(axis=0)
+    return np.asarray(np.abs(felt_shift(excited.reduced, excited.force) * factor) * largest)
+
+
+def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
+    """Four times the amplitude at which the first contact slips.
+
+    Or, where that is more, what the force does statically: no amplitude stays far below it.
+    """
+    friction_limit = limits(excited.law, excited.reduced.n_contacts)
+    pull = 2.0 * np.abs(excited.reduced.coupling)
+    slip = np.full(pull.shape, np.inf)
+    np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
+    first = slip.min(axis=1)
+    initial = np.abs(np.array(excited.amplitude))
+    frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    force = np.abs(factor) * schedule.largest_force(excited.modes)
+    static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
+    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
+
+
+def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
+    """Amplitudes (steps + 1, modes) on a coarse table, the largest, and if it was never left."""
+    component = excited.component(model, _TOLERANCE * 1e-2)
+    rows, complete = [np.abs(np.array([excited.amplitude]))], True
+    for first in range(0, schedule.durations.size, _STEPS_PER_BLOCK):
+        block = slice(first, first + _STEPS_PER_BLOCK)
+        inputs = schedule.inputs(component.input_names, block)
+        try:
+            outputs = component.run(schedule.durations[block], inputs)
+        except StoppedError as stop:
+            if not stop.left_table:
+                raise SlipmodeError(f"run: {stop}") from None
+            outputs, complete = stop.outputs, False
+        rows.append(np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)])
+        if not complete:
+            break
+    path = np.concatenate(rows)
+    reached: Floats = path.max(axis=0)
+    if not complete and not np.any(reached > 0.5 * model.table.limit):
+        reached = model.table.limit  # it left within one step: no telling which way
+    return path, reached, complete
+
+
+def _round_up(value: float) -> float:
+    """Up to two significant digits, so that small changes of a scene share a table."""
+    exponent = int(np.floor(np.log10(value))) - 1
+    return float(f"{np.ceil(value / 10.0**exponent - 1e-9):g}e{exponent}")

@@ -1,0 +1,73 @@
+"""How fast motion is had, marched or summed: decided by what a sum of harmonics leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.contact.harmonics import left_out
+from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.runner.plan.amplitude_range import Excited
+
+ORDERS = (ANSWERED_ORDER, ANSWERED_ORDER + 2, ANSWERED_ORDER + 4)
+_GRID = Discretisation(128, 16)
+_PARTS = (1.0, 0.5)  # of the largest amplitudes
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Truncation:
+    """What sums of harmonics leave out, measured at the amplitudes of a scene.
+
+    Attributes
+    ----------
+    contact : (orders,) ndarray
+        Of the contact displacement, at worst, relative to its RMS, for sums up to each of ORDERS.
+    elastic : (orders,) ndarray
+        Of the wanted DOFs' displacement likewise; 0 without such DOFs.
+    """
+
+    contact: Floats
+    elastic: Floats
+
+    def order_within(self, tolerance: float) -> int | None:
+        """Lowest order that leaves out no more of the elastic motion; None: too many needed."""
+        enough = np.flatnonzero(self.elastic <= tolerance)
+        return ORDERS[enough[0]] if enough.size else None
+
+
+def measure_truncation(
+    excited: Excited,
+    amplitude: Sequence[float],
+    near: Sequence[NearResonance],
+    dofs: Sequence[int],
+) -> Truncation:
+    """Solve the contact problem at and below the largest amplitudes (modes,)."""
+    reduced, rows = excited.reduced, list(dofs)
+    modes = len(excited.modes)
+    grid = _GRID if modes == 2 else Discretisation(_GRID.steps, 1)
+    points = np.array(np.meshgrid(*(np.multiply(_PARTS, a) for a in amplitude)))
+    points = points.reshape(modes, -1).T
+    terms = contact_terms(reduced, excited.law, points, grid, 1e-3, near=near, highest=ORDERS[-1])
+    whole = terms.left_out**2 + 2.0 * (np.abs(terms.P) ** 2).sum(axis=1)
+    shapes = reduced.mode_shapes[rows], reduced.contact_shapes[rows]
+    motion = np.sqrt(2.0 * points**2 @ shapes[0].T ** 2 + whole @ shapes[1].T ** 2)
+    contact, elastic = [], []
+    for order in ORDERS:
+        kept = [abs(n) + abs(m) <= order for n, m in terms.orders]
+        beyond = left_out(terms.P[:, kept], whole)
+        moved = beyond @ np.abs(shapes[1]).T
+        contact.append(_largest_part(beyond, np.sqrt(whole)))
+        elastic.append(_largest_part(moved, motion))
+    return Truncation(np.array(contact), np.array(elastic))
+
+
+def _largest_part(part: Floats, whole: Floats) -> float:
+    ratio = np.divide(part, whole, out=np.zeros_like(part), where=whole > 0)
+    return float(ratio.max(initial=0.0))

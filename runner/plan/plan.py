@@ -1,0 +1,302 @@
+"""What a scene needs modelled, and why: decided before anything is computed for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipmode.fmu import Component
+from slipmode.rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
+from slipmode.rom.contact.laws import limits
+from slipmode.rom.reduction.combination import NearResonance, near_resonances, separation
+from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.table.cache import cached_model
+from slipmode.rom.table.region import Visited
+from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
+from slipmode.runner.plan.assumptions import Decision, check_assumptions
+from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
+from slipmode.runner.plan.time_scales import check_pace
+from slipmode.runner.recording.channels import MODES, Level, Mode
+from slipmode.runner.scene.scene import Scene, Window
+from slipmode.runner.scene.schedule import Schedule, make_schedule
+
+VISITED = "visited part"  # what the plan calls it
+# Of the table. Shares of 0.08, 0.22, 0.35, 0.49, 0.74 were measured to take 0.37, 0.54, 0.67, 0.65
+# and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
+# other scenes of the same range.
+_MOST_VISITED = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene and everything decided about it.
+
+    Attributes
+    ----------
+    scene : Scene
+    structure : Structure
+    excited : Excited
+        What is modelled: modes, reduced matrices, friction law, force directions.
+    schedule : Schedule
+    amplitude : tuple of float
+        Range of the friction table [kg^1/2 m].
+    visited : Visited or None
+        The part of it that a run needs; None: all of it.
+    near : tuple of NearResonance
+        Combination frequencies that come near a carrier during the scene.
+    elastic_order : int or None
+        Order of the harmonics that are summed in elastic windows; None: nothing is summed.
+    decisions : list of Decision
+    """
+
+    scene: Scene
+    structure: Structure
+    excited: Excited
+    schedule: Schedule
+    amplitude: tuple[float, ...]
+    visited: Visited | None
+    near: tuple[NearResonance, ...]
+    elastic_order: int | None
+    decisions: list[Decision]
+
+    def model(
+        self, *, contact: bool = False, visited: bool = False, progress: bool = False
+    ) -> tuple[Model, bool]:
+        """The model of the scene, and whether it came from the cache.
+
+        `contact` asks for one that has contact motion whatever the scene wants of it, `visited`
+        for one that has to hold no further than the scene is expected to go.
+        """
+        return cached_model(
+            *(self.excited.reduced, self.excited.law, self.amplitude),
+            self.scene.model.tolerance,
+            near=self.near,
+            harmonics=self._harmonics(contact),
+            visited=self.visited if visited else None,
+            progress=progress,
+        )
+
+    def on_whole_table(self, reason: str, level: Level = "info") -> Plan:
+        """The plan for a run on all of the table, though the scene asks for its visited part."""
+        if self.visited is None:
+            return self
+        others = [decision for decision in self.decisions if decision.subject != VISITED]
+        decision = Decision(VISITED, "all of the table", reason, level)
+        return replace(self, visited=None, decisions=[*others, decision])
+
+    def _harmonics(self, contact: bool) -> int:
+        """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
+        marched = (
+            contact or self.scene.contact or (self.scene.elastic and self.elastic_order is None)
+        )
+        answering = self.scene.model.formulation == "consistent"
+        return max(ANSWERED_ORDER if marched and answering else 0, self.elastic_order or 0)
+
+    def component(self, model: Model) -> Component:
+        """A component at t = 0 of the scene."""
+        return self.excited.component(model, self.scene.run.tolerance)
+
+
+def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
+    """Decide what the scene needs.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene and its structure do not fit together.
+    """
+    modes, mode_decisions = _modes(scene)
+    structure = scene.structure.build()
+    numbers = dict(zip("AB", scene.modes.numbers, strict=False))
+    reduced = reduce(structure, [numbers[m] for m in modes], scene.model.formulation)
+    excited = Excited(
+        modes,
+        reduced,
+        _law(scene, reduced.n_contacts),
+        tuple(_force(scene, mode, reduced, index) for index, mode in enumerate(modes)),
+        tuple(scene.initial.get(mode, 0.0) for mode in modes),
+        tuple(scene.initial.get(mode, 0.0) for mode in modes),
+    )
+    _check_outputs(scene, reduced)
+    schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    check_pace(scene, schedule, modes, reduced)
+    near: tuple[NearResonance, ...] = ()
+    if scene.model.formulation == "consistent":
+        excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
+        excited = replace(excited, amplitude=_start(excited, schedule))
+        near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
+    seen = None
+    if scene.model.amplitude is None:
+        seen = dry_run(excited, schedule, near, progress=progress)
+        amplitude, reason = seen.amplitude, seen.reason
+    else:
+        given = dict(zip("AB", scene.model.amplitude, strict=False))
+        amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
+    visited, visited_decisions = _visited(scene, seen)
+    elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, near)
+    ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
+    decisions = [
+        *mode_decisions,
+        _other_modes(excited.reduced),
+        Decision("friction table", ranges, reason),
+        *visited_decisions,
+        *_near_decisions(near),
+        *motion_decisions,
+        *_recording_decisions(scene),
+        *check_assumptions(structure, excited, seen),
+    ]
+    return Plan(
+        *(scene, structure, excited, schedule, amplitude, visited, near, elastic_order, decisions)
+    )
+
+
+def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
+    """Modes that move at all, with the reason for each."""
+    modes: list[Mode] = []
+    decisions = []
+    for mode in MODES[: len(scene.modes.numbers)]:
+        forcing = scene.forcing.get(mode)
+        forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
+        if forced or scene.initial.get(mode, 0.0) != 0.0:
+            modes.append(mode)
+            why = f"forcing.{mode}" if forced else f"initial.{mode}"
+            decisions.append(Decision(f"mode {mode}", "modelled", f"moved by {why}"))
+        else:
+            reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
+            decisions.append(Decision(f"mode {mode}", "left out", reason))
+    if not modes:
+        raise SlipmodeError(
+            "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
+        )
+    return tuple(modes), decisions
+
+
+def _visited(scene: Scene, seen: DryRun | None) -> tuple[Visited | None, list[Decision]]:
+    """The part of the friction table that a run needs; None: all of it."""
+    if seen is None or seen.visited is None:
+        return None, []
+    share = f"the dry run comes near {seen.visited.share:.0%} of it"
+    if scene.model.table == "whole":
+        reason = f'{share}: model.table = "visited" would do without the rest'
+    elif seen.visited.share > _MOST_VISITED:
+        reason = f"{share}: to tabulate that alone would save little"
+    else:
+        reason = f"{share}; a run that leaves that part is repeated on all of it"
+        return seen.visited, [Decision(VISITED, "alone", reason)]
+    return None, [Decision(VISITED, "all of the table", reason)]
+
+
+def _other_modes(reduced: Reduced) -> Decision:
+    """What becomes of the modes that are not retained."""
+    answering = reduced.passive_frequency
+    if reduced.formulation == "paper":
+        return Decision("other modes", "follow statically", 'model.formulation is "paper"')
+    if not answering.size:
+        reason = "no harmonic of the contacts makes one of them answer otherwise"
+        return Decision("other modes", "follow statically", reason)
+    listed = ", ".join(f"{omega:.3g}" for omega in answering)
+    reason = f"those at {listed} rad/s answer to harmonics of the contacts, in the table"
+    return Decision("other modes", f"{answering.size} modelled, without an equation", reason)
+
+
+def _law(scene: Scene, contacts: int) -> Friction:
+    friction = scene.friction
+    law = (
+        Coulomb(friction.limit) if friction.alpha is None else Tanh(friction.limit, friction.alpha)
+    )
+    try:
+        limits(law, contacts)
+    except SlipmodeError as error:
+        raise SlipmodeError(f"friction.{error}") from None
+    return law
+
+
+def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
+    """Direction of a mode's force in the structure's DOFs; it must be able to move the mode."""
+    if mode not in scene.forcing:
+        return np.zeros(reduced.n_dofs)
+    direction = scene.forcing[mode].vector(reduced.n_dofs)
+    reach = float(np.abs(reduced.mode_shapes[:, index]) @ np.abs(direction))
+    if abs(reduced.modal_force(index, direction)) <= 1e-12 * reach:
+        raise SlipmodeError(
+            f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
+        )
+    return direction
+
+
+def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+    """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
+    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule.first_step())
+    frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
+    direct = DirectForce.of(reduced, excited.force)
+    at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))
+    return tuple((np.array(excited.initial) + at_rest).tolist())
+
+
+def _check_outputs(scene: Scene, reduced: Reduced) -> None:
+    for dof in scene.output.elastic:
+        if not 0 <= dof < reduced.n_dofs:
+            raise SlipmodeError(
+                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {reduced.n_dofs - 1}"
+            )
+
+
+def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
+    if not near:
+        return [Decision("near resonances", "none", "no combination frequency near a carrier")]
+    return [
+        Decision(
+            "near resonance",
+            f"{term.n:+d} A {term.m:+d} B",
+            f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
+            "in its slow flow",
+        )
+        for term in near
+    ]
+
+
+def _fast_motion(
+    scene: Scene,
+    excited: Excited,
+    amplitude: Sequence[float],
+    near: Sequence[NearResonance],
+) -> tuple[int | None, list[Decision]]:
+    """Order of the harmonics summed for elastic motion, if any, and every such decision."""
+    if not (scene.contact or scene.elastic):
+        reason = "no [[contact]] or [[elastic]] window"
+        return None, [Decision("fast motion", "none", reason)]
+    dofs, tolerance = scene.output.elastic, scene.model.tolerance
+    truncation = measure_truncation(excited, amplitude, near, dofs)
+    order = truncation.order_within(tolerance) if scene.elastic else None
+    missed = f"harmonics to order {ORDERS[-1]} miss"
+    decisions = [
+        _window_decision(
+            *("contact motion", window, "marched"),
+            f"{missed} {truncation.contact[-1]:.2g} of the displacement, more of the velocity",
+        )
+        for window in scene.contact
+    ]
+    if order is None:
+        how, why = "marched", f"{missed} {truncation.elastic[-1]:.2g} of it, above {tolerance:g}"
+    else:
+        missing = truncation.elastic[ORDERS.index(order)]
+        how = f"harmonics to order {order} summed"
+        why = f"they miss {missing:.1g} of it, model.tolerance is {tolerance:g}"
+    decisions += [_window_decision("elastic motion", window, how, why) for window in scene.elastic]
+    if dofs:
+        listed = ", ".join(map(str, dofs))
+        decisions.append(Decision("elastic DOFs", listed, "output.elastic, in every window"))
+    return order, decisions
+
+
+def _window_decision(subject: str, window: Window, how: str, why: str) -> Decision:
+    choice = f"{window.start:g} to {window.end:g} s, {how}"
+    return Decision(subject, choice, f"{window.samples_per_period} samples per period; {why}")
+
+
+def _recording_decisions(scene: Scene) -> list[Decision]:
+    kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
+    return [Decision("recording", " and ".join(kinds) or "none", "[log]")]

@@ -1,0 +1,55 @@
+"""Whether a scene's frequencies, steps and windows are such as slow time is made for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+from slipmode.rom import Reduced, SlipmodeError
+from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.scene import Scene
+from slipmode.runner.scene.schedule import Floats, Schedule
+
+# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
+# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
+# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
+_LOWEST, _HIGHEST = 0.62, 10.0
+_LONGEST_STEP = 1e6  # periods
+_MOST_SAMPLES = 1e8  # of all windows
+
+
+def check_pace(scene: Scene, schedule: Schedule, modes: Sequence[Mode], reduced: Reduced) -> None:
+    """Refuse what no run could follow.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the key and what it may be.
+    """
+    frequency = schedule.at_points([f"frequency_{mode}" for mode in modes])
+    for mode, omega, values in zip(modes, reduced.frequency, frequency.T, strict=True):
+        _check_frequency(mode, float(omega), values)
+    longest = _LONGEST_STEP * 2 * pi / float(frequency.max())
+    if scene.run.step > longest:
+        raise SlipmodeError(
+            f"run.step: must be at most {longest:.3g} s, {_LONGEST_STEP:g} periods of the "
+            f"forcing, got {scene.run.step:g}"
+        )
+    windows = (*scene.contact, *scene.elastic)
+    per_second = float(frequency.max()) / (2 * pi)
+    samples = sum(per_second * w.samples_per_period * (w.end - w.start) for w in windows)
+    if samples > _MOST_SAMPLES:
+        raise SlipmodeError(
+            f"contact.window, elastic.window: would hold {samples:.2g} samples, allowed: "
+            f"{_MOST_SAMPLES:g}; make them shorter or samples_per_period smaller"
+        )
+
+
+def _check_frequency(mode: Mode, omega: float, values: Floats) -> None:
+    low, high = _LOWEST * omega, _HIGHEST * omega
+    for value in (values.min(), values.max()):
+        if not low <= value <= high:
+            raise SlipmodeError(
+                f"forcing.{mode}.frequency: must be {low:.3g} to {high:.3g} rad/s, for mode "
+                f"{mode} resonates at {omega:.3g} rad/s; got {value:g}"
+            )

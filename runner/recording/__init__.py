@@ -1,0 +1,1 @@
+"""Recordings: channels, MCAP files written and read, their export."""

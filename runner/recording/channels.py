@@ -1,0 +1,313 @@
+"""Recorded channels: their fields, their units, and how samples are laid out as protobuf.
+
+A sample is a flat protobuf message of doubles, all of them present. Each field then takes the
+same bytes in every message, so a numpy structured array *is* the wire format of a whole batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any, Literal
+
+import numpy as np
+from google.protobuf import descriptor_pool, message_factory, text_format, timestamp_pb2
+from google.protobuf.descriptor_pb2 import (
+    DescriptorProto,
+    FieldDescriptorProto,
+    FileDescriptorProto,
+    FileDescriptorSet,
+)
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+
+Mode = Literal["A", "B"]
+MODES: tuple[Mode, ...] = ("A", "B")
+Level = Literal["info", "warning", "error"]
+
+EVENTS = "/events"
+FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
+PHASES, TORUS = "/phases", "/torus"
+OTHER = "/other"  # in front of what other programs recorded, whose topics may be called like ours
+EVENT_MESSAGE_TYPE = "foxglove.Log"
+
+_AMPLITUDE_UNIT = "kg^0.5 m"
+_DOUBLE_WIRE_TYPE = 1
+_NANOSECONDS = 1_000_000_000
+_LEVELS: tuple[Level, ...] = ("info", "warning", "error")
+_FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
+
+
+@dataclass(frozen=True)
+class Field:
+    """One recorded quantity: its name within the channel and its physical unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a simulation time, in words.
+
+    Parameters
+    ----------
+    time : float
+        Simulation time [s].
+    level : {"info", "warning", "error"}
+        How much it matters.
+    message : str
+        One line for the reader.
+    """
+
+    time: float
+    level: Level
+    message: str
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Fields that are sampled together.
+
+    Parameters
+    ----------
+    topic : str
+        Name of the channel, ``/modes`` or ``/contact/0``.
+    fields : tuple of Field
+        Columns of every batch of this channel, in order.
+    description : str
+        What the channel holds, for a reader of the file.
+    """
+
+    topic: str
+    fields: tuple[Field, ...]
+    description: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the fields, in column order."""
+        return tuple(field.name for field in self.fields)
+
+    @property
+    def message_type(self) -> str:
+        """Full name of the protobuf message, ``slipmode.Contact`` for ``/contact/0``."""
+        return f"slipmode.{self.topic.split('/')[1].capitalize()}"
+
+    def descriptor(self) -> FileDescriptorSet:
+        """Protobuf schema of a sample: field number j + 1 is column j."""
+        package, _, name = self.message_type.partition(".")
+        fields = [
+            FieldDescriptorProto(
+                name=field.name,
+                number=number,
+                type=FieldDescriptorProto.TYPE_DOUBLE,
+                label=FieldDescriptorProto.LABEL_OPTIONAL,
+            )
+            for number, field in enumerate(self.fields, start=1)
+        ]
+        file = FileDescriptorProto(
+            name=f"{package}/{name}.proto",
+            package=package,
+            syntax="proto3",
+            message_type=[DescriptorProto(name=name, field=fields)],
+        )
+        return FileDescriptorSet(file=[file])
+
+    def encode(self, values: NDArray[np.float64]) -> NDArray[np.void]:
+        """Protobuf messages of a batch.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, n_fields)
+            One row per sample.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            The bytes of an item are those of a message.
+        """
+        empty = self._empty_message
+        size = np.dtype(f"V{empty.nbytes}")  # copied as a whole, not double by double
+        wire = np.full(len(values), empty.view(size)).view(empty.dtype)
+        for tags, columns in self._groups:
+            wire[tags]["value"] = values[:, columns]
+        return wire
+
+    def decode(self, messages: NDArray[np.void]) -> NDArray[np.float64]:
+        """Values of a batch of protobuf messages; the inverse of `encode`.
+
+        Parameters
+        ----------
+        messages : ndarray, shape (n,)
+            The bytes of an item are those of a message.
+
+        Returns
+        -------
+        ndarray, shape (n, n_fields)
+
+        Raises
+        ------
+        SlipmodeError
+            If a message has not the layout that `encode` writes.
+        """
+        empty = self._empty_message
+        if messages.dtype.itemsize != empty.nbytes:
+            raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
+        wire = messages.view(empty.dtype)
+        values = np.empty((len(messages), len(self.fields)))
+        for tags, columns in self._groups:
+            values[:, columns] = wire[tags]["value"]
+            if not np.all(wire[tags]["tag"] == empty[tags]["tag"]):
+                raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
+        return values
+
+    @cached_property
+    def _groups(self) -> list[tuple[str, slice]]:
+        """Columns whose tags have the same length, and what they are called in a message."""
+        lengths = [len(_tag(number)) for number in range(1, len(self.fields) + 1)]
+        ends = np.cumsum([lengths.count(length) for length in sorted(set(lengths))]).tolist()
+        starts = [0, *ends[:-1]]
+        return [
+            (f"tags of {lengths[start]}", slice(start, end))
+            for start, end in zip(starts, ends, strict=True)
+        ]
+
+    @cached_property
+    def _empty_message(self) -> NDArray[np.void]:
+        """A message of zeros, shape (): for each double, the tag that names it and its bytes."""
+        tags = [_tag(number) for number in range(1, len(self.fields) + 1)]
+        layout = []
+        for name, columns in self._groups:
+            double = np.dtype([("tag", f"S{len(tags[columns.start])}"), ("value", "<f8")])
+            layout.append((name, double, (columns.stop - columns.start,)))
+        data = b"".join(tag + bytes(8) for tag in tags)
+        return np.frombuffer(data, np.dtype(layout)).reshape(())
+
+
+def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
+    """Slow complex amplitudes of mass-normalised modes: x_e = 2 Re(phi a e^{i theta})."""
+    parts = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
+    moduli = [f"{mode}_abs" for mode in present]
+    fields = tuple(Field(name, _AMPLITUDE_UNIT) for name in parts + moduli)
+    return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
+
+
+def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
+    """Force amplitude, frequency and phase of the modes that are modelled."""
+    units = {"force": "N", "frequency": "rad/s", "phase": "rad"}
+    fields = tuple(
+        Field(f"{mode}_{name}", unit) for mode in present for name, unit in units.items()
+    )
+    return Channel("/forcing", fields, "Harmonic forcing near each resonance")
+
+
+def contact(index: int, prefix: str = "") -> Channel:
+    """Displacement, velocity and friction force of contact DOF number `index`."""
+    fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
+    topic = f"{prefix}/contact/{index}"
+    return Channel(topic, fields, f"Motion of contact {index}")
+
+
+def phases() -> Channel:
+    """Carrier angles at the samples of contact motion."""
+    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"))
+    return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
+
+
+def torus() -> Channel:
+    """Motion of contact 0 over the phases of both carriers, at the end of a window."""
+    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"), *contact(0).fields)
+    words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
+    return Channel(TORUS, fields, words)
+
+
+def elastic(dofs: Sequence[int]) -> Channel:
+    """Reconstructed displacement of chosen elastic DOFs."""
+    fields = tuple(Field(f"x_{dof}", "m") for dof in dofs)
+    return Channel("/elastic", fields, "Reconstructed displacement of elastic DOFs")
+
+
+def energy() -> Channel:
+    """Power put in by the forcing, power and energy taken out by friction and damping."""
+    fields = (
+        Field("input_power", "W"),
+        Field("dissipated_power", "W"),
+        Field("dissipated_energy", "J"),
+    )
+    return Channel("/energy", fields, "Energy balance, averaged over the fast cycles")
+
+
+def control() -> Channel:
+    """Friction limits relative to the model's, as a controller sets them."""
+    return Channel("/control", (Field("limit_scale", "1"),), "Friction limits set by a controller")
+
+
+def event_descriptor() -> FileDescriptorSet:
+    """Protobuf schema of an event: the well-known ``foxglove.Log``, which viewers show as text."""
+    log = text_format.Parse(_LOG_PROTO, FileDescriptorProto())
+    timestamp = FileDescriptorProto()
+    timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
+    return FileDescriptorSet(file=[timestamp, log])
+
+
+def encode_event(event: Event, time_ns: int) -> bytes:
+    """Protobuf message of an event; `time_ns` is its time in nanoseconds."""
+    message = _log_message()(
+        level=_FIRST_LEVEL + _LEVELS.index(event.level), message=event.message, name="slipmode"
+    )
+    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, _NANOSECONDS)
+    return bytes(message.SerializeToString())
+
+
+def decode_event(data: bytes, time_ns: int) -> Event:
+    """Event of a protobuf message logged at `time_ns`; the inverse of `encode_event`."""
+    message = _log_message().FromString(data)
+    return Event(time_ns / _NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
+
+
+_LOG_PROTO = """
+name: "foxglove/Log.proto" package: "foxglove" syntax: "proto3"
+dependency: "google/protobuf/timestamp.proto"
+message_type {
+  name: "Log"
+  field { name: "timestamp" number: 1 label: LABEL_OPTIONAL type: TYPE_MESSAGE
+          type_name: ".google.protobuf.Timestamp" }
+  field { name: "level" number: 2 label: LABEL_OPTIONAL type: TYPE_ENUM
+          type_name: ".foxglove.Log.Level" }
+  field { name: "message" number: 3 label: LABEL_OPTIONAL type: TYPE_STRING }
+  field { name: "name" number: 4 label: LABEL_OPTIONAL type: TYPE_STRING }
+  field { name: "file" number: 5 label: LABEL_OPTIONAL type: TYPE_STRING }
+  field { name: "line" number: 6 label: LABEL_OPTIONAL type: TYPE_FIXED32 }
+  enum_type {
+    name: "Level"
+    value { name: "UNKNOWN" number: 0 }
+    value { name: "DEBUG" number: 1 }
+    value { name: "INFO" number: 2 }
+    value { name: "WARNING" number: 3 }
+    value { name: "ERROR" number: 4 }
+    value { name: "FATAL" number: 5 }
+  }
+}
+"""
+
+
+@cache
+def _log_message() -> type[Any]:
+    """Python class of an event's message, from the schema that is written to the file."""
+    pool = descriptor_pool.DescriptorPool()
+    for file in event_descriptor().file:
+        pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(EVENT_MESSAGE_TYPE))
+
+
+def _tag(number: int) -> bytes:
+    """Protobuf tag of a double: one byte up to field 15, two up to field 2047."""
+    key = number << 3 | _DOUBLE_WIRE_TYPE
+    tag = bytearray()
+    while key >= 0x80:
+        tag.append(key & 0x7F | 0x80)
+        key >>= 7
+    tag.append(key)
+    return bytes(tag)

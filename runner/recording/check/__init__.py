@@ -1,0 +1,1 @@
+"""Whether a recording is sound: info, doctor, recover."""

@@ -1,0 +1,110 @@
+"""A channel that viewers plot without being told how: the modal amplitudes as joint states."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.runner.recording.channels import Channel
+
+SOURCE = "/modes"
+TOPIC = "/overview/modes"
+MESSAGE_TYPE = "sensor_msgs/msg/JointState"  # ROS 2; what Rerun, Foxglove and PlotJuggler plot
+SCHEMA = f"""\
+std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+{"=" * 80}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{"=" * 80}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+_DENSE_ROWS = (
+    4096  # kept one and all; later, one in 2, 4, 8... as the run gets 2, 4, 8 times longer
+)
+_NANOSECONDS = 1_000_000_000
+
+
+class Overview:
+    """Moduli of the modes as joint positions, thinned to a part of the time that has passed.
+
+    Parameters
+    ----------
+    modes : Channel
+        ``/modes``, as `slipmode.runner.recording.channels.modes` makes it.
+    """
+
+    def __init__(self, modes: Channel) -> None:
+        self._columns = [k for k, name in enumerate(modes.names) if name.endswith("_abs")]
+        fields = [modes.fields[k] for k in self._columns]
+        self._empty = _joint_state([f"|{f.name[:-4]}| [{f.unit}]" for f in fields])
+        self._seen = 0
+
+    def encode(
+        self, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.void]]:
+        """Times and messages of the samples that are kept of the next ones of ``/modes``.
+
+        Parameters
+        ----------
+        time_ns : ndarray, shape (n,)
+            Simulation time [ns].
+        rows : ndarray, shape (n, n_fields)
+            In the units of the channel.
+
+        Returns
+        -------
+        tuple of ndarray, shape (kept,)
+        """
+        number = np.arange(self._seen, self._seen + len(rows))
+        self._seen += len(rows)
+        doublings = np.frexp(number // _DENSE_ROWS)[1]
+        kept = number % (1 << doublings.astype(np.int64)) == 0
+        messages = np.full(np.count_nonzero(kept), self._empty)
+        messages["sec"], messages["nanosec"] = np.divmod(time_ns[kept], _NANOSECONDS)
+        messages["position"] = rows[kept][:, self._columns]
+        return time_ns[kept], messages
+
+
+def _joint_state(names: Sequence[str]) -> NDArray[np.void]:
+    """A joint state of zeros in CDR, little-endian, shape (): only positions are present."""
+    body = bytes(8) + _string("")  # the stamp and an empty frame_id
+    body += _aligned(body, 4) + struct.pack("<I", len(names))
+    for name in names:
+        body += _aligned(body, 4) + _string(name)
+    body += _aligned(body, 4) + struct.pack("<I", len(names))
+    body += _aligned(body, 8)
+    constant = body[8:]
+    empty = struct.pack("<II", 0, 0)  # velocity and effort
+    layout = np.dtype(
+        [
+            ("encoding", "V4"),
+            ("sec", "<i4"),
+            ("nanosec", "<u4"),
+            ("constant", f"V{len(constant)}"),
+            ("position", "<f8", (len(names),)),
+            ("empty", f"V{len(empty)}"),
+        ]
+    )
+    data = b"\0\1\0\0" + body + bytes(8 * len(names)) + empty
+    return np.frombuffer(data, layout).reshape(())
+
+
+def _string(text: str) -> bytes:
+    data = text.encode() + b"\0"
+    return struct.pack("<I", len(data)) + data
+
+
+def _aligned(body: bytes, size: int) -> bytes:
+    """What has to follow for the next item to lie at a multiple of its size."""
+    return bytes(-len(body) % size)

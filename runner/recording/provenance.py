@@ -1,0 +1,42 @@
+"""Where a recording comes from: hashes, versions, revision, wall clock."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import subprocess
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from slipmode.rom import Model
+
+
+def describe_run(scene_text: str, model: Model) -> dict[str, str]:
+    """Metadata of a run; the wall clock is here and nowhere else in a recording."""
+    return {
+        "scene_hash": hashlib.sha256(scene_text.encode()).hexdigest(),
+        "model_hash": model.hash,
+        "formulation": model.reduced.formulation,
+        "table_tolerance": f"{model.quality.tolerance:g}",
+        "slipmode": version("slipmode"),
+        "numpy": version("numpy"),
+        "rerun-sdk": version("rerun-sdk"),
+        "mcap": version("mcap"),
+        "python": platform.python_version(),
+        "git_revision": _revision(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _revision() -> str:
+    """Git revision of the checkout that slipmode runs from, "" for an installed copy."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return ""
+    command = ["git", "-C", str(root), "rev-parse", "HEAD"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, check=False, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return answer.stdout.strip()

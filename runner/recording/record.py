@@ -1,0 +1,288 @@
+"""Writing a recording: the protocol of a sink, and the MCAP file."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self
+
+import numpy as np
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from mcap import records
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording import overview
+from slipmode.runner.recording.channels import (
+    EVENT_MESSAGE_TYPE,
+    EVENTS,
+    Channel,
+    Event,
+    Level,
+    encode_event,
+    event_descriptor,
+)
+from slipmode.runner.recording.mcapfile.writer import McapWriter
+from slipmode.runner.recording.overview import Overview
+
+SCENE_FILE = "scene.toml"
+
+_ROWS_AT_ONCE = 4096  # to be encoded: few enough to stay in a core's own memory
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a recording says of itself.
+
+    Parameters
+    ----------
+    title : str
+        Title of the scene.
+    scene_text : str
+        The scene as it was run, in TOML.
+    run : mapping of str to str
+        Metadata of the run: hashes, versions, wall clock.
+    scene_name : str
+        Short name of the scene.
+    """
+
+    title: str
+    scene_text: str
+    run: Mapping[str, str] = field(default_factory=dict)
+    scene_name: str = ""
+
+
+class Sink(ABC):
+    """Where samples go: one file, or several of them.
+
+    Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced, a
+    directory is refused with SlipmodeError, a file that cannot be written with OSError.
+    """
+
+    @abstractmethod
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Append a batch of samples.
+
+        Parameters
+        ----------
+        topic : str
+            A channel that the sink was opened with.
+        time : array_like, shape (n,)
+            Simulation time [s], from 0.
+        values : array_like, shape (n, n_fields)
+            One row per sample, in the units of the channel.
+
+        Raises
+        ------
+        SlipmodeError
+            If a value is not finite, a time negative, or the shape not that of the channel.
+        OSError
+            If the file cannot be written; it names the file, and what it holds stays readable.
+        """
+
+    @abstractmethod
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Record in words what happened at simulation time `time` [s]."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Complete the recording. Closing again, or after a failed write, does nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self.close()
+            return
+        with suppress(OSError):  # the error that ended the run is the one to report
+            self.close()
+
+
+class McapSink(Sink):
+    """Writes an MCAP file: protobuf samples, units, run metadata and the scene.
+
+    Whatever happens later, samples are in the file, for `slipmode recover` to find, as soon as
+    they fill a chunk (`CHUNK_BYTES`), or at the first sample written `FLUSH_SECONDS` after the
+    last time that something was put there.
+
+    Parameters
+    ----------
+    path : path
+        File to write.
+    header : Header
+        What the recording says of itself.
+    channels : sequence of Channel
+        What will be written.
+    """
+
+    def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
+        self._path = Path(path)
+        self._channels = {channel.topic: channel for channel in channels}
+        self._file = create_file(self._path)
+        with self._complaining():
+            self._writer = McapWriter(self._file)
+            self._describe(header)
+            self._ids: dict[str, int] = {}
+            for channel in channels:
+                units = {field.name: field.unit for field in channel.fields}
+                about = units | {"description": channel.description}
+                self._register(channel.topic, channel.message_type, channel.descriptor(), about)
+            self._register(EVENTS, EVENT_MESSAGE_TYPE, event_descriptor(), {})
+            if overview.SOURCE in self._channels:
+                self._overview = Overview(self._channels[overview.SOURCE])
+                self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
+            self._writer.flush()
+
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Append a batch of samples; see `Sink.write`."""
+        channel = find_channel(self._channels, topic)
+        time_ns, rows = checked_batch(channel, time, values)
+        with self._complaining():
+            for start in range(0, len(rows), _ROWS_AT_ONCE):
+                part = slice(start, start + _ROWS_AT_ONCE)
+                messages = channel.encode(rows[part])
+                self._writer.add_messages(self._ids[topic], time_ns[part], messages)
+            if topic == overview.SOURCE:
+                shown = self._overview.encode(time_ns, rows)
+                self._writer.add_messages(self._ids[overview.TOPIC], *shown)
+
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Record in words what happened at simulation time `time` [s]."""
+        time_ns = nanoseconds(EVENTS, np.array([time]))
+        data = encode_event(Event(time, level, message), int(time_ns[0]))
+        with self._complaining():
+            self._writer.add_messages(self._ids[EVENTS], time_ns, np.array([data], np.void))
+
+    def close(self) -> None:
+        """Write what is buffered, the index and the footer."""
+        if self._file.closed:
+            return
+        with self._complaining():
+            self._writer.finish()
+            self._file.close()
+
+    def _describe(self, header: Header) -> None:
+        units = {
+            f"{topic}.{field.name}": field.unit
+            for topic, channel in self._channels.items()
+            for field in channel.fields
+        }
+        self._writer.add_metadata("run", header.run)
+        self._writer.add_metadata("scene", {"title": header.title, "name": header.scene_name})
+        self._writer.add_metadata("units", units)
+        self._writer.add_attachment(
+            records.Attachment(
+                create_time=0,
+                log_time=0,
+                name=SCENE_FILE,
+                media_type="application/toml",
+                data=header.scene_text.encode(),
+            )
+        )
+
+    def _register(
+        self,
+        topic: str,
+        message_type: str,
+        schema: FileDescriptorSet | str,
+        about: dict[str, str],
+    ) -> None:
+        """Give a topic a channel and a schema, protobuf or ROS 2, both of the next number."""
+        number = self._ids[topic] = len(self._ids) + 1
+        if isinstance(schema, str):
+            encoding, schema_encoding, data = "cdr", "ros2msg", schema.encode()
+        else:
+            encoding, schema_encoding, data = "protobuf", "protobuf", schema.SerializeToString()
+        self._writer.add_schema(records.Schema(number, data, schema_encoding, message_type))
+        self._writer.add_channel(records.Channel(number, topic, encoding, about, number))
+
+    @contextmanager
+    def _complaining(self) -> Iterator[None]:
+        """Give up the file at the first failure, and say which file it was."""
+        try:
+            yield
+        except OSError as error:
+            with suppress(OSError):
+                self._file.close()
+            raise OSError(error.errno, error.strerror, str(self._path)) from error
+
+
+class Recorder(Sink):
+    """Writes the same recording to several sinks.
+
+    Parameters
+    ----------
+    sinks : sequence of Sink
+        Each gets every sample and every event; closing the recorder closes them all.
+    """
+
+    def __init__(self, sinks: Sequence[Sink]) -> None:
+        self._sinks = tuple(sinks)
+
+    @property
+    def keeps(self) -> bool:
+        """Whether anything that is written is kept."""
+        return bool(self._sinks)
+
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Append a batch of samples to every sink; see `Sink.write`."""
+        for sink in self._sinks:
+            sink.write(topic, time, values)
+
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Record in every sink what happened at simulation time `time` [s]."""
+        for sink in self._sinks:
+            sink.event(time, level, message)
+
+    def close(self) -> None:
+        """Close every sink, also when one of them fails."""
+        with ExitStack() as stack:
+            for sink in self._sinks:
+                stack.callback(sink.close)
+
+
+def create_file(path: Path) -> IO[bytes]:
+    """Open a file for writing, replacing what was there; a directory is refused."""
+    if path.is_dir():
+        raise SlipmodeError(f"{path} is a directory: give the name of a file to record to")
+    return path.open("wb")
+
+
+def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
+    """The channel of a topic that the sink was opened with."""
+    if topic not in channels:
+        raise SlipmodeError(f"{topic} is not recorded: channels are {', '.join(channels)}")
+    return channels[topic]
+
+
+def checked_batch(
+    channel: Channel, time: ArrayLike, values: ArrayLike
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Times in nanoseconds and values of a batch, or the reason why it is refused."""
+    seconds, rows = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    expected = (seconds.size, len(channel.fields))
+    if seconds.ndim != 1 or rows.shape != expected:
+        raise SlipmodeError(f"{channel.topic}: values have shape {rows.shape}, not {expected}")
+    finite = np.isfinite(rows)
+    if not finite.all():
+        row, column = np.argwhere(~finite)[0]
+        name, value = channel.names[column], rows[row, column]
+        raise SlipmodeError(f"{channel.topic}: {name} is {value} at t = {seconds[row]:g} s")
+    return nanoseconds(channel.topic, seconds), rows
+
+
+def nanoseconds(topic: str, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Simulation times [s] as nanoseconds, rounded to the nearest."""
+    if not np.all((seconds >= 0.0) & (seconds < 2**63 / 1e9)):
+        raise SlipmodeError(f"{topic}: times must be finite and not negative")
+    return np.rint(seconds * 1e9).astype(np.int64)

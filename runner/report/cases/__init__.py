@@ -1,0 +1,1 @@
+"""The structures and forces of the report."""

@@ -1,0 +1,1 @@
+"""The hard cases, by what strains the simulation."""

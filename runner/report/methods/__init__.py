@@ -1,0 +1,1 @@
+"""What the report measures of each method: signals, steady states, friction, cost."""

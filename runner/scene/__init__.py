@@ -1,0 +1,1 @@
+"""Scenes: TOML files with a structure, its friction, and scripted forces."""

@@ -1,0 +1,315 @@
+"""Reading a scene file (TOML): each reader below is one of its sections."""
+
+import inspect
+import tomllib
+from dataclasses import replace
+from itertools import pairwise
+from os import PathLike
+from pathlib import Path
+from typing import Literal, cast
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.structure import two_mass
+from slipmode.runner.recording.channels import MODES
+from slipmode.runner.scene.sections import (
+    Forcing,
+    Friction,
+    Log,
+    MatrixFile,
+    ModelOptions,
+    Modes,
+    Output,
+    Run,
+    Scene,
+    TwoMass,
+    Window,
+)
+from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table, between
+
+__all__ = [
+    "Forcing",
+    "Friction",
+    "Log",
+    "MatrixFile",
+    "ModelOptions",
+    "Modes",
+    "Output",
+    "Run",
+    "Scene",
+    "TwoMass",
+    "Window",
+    "load_scene",
+    "parse_scene",
+    "shipped_scenes",
+]
+
+
+_TWO_MASS_PARAMETERS = tuple(
+    name for name in inspect.signature(two_mass).parameters if name != "beta"
+)
+_SECTIONS = {
+    "structure": ("model", "matrices", "damping", *_TWO_MASS_PARAMETERS),
+    "friction": ("law", "limit", "alpha"),
+    "modes": MODES,
+    "forcing": MODES,
+    "initial": MODES,
+    "run": ("duration", "step", "tolerance"),
+    "model": ("tolerance", "formulation", "amplitude", "table"),
+    "output": ("elastic",),
+    "log": ("mcap", "rerun"),
+}
+_FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
+_WINDOW = ("window", "samples_per_period")
+_LARGEST_STEP_COUNT = 1e7
+_AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """The scenes that come with slipmode, by name."""
+    folder = Path(__file__).parents[1] / "scenes"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def load_scene(scene: str | PathLike[str]) -> Scene:
+    """Read a scene from a file, or a shipped scene by its name.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the file and the key that is refused.
+    """
+    path = Path(scene)
+    if not (_exists(path) and path.is_file()):
+        shipped = shipped_scenes()
+        if str(scene) not in shipped:
+            raise SlipmodeError(
+                f"{str(scene)!r}: no such scene file; shipped scenes: {', '.join(shipped)}"
+            )
+        path = shipped[str(scene)]
+    try:
+        parsed = parse_scene(path.read_text(encoding="utf-8"), path.parent)
+    except OSError as error:
+        raise SlipmodeError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise SlipmodeError(f"{path}: must be UTF-8 text") from error
+    except SlipmodeError as error:
+        raise SlipmodeError(f"{path}: {error}") from error
+    return replace(parsed, path=path, name=path.stem)
+
+
+def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
+    """Read a scene from TOML text; file names in it are relative to `folder`.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the key that is refused and what it may be.
+    """
+    try:
+        content = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
+    root = Table(content, ("title", "contact", "elastic", *_SECTIONS))
+    section = {name: root.section(name, keys) for name, keys in _SECTIONS.items()}
+    modes = _modes(section["modes"])
+    run = _run(section["run"])
+    forcing = _forcing(section["forcing"], modes, run.duration)
+    initial = _initial(section["initial"], modes)
+    if not forcing and not any(initial.values()):
+        raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
+    contact, elastic = (
+        _windows(root.sections(name, _WINDOW), run.duration) for name in ("contact", "elastic")
+    )
+    _refuse_overlap(contact, elastic)
+    return Scene(
+        title=root.text("title", default=""),
+        structure=_structure(section["structure"], Path(folder)),
+        friction=_friction(section["friction"]),
+        modes=modes,
+        forcing=forcing,
+        initial=initial,
+        run=run,
+        model=_model(section["model"], modes),
+        contact=contact,
+        elastic=elastic,
+        output=_output(section["output"], contact, elastic),
+        log=_log(section["log"]),
+        text=text,
+    )
+
+
+def _structure(table: Table, folder: Path) -> TwoMass | MatrixFile:
+    if ("model" in table) == ("matrices" in table):
+        raise table.error("model", "give exactly one of model and matrices")
+    damping = table.number("damping", NON_NEGATIVE) if "damping" in table else None
+    if "model" in table:
+        table.choice("model", ("two-mass",))
+        parameters = {key: table.number(key) for key in _TWO_MASS_PARAMETERS if key in table}
+        return TwoMass(parameters if damping is None else {"beta": damping, **parameters})
+    for key in _TWO_MASS_PARAMETERS:
+        if key in table:
+            raise table.error(key, 'is a parameter of model = "two-mass", not of matrices')
+    return MatrixFile(_existing(table, "matrices", folder), damping)
+
+
+def _existing(table: Table, key: str, folder: Path) -> Path:
+    path = folder / table.text(key)
+    if not _exists(path):
+        raise table.error(key, f"no such file or folder: {str(path)!r}")
+    return path
+
+
+def _exists(path: Path) -> bool:
+    """Whether the path exists; it does not if it is no possible name."""
+    try:
+        path.stat()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _friction(table: Table) -> Friction:
+    law = cast(Literal["tanh", "coulomb"], table.choice("law", ("tanh", "coulomb")))
+    if law == "coulomb" and "alpha" in table:
+        raise table.error("alpha", 'goes with law = "tanh"; "coulomb" is not regularised')
+    return Friction(
+        law=law,
+        limit=table.number_or_numbers("limit", NON_NEGATIVE),
+        alpha=table.number("alpha", POSITIVE) if law == "tanh" else None,
+    )
+
+
+def _modes(table: Table) -> Modes:
+    modes = Modes(A=table.integer("A"), B=table.integer("B") if "B" in table else None)
+    if modes.A == modes.B:
+        raise table.error("B", "must be another mode than A")
+    return modes
+
+
+def _present_modes(table: Table, modes: Modes) -> list[str]:
+    """The modes a table speaks of, each of which must be retained."""
+    if "B" in table and modes.B is None:
+        raise table.error("B", "there is no mode B in [modes]; allowed: A")
+    return [mode for mode in MODES if mode in table]
+
+
+def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
+    forcing = {
+        mode: _forcing_of(mode, table.section(mode, _FORCING))
+        for mode in _present_modes(table, modes)
+    }
+    if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
+        raise SlipmodeError(
+            "forcing.A.frequency, forcing.B.frequency: must differ at all times, "
+            "the same one staying above"
+        )
+    return forcing
+
+
+def _forcing_of(mode: str, table: Table) -> Forcing:
+    if ("dof" in table) == ("vector" in table):
+        raise table.error("dof", "give exactly one of dof and vector")
+    return Forcing(
+        mode=mode,
+        direction=table.integer("dof") if "dof" in table else table.numbers("vector"),
+        amplitude=table.script("amplitude", _AMPLITUDE),
+        frequency=table.script("frequency", POSITIVE),
+        phase=table.script("phase", FINITE, default=0.0),
+    )
+
+
+def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
+    """Whether f_B - f_A, linear between the breakpoints of both, ever is zero or jumps over it."""
+    inner = {t for t in (*A.frequency.times, *B.frequency.times) if 0.0 < t < duration}
+    starts, ends = np.array([0.0, *sorted(inner)]), np.array([*sorted(inner), duration])
+    gaps = np.concatenate(
+        (
+            B.frequency.value(starts) - A.frequency.value(starts),
+            B.frequency.value_before(ends) - A.frequency.value_before(ends),
+        )
+    )
+    return not ((gaps > 0.0).all() or (gaps < 0.0).all())
+
+
+def _initial(table: Table, modes: Modes) -> dict[str, complex]:
+    return {mode: complex(*table.numbers(mode, length=2)) for mode in _present_modes(table, modes)}
+
+
+def _run(table: Table) -> Run:
+    run = Run(
+        duration=table.number("duration", POSITIVE),
+        step=table.number("step", POSITIVE),
+        tolerance=table.number("tolerance", POSITIVE, default=1e-6),
+    )
+    if run.step > run.duration:
+        raise table.error(
+            "step", f"must be at most run.duration = {run.duration:g}, got {run.step:g}"
+        )
+    if run.duration > _LARGEST_STEP_COUNT * run.step:
+        least = run.duration / _LARGEST_STEP_COUNT
+        raise table.error("step", f"must be at least run.duration / 1e7 = {least:g}")
+    return run
+
+
+def _model(table: Table, modes: Modes) -> ModelOptions:
+    n_modes = len(modes.numbers)
+    formulation = table.choice("formulation", ("consistent", "paper"), default="consistent")
+    extent = table.choice("table", ("whole", "visited"), default="whole")
+    if extent == "visited" and "amplitude" in table:
+        raise table.error("table", '"visited" is where a dry run goes; leave out model.amplitude')
+    return ModelOptions(
+        tolerance=table.number("tolerance", POSITIVE, default=1e-3),
+        formulation=cast(Literal["consistent", "paper"], formulation),
+        amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
+        table=cast(Literal["whole", "visited"], extent),
+    )
+
+
+def _windows(tables: list[Table], duration: float) -> tuple[Window, ...]:
+    windows = (_window(table, duration) for table in tables)
+    return tuple(sorted(windows, key=lambda window: window.start))
+
+
+def _window(table: Table, duration: float) -> Window:
+    start, end = table.numbers("window", NON_NEGATIVE, length=2)
+    if not start < end <= duration:
+        raise table.error(
+            "window",
+            f"must be [t0, t1] with t0 < t1 <= run.duration = {duration:g}, "
+            f"got [{start:g}, {end:g}]",
+        )
+    return Window(start, end, table.integer("samples_per_period", between(8, 4096), 64))
+
+
+def _refuse_overlap(contact: tuple[Window, ...], elastic: tuple[Window, ...]) -> None:
+    """Contact windows have the elastic motion too, so no window may overlap another."""
+    named = [("contact", window) for window in contact] + [
+        ("elastic", window) for window in elastic
+    ]
+    named.sort(key=lambda entry: entry[1].start)
+    for (first, earlier), (second, later) in pairwise(named):
+        if later.start < earlier.end:
+            names = f"{first}.window" if first == second else f"{first}.window, {second}.window"
+            raise SlipmodeError(
+                f"{names}: windows must not overlap, got [{earlier.start:g}, "
+                f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
+            )
+
+
+def _output(table: Table, contact: tuple[Window, ...], elastic: tuple[Window, ...]) -> Output:
+    dofs = table.integers("elastic") if "elastic" in table else ()
+    if len(set(dofs)) < len(dofs):
+        raise table.error("elastic", "DOFs must be distinct")
+    if dofs and not (contact or elastic):
+        raise table.error("elastic", "is reconstructed inside windows; give [[elastic]] window")
+    if elastic and not dofs:
+        raise SlipmodeError("elastic.window: needs output.elastic, the DOFs that are wanted")
+    return Output(dofs)
+
+
+def _log(table: Table) -> Log:
+    return Log(
+        mcap=table.boolean("mcap", default=True), rerun=table.boolean("rerun", default=True)
+    )

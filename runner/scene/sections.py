@@ -1,0 +1,183 @@
+"""A scene: what is forced, how, for how long, and what is to be seen of it.
+
+Each class is a section of the scene file: plain values, checked when they were read.
+
+Times are in s, frequencies in rad/s, forces in N, displacements in m.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.scene.script import Script
+
+
+@dataclass(frozen=True)
+class TwoMass:
+    """The two-mass model, with the keyword arguments of `rom.two_mass` that differ."""
+
+    parameters: Mapping[str, float]
+
+    def build(self) -> Structure:
+        """Make the structure."""
+        return two_mass(**self.parameters)
+
+
+@dataclass(frozen=True)
+class MatrixFile:
+    """Matrices from a .npz file or a Matrix Market folder; damping beta [s] overrides theirs."""
+
+    path: Path
+    damping: float | None
+
+    def build(self) -> Structure:
+        """Load the structure."""
+        return load_structure(self.path, self.damping)
+
+
+@dataclass(frozen=True)
+class Friction:
+    """The friction law: limit mu N [N], one for all contacts or one each; alpha [m/s]."""
+
+    law: Literal["tanh", "coulomb"]
+    limit: float | tuple[float, ...]
+    alpha: float | None
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Numbers of the retained bonded modes, from 0 in ascending frequency; B is optional."""
+
+    A: int
+    B: int | None
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The modes there are: (A,) or (A, B)."""
+        return (self.A,) if self.B is None else (self.A, self.B)
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """The force `amplitude cos(theta)` along a direction; theta' = frequency, plus phase."""
+
+    mode: str
+    direction: int | tuple[float, ...]
+    amplitude: Script
+    frequency: Script
+    phase: Script
+
+    def vector(self, n_dofs: int) -> NDArray[np.float64]:
+        """The direction as an (n,) vector: a unit vector if it was given as a DOF.
+
+        Raises
+        ------
+        SlipmodeError
+            If the structure has no such DOF, or another number of them.
+        """
+        if isinstance(self.direction, tuple):
+            if len(self.direction) != n_dofs:
+                raise SlipmodeError(
+                    f"forcing.{self.mode}.vector: must have {n_dofs} numbers, one per DOF, "
+                    f"got {len(self.direction)}"
+                )
+            return np.array(self.direction)
+        if self.direction >= n_dofs:
+            raise SlipmodeError(
+                f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.direction}"
+            )
+        unit = np.zeros(n_dofs)
+        unit[self.direction] = 1.0
+        return unit
+
+
+@dataclass(frozen=True)
+class Run:
+    """From 0 to `duration` [s] in communication steps; relative tolerance of the slow flow."""
+
+    duration: float
+    step: float
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class ModelOptions:
+    """How the reduced model is made; table range per mode, None to let the plan find it.
+
+    The friction table holds in the whole range, or only where the scene goes.
+    """
+
+    tolerance: float
+    formulation: Literal["consistent", "paper"]
+    amplitude: tuple[float, ...] | None
+    table: Literal["whole", "visited"]
+
+
+@dataclass(frozen=True)
+class Window:
+    """A time window [s] in which fast motion is reconstructed."""
+
+    start: float
+    end: float
+    samples_per_period: int
+
+
+@dataclass(frozen=True)
+class Output:
+    """DOFs of the structure reconstructed inside the windows."""
+
+    elastic: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Log:
+    """Which recordings are written."""
+
+    mcap: bool
+    rerun: bool
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene, validated as far as it can be without building the structure.
+
+    Attributes
+    ----------
+    forcing : mapping of "A", "B" to Forcing
+        The forced modes only.
+    initial : mapping of "A", "B" to complex
+        Modal amplitudes at t = 0; a mode that is absent starts from rest.
+    contact : tuple of Window
+        Where contact motion is wanted, and that of the elastic DOFs with it; in time order.
+    elastic : tuple of Window
+        Where the motion of the elastic DOFs alone is wanted; in time order. No window overlaps
+        another.
+    text : str
+        The TOML source.
+    path : Path or None
+        The file it came from.
+    name : str
+        The file's name without its ending.
+    """
+
+    title: str
+    structure: TwoMass | MatrixFile
+    friction: Friction
+    modes: Modes
+    forcing: Mapping[str, Forcing]
+    initial: Mapping[str, complex]
+    run: Run
+    model: ModelOptions
+    contact: tuple[Window, ...]
+    elastic: tuple[Window, ...]
+    output: Output
+    log: Log
+    text: str = field(repr=False)
+    path: Path | None = None
+    name: str = "scene"

@@ -1,0 +1,1 @@
+"""Recordings in Rerun: layout, curves, phase portraits, replay, live, pictures."""

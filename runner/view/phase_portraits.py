@@ -1,0 +1,295 @@
+"""One recorded quantity drawn against another: phase planes, trajectories, hysteresis loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from slipmode.runner.recording.channels import FULL, PHASES, TORUS, Channel
+from slipmode.runner.view import torus_view
+from slipmode.runner.view.envelope import DENSE_SAMPLES
+from slipmode.runner.view.tail import trails
+
+TIMELINE = "time"
+PHASE_PLANE, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
+AXIS_REACH = 1.3  # half the width of a plane, in units of the largest value
+COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
+_PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
+_LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
+
+Window = tuple[int, int]  # first and last time [ns]
+
+_LOOPS = 3  # of the first contacts: more would be too small to read
+# of a channel, to draw paths from; a viewer without a GPU slows down with more
+_KEPT_SAMPLES = 8192
+_MOVING_POINTS = 1000  # positions of the point that moves along a path
+_TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
+_ELASTIC, _FIRST = "/elastic", "/contact/0"
+_SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A recorded quantity as the axis of a plane: channel, field and what to call it."""
+
+    topic: str
+    field: str
+    label: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One recorded quantity drawn against another.
+
+    Parameters
+    ----------
+    entity : str
+        Where it is drawn.
+    title : str
+        What it shows.
+    x, y : Axis
+        The two quantities, y upwards.
+    one_scale : bool
+        Whether both axes share a scale, so that angles are true.
+    trail : int
+        How many samples trail the moving point.
+    """
+
+    entity: str
+    title: str
+    x: Axis
+    y: Axis
+    one_scale: bool
+    trail: int
+
+    def labels(self, scale: NDArray[np.float64]) -> list[str]:
+        """What the marks on the axes say: the largest values, (2,)."""
+        x, y = (
+            f"{axis.label} = {largest:.3g} {axis.unit}"
+            for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
+        )
+        return [self.x.label if self.one_scale else x, y]
+
+
+def planes(channels: Iterable[Channel]) -> list[Plane]:
+    """Phase planes of the modes, the contact trajectory and the first hysteresis loops."""
+    by_topic = {channel.topic: channel for channel in channels}
+    contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
+
+    def axis(topic: str, field: str, label: str) -> Axis:
+        units = {field.name: field.unit for field in by_topic[topic].fields}
+        return Axis(topic, field, label, units[field])
+
+    found = [
+        Plane(
+            f"{PHASE_PLANE}/{mode}",
+            f"Mode {mode}",
+            axis("/modes", f"{mode}_re", f"Re {mode}"),
+            axis("/modes", f"{mode}_im", f"Im {mode}"),
+            one_scale=True,
+            trail=0,
+        )
+        for mode in "AB"
+        if "/modes" in by_topic and f"{mode}_re" in by_topic["/modes"].names
+    ]
+    if len(contacts) > 1:
+        x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
+        found.append(Plane(TRAJECTORY, "Contacts", x, y, False, _TRAIL_SAMPLES))
+    full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
+    for topic in (*contacts[:_LOOPS], *full[:_LOOPS]):
+        title = f"Hysteresis of contact {topic.split('/')[-1]}"
+        title += ", full order" if topic in full else ""
+        x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
+        found.append(Plane(f"{LOOP}{topic}", title, x, y, False, _TRAIL_SAMPLES))
+    return found
+
+
+class Paths:
+    """Samples of the quantities that planes show, kept until their scales are known.
+
+    Memory is bounded: beyond some thousand samples of a channel every other one is dropped, or,
+    of fast motion, which would lose its shape, all but the latest.
+    """
+
+    def __init__(self, channels: Sequence[Channel]) -> None:
+        self._planes = planes(channels)
+        self._channels = {channel.topic: channel for channel in channels}
+        self._samples: dict[str, _Thinned | _Latest] = {
+            axis.topic: _Latest() if plane.trail else _Thinned()
+            for plane in self._planes
+            for axis in (plane.x, plane.y)
+        }
+        if _ELASTIC in self._channels:
+            self._samples[_ELASTIC] = _Latest()
+        if torus_view.has_torus(channels):
+            self._samples |= {topic: _Latest() for topic in (PHASES, TORUS)}
+
+    def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+        """Keep samples of a channel that some plane shows, or that tells where motion is."""
+        if topic in self._samples:
+            self._samples[topic].extend(np.column_stack([time_ns, values]))
+
+    def draw(self, stream: rr.RecordingStream) -> Window | None:
+        """Draw every plane that has samples; return the motion to show at first, if any."""
+        window = None
+        for plane in self._planes:
+            time_ns, path = self._path(plane)
+            if len(path) == 0:
+                continue
+            scale = np.abs(path).max(axis=0)
+            if plane.one_scale:
+                scale[:] = scale.max()
+            scale[scale == 0.0] = 1.0
+            _draw_axes(stream, plane, scale)
+            # Rerun's second coordinate points down.
+            _draw_path(stream, plane, time_ns, path / scale * (1.0, -1.0))
+            if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
+                window = _latest_window(time_ns)
+        self._draw_torus(stream)
+        elastic = self._samples.get(_ELASTIC)
+        if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
+            window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
+        return window
+
+    def _draw_torus(self, stream: rr.RecordingStream) -> None:
+        """Draw contact motion over both phases, of the last window."""
+        if TORUS not in self._samples:
+            return
+        torus, phases, motion = (self._samples[topic].rows() for topic in (TORUS, PHASES, _FIRST))
+        if not (len(torus) and len(phases) and len(motion)):
+            return
+        count = min(len(phases), len(motion))
+        phases, motion = phases[-count:], motion[-count:]
+        last = _stretch_starts(motion[:, 0].astype(np.int64))[-1]
+        phases, motion = phases[last:, 1:], motion[last:]
+        shown = _shown(len(motion))
+        index = [time_column(motion[shown, 0].astype(np.int64))]
+        x = motion[:, 1 + self._channels[_FIRST].names.index("x")]
+        latest = torus[torus[:, 0] == torus[-1, 0], 1:]
+        torus_view.draw(stream, latest, phases, x, index, shown, _TRAIL_SAMPLES)
+
+    def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Times and points, shape (n, 2), of samples that both axes have."""
+        samples = [self._samples[axis.topic].rows() for axis in (plane.x, plane.y)]
+        count = min(len(kept) for kept in samples)
+        if count == 0:
+            return np.empty(0, np.int64), np.empty((0, 2))
+        columns = [
+            kept[:count, 1 + self._channels[axis.topic].names.index(axis.field)]
+            for axis, kept in zip((plane.x, plane.y), samples, strict=True)
+        ]
+        return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
+
+
+class _Latest:
+    """The latest rows of time and values."""
+
+    def __init__(self) -> None:
+        self.seen = 0
+        self._rows = np.empty((0, 0))
+
+    def extend(self, rows: NDArray[np.float64]) -> None:
+        self.seen += len(rows)
+        kept = [self._rows, rows] if len(self._rows) else [rows]
+        self._rows = np.concatenate(kept)[-_KEPT_SAMPLES:].copy()
+
+    def rows(self) -> NDArray[np.float64]:
+        return self._rows
+
+
+class _Thinned:
+    """Rows of time and values, thinned evenly when they become too many."""
+
+    def __init__(self) -> None:
+        self.seen = 0
+        self._blocks: list[NDArray[np.float64]] = []
+        self._stride = 1
+        self._kept = 0
+
+    def extend(self, rows: NDArray[np.float64]) -> None:
+        block = rows[-self.seen % self._stride :: self._stride]
+        self._blocks.append(block)
+        self.seen += len(rows)
+        self._kept += len(block)
+        while self._kept > _KEPT_SAMPLES:
+            self._blocks = [self.rows()[::2].copy()]
+            self._kept = len(self._blocks[0])
+            self._stride *= 2
+
+    def rows(self) -> NDArray[np.float64]:
+        return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
+
+
+def _draw_axes(stream: rr.RecordingStream, plane: Plane, scale: NDArray[np.float64]) -> None:
+    ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
+    axes = rr.LineStrips2D(
+        ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
+    )
+    stream.log(f"{plane.entity}/axes", axes, static=True)
+    labels = rr.Points2D(
+        [(1.0, 0.0), (0.0, -1.0)],
+        labels=plane.labels(scale),
+        show_labels=True,
+        colors=_LABEL_COLOR,
+        radii=rr.Radius.ui_points(2.5),
+    )
+    stream.log(f"{plane.entity}/labels", labels, static=True)
+
+
+def _draw_path(
+    stream: rr.RecordingStream,
+    plane: Plane,
+    time_ns: NDArray[np.int64],
+    points: NDArray[np.float64],
+) -> None:
+    """Whole path as a thin line, its recent part as a bright one, its end as a moving point."""
+    color = COLORS[1] if plane.entity.endswith(("B", "1")) else COLORS[0]
+    starts = _stretch_starts(time_ns)
+    whole = rr.LineStrips2D(
+        np.split(points, np.unique(starts)[1:]),
+        colors=_PATH_COLOR if plane.trail else color,
+        radii=rr.Radius.ui_points(0.6 if plane.trail else 1.5),
+        draw_order=1.0,
+    )
+    stream.log(f"{plane.entity}/path", whole, static=True)
+    shown = _shown(len(points))
+    index = [time_column(time_ns[shown])]
+    if plane.trail:
+        strips = trails(points, starts, shown, plane.trail)
+        style = rr.LineStrips2D.from_fields(
+            colors=color, radii=rr.Radius.ui_points(1.5), draw_order=2.0
+        )
+        stream.log(f"{plane.entity}/trail", style, static=True)
+        stream.send_columns(f"{plane.entity}/trail", index, rr.LineStrips2D.columns(strips=strips))
+    mark = rr.Points2D.from_fields(
+        colors=_POINT_COLOR, radii=rr.Radius.ui_points(5.0), draw_order=3.0
+    )
+    stream.log(f"{plane.entity}/now", mark, static=True)
+    stream.send_columns(f"{plane.entity}/now", index, rr.Points2D.columns(positions=points[shown]))
+
+
+def _shown(count: int) -> NDArray[np.int64]:
+    """Which of some samples the moving point visits."""
+    return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
+
+
+def _latest_window(time_ns: NDArray[np.int64]) -> Window:
+    first = max(int(_stretch_starts(time_ns)[-1]), len(time_ns) - _SHOWN_SAMPLES)
+    return int(time_ns[first]), int(time_ns[-1])
+
+
+def _stretch_starts(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """For each sample, where its unbroken stretch begins: windows are apart in time."""
+    steps = np.diff(time_ns, prepend=time_ns[:1])
+    breaks = steps > 10 * np.median(steps)
+    return np.maximum.accumulate(np.where(breaks, np.arange(len(steps)), 0))
+
+
+def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
+    """Simulation times [ns] on the recording's timeline."""
+    return rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))

@@ -1,0 +1,98 @@
+"""Showing a recording in Rerun."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording.external.recording import as_curves, is_foreign, read_foreign
+from slipmode.runner.recording.load import RecordingData, read
+from slipmode.runner.recording.mcapfile.source import naming
+from slipmode.runner.recording.selection import Selection
+from slipmode.runner.view.rerun_sink import RerunSink
+from slipmode.runner.view.screenshot import photograph
+from slipmode.runner.view.viewer import Viewer, find_viewer
+from slipmode.runner.view.views import Playing
+
+_EVERYTHING = Selection()
+
+
+def replay(
+    path: str | Path,
+    save: str | Path | None = None,
+    screenshot: str | Path | None = None,
+    selection: Selection = _EVERYTHING,
+    playing: Playing | None = None,
+) -> list[str]:
+    """Show an MCAP recording in Rerun, as the run itself would have shown it.
+
+    Of a damaged recording what is whole is shown; of one of another program the numbers.
+
+    Parameters
+    ----------
+    path : path
+        An MCAP file.
+    save : path, optional
+        Write an .rrd file, views included, instead of opening the viewer.
+    screenshot : path, optional
+        Write a PNG of all views at the end of what is shown, without a window.
+    selection : Selection
+        Which channels and times to show.
+    playing : Playing, optional
+        Speed and repetition, also of the .rrd file when it is opened.
+
+    Returns
+    -------
+    list of str
+        What is not shown, a line each: the loss of a damaged file, channels without numbers.
+
+    Raises
+    ------
+    SlipmodeError
+        If `path` cannot be read or has no such part, or no viewer can be started.
+    OSError
+        If `save` or `screenshot` cannot be written.
+    """
+    data = read_foreign(path) if is_foreign(path) else read(path)
+    notes = _not_shown(path, data)
+    with naming(path):
+        data = selection.of(data)
+    if save is not None:
+        _convert(data, Path(save), playing)
+    if screenshot is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            rrd = Path(folder) / "recording.rrd"
+            _convert(data, rrd, None)
+            picture = photograph(rrd, data.end_time)
+        Path(screenshot).write_bytes(picture)
+    if save is None and screenshot is None:
+        _convert(data, _window(), playing)
+    return notes
+
+
+def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
+    notes = []
+    if data.damage:
+        rest = "slipmode recover may find more"
+        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
+    if data.left_out:
+        notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
+    return notes
+
+
+def _window() -> Viewer:
+    try:
+        return find_viewer()
+    except SlipmodeError as error:
+        raise SlipmodeError(f"{error}; --save and --screenshot need no window") from error
+
+
+def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:
+    shown = as_curves(data.channels) if data.foreign else data.channels
+    channels = [channel for channel, _, _ in shown.values()]
+    with RerunSink(target, data.header, channels, playing) as sink:
+        for topic, (_, time, values) in shown.items():
+            sink.write(topic, time, values)
+        for event in data.events:
+            sink.event(event.time, event.level, event.message)

@@ -1,0 +1,158 @@
+"""Sending a recording to Rerun: an .rrd file with its views embedded, or a viewer."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.runner.recording.channels import EVENTS, Channel, Level
+from slipmode.runner.recording.record import (
+    Header,
+    Sink,
+    checked_batch,
+    create_file,
+    find_channel,
+    nanoseconds,
+)
+from slipmode.runner.view import views
+from slipmode.runner.view.envelope import Envelope
+from slipmode.runner.view.phase_portraits import Paths
+from slipmode.runner.view.viewer import Viewer
+
+_ROWS_PER_SEND = 8192  # what Rerun takes fastest
+_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
+_FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
+_FLUSH_TIMEOUT = 60.0  # [s]
+
+
+class RerunSink(Sink):
+    """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
+
+    A series longer than `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
+
+    Parameters
+    ----------
+    target : path or Viewer
+        File to write, or where to show it.
+    header, channels
+        As for `McapSink`.
+    playing : Playing, optional
+        How it is played once opened.
+    """
+
+    def __init__(
+        self,
+        target: str | Path | Viewer,
+        header: Header,
+        channels: Sequence[Channel],
+        playing: views.Playing | None = None,
+    ) -> None:
+        self._target = target if isinstance(target, Viewer) else Path(target)
+        self._playing = playing
+        self._channels = {channel.topic: channel for channel in channels}
+        self._paths = Paths(channels)
+        self._envelopes = {topic: Envelope() for topic in self._channels}
+        self._stream = rr.RecordingStream(_application(header, channels, playing))
+        self._filled: set[str] = set()  # topics that have samples: no view stays empty
+        self._closed = False
+        self._unflushed = 0
+        self._open(views.blueprint(channels, playing=playing))
+        self._stream.send_recording_name(header.title)
+        views.describe(self._stream, channels, header.scene_text)
+
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Append a batch of samples; see `Sink.write`."""
+        channel = find_channel(self._channels, topic)
+        time_ns, rows = checked_batch(channel, time, values)
+        self._make_room(2 * (rows.nbytes + self._unflushed))
+        self._paths.extend(topic, time_ns, rows)
+        if len(rows):
+            self._filled.add(topic)
+        envelope = self._envelopes[topic]
+        before = envelope.thinned
+        self._send(channel, *envelope.extend(time_ns, rows))
+        if envelope.thinned and not before:
+            words = f"{topic} has become long: from here on these views show its extremes only"
+            views.send_event(self._stream, time_ns[-1:], "info", words)
+
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Record in words what happened at simulation time `time` [s]."""
+        time_ns = nanoseconds(EVENTS, np.array([time]))
+        views.send_event(self._stream, time_ns, level, message)
+
+    def close(self) -> None:
+        """Draw planes and surfaces, whose extent is known only now, and complete the file."""
+        if self._closed:
+            return
+        for topic, envelope in self._envelopes.items():
+            if rest := envelope.rest():
+                self._send(self._channels[topic], *rest)
+        window = self._paths.draw(self._stream)
+        filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
+        blueprint = views.blueprint(filled, window, self._playing)
+        self._stream.send_blueprint(blueprint)
+        self._flush()
+        self._closed = True
+        self._stream.disconnect()
+
+    def _send(
+        self, channel: Channel, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
+    ) -> None:
+        for start in range(0, len(rows), _ROWS_PER_SEND):
+            part = slice(start, start + _ROWS_PER_SEND)
+            views.send_series(self._stream, channel, time_ns[part], rows[part])
+        self._unflushed += rows.nbytes
+        if self._unflushed > _FLUSH_BYTES:
+            self._flush()
+
+    def _open(self, blueprint: rrb.Blueprint) -> None:
+        if isinstance(self._target, Path):
+            create_file(self._target).close()  # Rerun reports no errno of its own
+        with self._complaining():
+            if isinstance(self._target, Path):
+                self._stream.save(self._target, default_blueprint=blueprint)
+            else:
+                self._stream.connect_grpc(self._target.url, default_blueprint=blueprint)
+
+    def _make_room(self, size: int) -> None:
+        """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
+        if isinstance(self._target, Path):
+            free = shutil.disk_usage(self._target.absolute().parent).free
+            if free < size + _RESERVED_BYTES:
+                self._closed = True
+                self._stream.disconnect()
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._target))
+
+    def _flush(self) -> None:
+        self._unflushed = 0
+        with self._complaining():
+            self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
+
+    @contextmanager
+    def _complaining(self) -> Iterator[None]:
+        try:
+            yield
+        except RuntimeError as error:
+            self._closed = True
+            reason = str(error).splitlines()[0]
+            where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
+            raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
+
+
+def _application(
+    header: Header, channels: Sequence[Channel], playing: views.Playing | None
+) -> str:
+    """Name under which a viewer keeps the layout of views: that of one recording alone."""
+    topics = [channel.topic for channel in channels]
+    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
+    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

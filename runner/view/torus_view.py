@@ -1,0 +1,153 @@
+"""Motion of a contact over the phases of both carriers: a surface, and where it is on it now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from slipmode.runner.recording.channels import PHASES, TORUS, Channel
+from slipmode.runner.view.tail import trails
+
+_TURN = 2 * np.pi
+_HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
+_LIFT = 0.06  # of the moving point above the surface, that would hide half of it
+_DIGITS = 9  # by which phases of A are the same
+_CELLS = 64  # of the surface along the phase of B
+_STUCK, _PULLED, _PUSHED = (np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230)))
+_FRAME, _LABEL = (75, 80, 90), (230, 230, 230)
+
+Floats = NDArray[np.float64]
+
+
+def has_torus(channels: Sequence[Channel]) -> bool:
+    """Whether motion over both phases is recorded."""
+    return {TORUS, PHASES} <= {channel.topic for channel in channels}
+
+
+def view() -> rrb.Spatial3DView:
+    """The surface from above a corner."""
+    middle = 0.5 * _TURN
+    return rrb.Spatial3DView(
+        origin=TORUS,
+        name="Contact 0 over the phases of both carriers",
+        line_grid=rrb.LineGrid3D(visible=False),
+        eye_controls=rrb.EyeControls3D(
+            position=(middle - 3.0, middle - 6.0, 6.4),
+            look_target=(middle, middle, -0.4),
+            eye_up=(0, 0, 1),
+        ),
+    )
+
+
+def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
+    """Vertices and triangles of one whole period of both carriers.
+
+    Parameters
+    ----------
+    torus : ndarray, shape (n, 5)
+        Samples of ``/torus`` of one instant, at any phases of B for each of some phases of A.
+
+    Returns
+    -------
+    tuple of ndarray
+        Phases and displacements of the vertices, (m, 3), friction forces, (m,), and triangles,
+        (k, 3).
+    """
+    rounded = np.round(torus[:, 0], _DIGITS)
+    rounded[rounded == np.round(_TURN, _DIGITS)] = 0.0
+    columns, which = np.unique(rounded, return_inverse=True)
+    phase = np.linspace(0.0, _TURN, _CELLS + 1)
+    profiles = []
+    for number in range(len(columns)):
+        _, b, x, _, f = torus[which == number].T
+        profiles.append([np.interp(phase, b, values, period=_TURN) for values in (x, f)])
+    x, f = np.moveaxis(np.array([*profiles, profiles[0]]), 1, 0)
+    grid = np.meshgrid(np.append(columns, columns[0] + _TURN), phase, indexing="ij")
+    corner = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (
+        part.ravel()
+        for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
+    )
+    triangles = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+    vertices = np.column_stack([each.ravel() for each in (*grid, x)])
+    return vertices, f.ravel(), triangles.astype(np.int32)
+
+
+def draw(
+    stream: rr.RecordingStream,
+    torus: Floats,
+    phases: Floats,
+    x: Floats,
+    index: Sequence[rr.TimeColumn],
+    shown: NDArray[np.int64],
+    trail: int,
+) -> None:
+    """Draw the surface, and samples of x [m] at some phases (n, 2) moving on it.
+
+    Parameters
+    ----------
+    index : sequence of TimeColumn
+        Times of the samples `shown`.
+    trail : int
+        How many samples trail the moving point.
+    """
+    vertices, f, triangles = surface(torus)
+    scale = float(np.abs(vertices[:, 2]).max()) or 1.0
+    upright = (1.0, 1.0, _HEIGHT / scale)
+    limit = np.abs(f).max() or 1.0
+    pull = (f / limit)[:, np.newaxis]
+    colors = _STUCK + np.maximum(pull, 0) * (_PULLED - _STUCK)
+    colors = (colors + np.maximum(-pull, 0) * (_PUSHED - _STUCK)).astype(np.uint8)
+    mesh = rr.Mesh3D(
+        vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
+    )
+    stream.log(f"{TORUS}/surface", mesh, static=True)
+    _draw_frame(stream, scale, limit)
+    points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
+    strips = trails(points, _turn_starts(phases), shown, trail)
+    style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))
+    stream.log(f"{TORUS}/trail", style, static=True)
+    stream.send_columns(f"{TORUS}/trail", index, rr.LineStrips3D.columns(strips=strips))
+    mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
+    stream.log(f"{TORUS}/now", mark, static=True)
+    stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
+
+
+def _draw_frame(stream: rr.RecordingStream, scale: float, limit: float) -> None:
+    low = -_HEIGHT
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
+    floor = np.column_stack((corners, np.full(5, low)))
+    frame = rr.LineStrips3D(
+        [floor, np.array([(0, 0, low), (0, 0, -low)])],
+        colors=_FRAME,
+        radii=rr.Radius.ui_points(0.8),
+    )
+    stream.log(f"{TORUS}/frame", frame, static=True)
+    labels = {
+        "0": (0, 0, low),
+        "phase A": (0.5 * _TURN, -0.4, low),
+        "2π": (_TURN, 0, low),
+        "phase B": (_TURN + 0.4, 0.5 * _TURN, low),
+        "2π ": (_TURN, _TURN, low),
+        f"x = {scale:.3g} m": (0, 0, -low),
+        f"blue f = {-limit:.3g} N, orange {limit:.3g} N": (0.5 * _TURN, _TURN, -1.3 * low),
+    }
+    marks = rr.Points3D(
+        list(labels.values()),
+        labels=list(labels),
+        show_labels=True,
+        colors=_LABEL,
+        radii=rr.Radius.ui_points(0.5),
+    )
+    stream.log(f"{TORUS}/labels", marks, static=True)
+
+
+def _turn_starts(phases: Floats) -> NDArray[np.int64]:
+    """For each sample, since when its way has not crossed an edge of the square."""
+    back = np.diff(phases, axis=0, prepend=phases[:1]) < -0.5 * _TURN
+    numbers = np.arange(len(phases))
+    return np.maximum.accumulate(np.where(back.any(axis=1), numbers, 0))

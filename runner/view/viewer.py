@@ -1,0 +1,135 @@
+"""The Rerun viewer: one with a window, to send recordings to, and one without, for pictures."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sysconfig
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import BinaryIO
+from urllib.parse import urlsplit
+
+from rerun.experimental import ViewerClient
+
+from slipmode.rom.errors import SlipmodeError
+
+VIEWER = shutil.which("rerun", path=sysconfig.get_path("scripts"))  # also off the PATH
+
+_URL = "rerun+http://127.0.0.1:9876/proxy"  # where viewers listen by default
+_MEMORY = "75%"  # of the machine's; beyond it a viewer drops its oldest data
+_STARTING_TIME = 30.0  # [s] at most; a busy machine needs some seconds
+_ANSWERING_TIME = 3.0  # [s] at most, of a viewer that is there
+_COLORS_OF_A_TERMINAL = re.compile(rb"\x1b\[[0-9;]*m")
+
+
+@dataclass(frozen=True)
+class Viewer:
+    """A viewer that recordings can be sent to."""
+
+    url: str
+
+
+def find_viewer(url: str | None = None) -> Viewer:
+    """A viewer to send recordings to, which is started if there is none yet.
+
+    Parameters
+    ----------
+    url : str, optional
+        Of a viewer that someone has started, like rerun+http://127.0.0.1:9876/proxy.
+
+    Raises
+    ------
+    SlipmodeError
+        If none answers there, or none can be started.
+    """
+    if url is not None:
+        if not _answers(url):
+            raise SlipmodeError(f"no viewer at {url}: start one there with the command rerun")
+        return Viewer(url)
+    if not _answers(_URL):
+        _start(_URL)
+    return Viewer(_URL)
+
+
+def _answers(url: str) -> bool:
+    """Whether something listens there."""
+    try:
+        parts = urlsplit(url)
+        address = parts.hostname, parts.port
+    except ValueError:
+        address = None, None
+    if None in address or not url.startswith("rerun") or parts.path != "/proxy":
+        raise SlipmodeError(f"a viewer's URL must be like {_URL}, got {url}")
+    try:
+        with socket.create_connection(address, timeout=_ANSWERING_TIME):
+            return True
+    except OSError:
+        return False
+
+
+def _start(url: str) -> None:
+    """Start a viewer with a window, which stays when we end; wait until it answers."""
+    command = [VIEWER or "rerun", "--port", str(urlsplit(url).port), "--expect-data-soon"]
+    command += ["--memory-limit", _MEMORY]
+    with tempfile.TemporaryFile() as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
+        deadline = time.monotonic() + _STARTING_TIME
+        while time.monotonic() < deadline:
+            if process.poll() is not None:
+                raise SlipmodeError(f"the viewer does not start here: {_last_words(log)}")
+            if _answers(url) and _shows(url):
+                return
+            time.sleep(0.1)
+        process.kill()
+    raise SlipmodeError(f"the viewer did not answer within {_STARTING_TIME:g} s")
+
+
+def _shows(url: str) -> bool:
+    """Whether a viewer has its window: it listens a moment before it finds that it can't."""
+    try:
+        ViewerClient.connect(url).get_state()
+    except (RuntimeError, ConnectionError):
+        return False
+    return True
+
+
+def _last_words(log: BinaryIO) -> str:
+    log.seek(0)
+    lines = _COLORS_OF_A_TERMINAL.sub(b"", log.read()).decode(errors="replace").splitlines()
+    return lines[-1].rpartition(": ")[2].rstrip(".") if lines else "it says nothing"
+
+
+@contextmanager
+def windowless_viewer() -> Iterator[ViewerClient]:
+    """A viewer without a window, which ends with the context and logs nothing.
+
+    Raises
+    ------
+    RuntimeError, ConnectionError
+        If there is no graphics driver for it.
+    """
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    quiet = {"RUST_LOG": "off"}
+    if "XDG_RUNTIME_DIR" not in os.environ:  # of which graphics drivers complain
+        quiet["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
+    before = {name: os.environ.get(name) for name in quiet}
+    os.environ |= quiet
+    try:
+        viewer = ViewerClient.spawn(headless=True, port=port, executable_path=VIEWER)
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+    with viewer:
+        yield viewer

@@ -1,0 +1,298 @@
+"""What a recording looks like in Rerun: plots with units, texts, and the layout of it all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, PHASES, TORUS, Channel, Level
+from slipmode.runner.view import torus_view
+from slipmode.runner.view.phase_portraits import (
+    AXIS_REACH,
+    COLORS,
+    LOOP,
+    PHASE_PLANE,
+    TIMELINE,
+    TRAJECTORY,
+    Plane,
+    Window,
+    planes,
+    time_column,
+)
+
+_SCENE = "/scene"
+
+
+_LEVELS: Mapping[Level, rr.TextLogLevel] = {
+    "info": rr.TextLogLevel.INFO,
+    "warning": rr.TextLogLevel.WARN,
+    "error": rr.TextLogLevel.ERROR,
+}
+
+# The last word of a field's name tells its quantity; fields of one quantity share a plot.
+_QUANTITIES = {"re": "components", "im": "components", "abs": "amplitude"}
+_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
+
+_SLOW_PLOTS = (
+    ("/modes", "amplitude", "Modal amplitude"),
+    ("/forcing", "force", "Force amplitude"),
+    ("/forcing", "frequency", "Forcing frequency"),
+    ("/control", "scale", "Friction limit"),
+    ("/energy", "power", "Power"),
+    ("/energy", "energy", "Dissipated energy"),
+)
+_MOTION_PLOTS = (
+    ("/elastic", "displacement", "Elastic displacement"),
+    ("/contact", "displacement", "Contact displacement"),
+    ("/contact", "friction_force", "Friction force"),
+)
+
+
+@dataclass(frozen=True)
+class Playing:
+    """How a viewer plays a recording once it has opened it.
+
+    Parameters
+    ----------
+    speed : float
+        Simulated seconds per second.
+    loop : bool
+        Whether it begins again at the end.
+    """
+
+    speed: float = 1.0
+    loop: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.speed < math.inf:
+            raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
+
+
+@dataclass(frozen=True)
+class Series:
+    """Columns of a channel that share a plot, with their names in the legend."""
+
+    entity: str
+    columns: tuple[int, ...]
+    names: tuple[str, ...]
+
+
+def series(channel: Channel) -> list[Series]:
+    """Plots of a channel: one entity for each quantity, or for a number of other programs."""
+    if channel.topic.startswith(OTHER):
+        return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
+    if channel.topic in (PHASES, TORUS):  # shown together, not over time
+        return []
+    columns: dict[str, list[int]] = {}
+    for column, name in enumerate(channel.names):
+        columns.setdefault(_quantity(name), []).append(column)
+    return [
+        Series(
+            f"{channel.topic}/{quantity}",
+            tuple(members),
+            tuple(_legend(channel, column) for column in members),
+        )
+        for quantity, members in columns.items()
+    ]
+
+
+def _quantity(name: str) -> str:
+    word = "x" if name.startswith("x_") else name.split("_")[-1]
+    return _QUANTITIES.get(word, word)
+
+
+def _legend(channel: Channel, column: int) -> str:
+    field = channel.fields[column]
+    mode, _, part = field.name.partition("_")
+    if channel.topic.startswith(OTHER):
+        return f"{field.name} [{field.unit}]" if field.unit else field.name
+    if part == "abs":
+        text = f"|{mode}|"
+    elif mode in ("A", "B"):
+        text = f"{part.capitalize()} {mode}"
+    elif _of_contact(channel):
+        text = f"{field.name} contact {channel.topic.split('/')[-1]}"
+        text += ", full order" if channel.topic.startswith(FULL) else ""
+    else:
+        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
+    return f"{text} [{field.unit}]"
+
+
+def _of_contact(channel: Channel) -> bool:
+    return channel.topic.removeprefix(FULL).startswith("/contact/")
+
+
+def _entity(topic: str) -> str:
+    return "/".join(map(rr.escape_entity_path_part, topic.split("/")))
+
+
+def send_series(
+    stream: rr.RecordingStream,
+    channel: Channel,
+    time_ns: NDArray[np.int64],
+    values: NDArray[np.float64],
+) -> None:
+    """Append samples, values of shape (n, n_fields), to the plots of a channel."""
+    index = [time_column(time_ns)]
+    for plot in series(channel):
+        columns = rr.Scalars.columns(scalars=values[:, plot.columns])
+        stream.send_columns(plot.entity, index, columns)
+
+
+def send_event(
+    stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
+) -> None:
+    """Append a line to the text log."""
+    columns = rr.TextLog.columns(text=[message], level=[_LEVELS[level]])
+    stream.send_columns(EVENTS, [time_column(time_ns)], columns)
+
+
+def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
+    """Write what does not change: legends with units, and the scene, if there is one."""
+    listed = list(channels)
+    compared = any(channel.topic.startswith(FULL) for channel in listed)
+    for channel in listed:
+        # Beneath the thin line of a full-order motion, the reduced one shows by its width.
+        width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
+        shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
+        shift += 2 * channel.topic.startswith(FULL)
+        for plot in series(channel):
+            colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
+            style = rr.SeriesLines(
+                names=plot.names,
+                colors=None if channel.topic.startswith(OTHER) else colors,
+                widths=[width] * len(colors),
+                aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
+            )
+            stream.log(plot.entity, style, static=True)
+    if not scene_text:
+        return
+    document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
+    stream.log(_SCENE, document, static=True)
+
+
+def blueprint(
+    channels: Sequence[Channel], window: Window | None = None, playing: Playing | None = None
+) -> rrb.Blueprint:
+    """Layout of the views of the channels that are present.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        What is recorded.
+    window : (int, int), optional
+        Fast motion to show at first [ns], as `Paths.draw` returns it; all of it by default.
+    playing : Playing, optional
+        By default a viewer does as it does with any recording.
+    """
+    drawings = {plane.entity: _drawing(plane) for plane in planes(channels)}
+
+    def drawn(kind: str) -> list[rrb.View]:
+        return [view for entity, view in drawings.items() if entity.startswith(kind)]
+
+    motion = _plots(channels, _MOTION_PLOTS, window) + drawn(TRAJECTORY)
+    rows: list[rrb.View | rrb.Container] = [
+        rrb.Horizontal(*row)
+        for row in map(drawn, (PHASE_PLANE, f"{LOOP}/contact", f"{LOOP}{FULL}"))
+        if row
+    ]
+    if torus_view.has_torus(channels):
+        rows.append(torus_view.view())
+    others = _others(channels)
+    texts: list[rrb.View] = [
+        rrb.TextLogView(
+            origin=EVENTS,
+            name="Events",
+            columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
+        )
+    ]
+    if not others:
+        texts.insert(0, rrb.TextDocumentView(origin=_SCENE, name="Scene"))
+    columns = (
+        (16, others),
+        (5, _plots(channels, _SLOW_PLOTS)),
+        (4, motion),
+        (7, rows),
+        (4, texts),
+    )
+    filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
+    shares, contents = zip(*filled, strict=True)
+    return rrb.Blueprint(
+        rrb.Horizontal(*contents, column_shares=shares),
+        _time_panel(playing),
+        collapse_panels=True,
+    )
+
+
+def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
+    """Plots of what other programs recorded, one for each of their channels."""
+    sources: dict[str, list[str]] = {}
+    for channel in channels:
+        if channel.topic.startswith(OTHER):
+            sources.setdefault(channel.description, []).append(_entity(channel.topic))
+    plots = [
+        rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.RightBottom)
+        for source, entities in sources.items()
+    ]
+    return [rrb.Grid(*plots)] if plots else []
+
+
+def _time_panel(playing: Playing | None) -> rrb.TimePanel:
+    if playing is None:
+        return rrb.TimePanel(timeline=TIMELINE, state="collapsed")
+    return rrb.TimePanel(
+        timeline=TIMELINE,
+        state="collapsed",
+        play_state="playing",
+        playback_speed=playing.speed,
+        loop_mode="all" if playing.loop else "off",
+    )
+
+
+def _plots(
+    channels: Sequence[Channel],
+    wanted: Sequence[tuple[str, str, str]],
+    window: Window | None = None,
+) -> list[rrb.View]:
+    """Plots of the wanted quantities that are recorded, over a window or else the whole time."""
+    boundary = rr.TimeRangeBoundary
+    if window is None:
+        shown = rr.TimeRange(boundary.infinite(), boundary.infinite())
+    else:
+        shown = rr.TimeRange(*(boundary.absolute(nanos=time) for time in window))
+    return [
+        rrb.TimeSeriesView(
+            name=title,
+            contents=entities,
+            axis_x=rrb.TimeAxis(view_range=shown),
+            plot_legend=rrb.Corner2D.RightBottom,
+        )
+        for topic, quantity, title in wanted
+        if (entities := _entities(channels, topic, quantity))
+    ]
+
+
+def _drawing(plane: Plane) -> rrb.View:
+    reach = (-AXIS_REACH, AXIS_REACH)
+    return rrb.Spatial2DView(
+        origin=plane.entity,
+        name=plane.title,
+        visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
+    )
+
+
+def _entities(channels: Sequence[Channel], topic: str, quantity: str) -> list[str]:
+    return [
+        plot.entity
+        for channel in channels
+        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
+        for plot in series(channel)
+        if plot.entity == f"{channel.topic}/{quantity}"
+    ]

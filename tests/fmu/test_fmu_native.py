@@ -1,0 +1,76 @@
+"""The FMU's C code under the address and undefined-behaviour sanitizers, by a driver in C."""
+
+import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from test_kernel import OPENMP_SIMD, SANITIZERS, WARNINGS, compile_all, compiler, compiles, run
+
+from slipmode import fmu, rom
+from slipmode.fmu.archive.binaries import source_files
+from slipmode.fmu.archive.cross_compiler import fmi_headers
+
+DRIVER = Path(__file__).parent
+FEW, MANY = 2_000, 50_000  # sequences of about 25 calls
+
+__all__ = ["compiler"]
+
+
+@pytest.fixture(scope="module")
+def driver(compiler, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("native")
+    if not compiles(compiler, folder, *SANITIZERS):
+        pytest.skip(f"{compiler} has no sanitizer runtime")
+    simd = OPENMP_SIMD if compiles(compiler, folder, *OPENMP_SIMD) else ()
+    sources = [path for path in source_files().values() if path.suffix == ".c"]
+    sources += sorted(DRIVER.glob("*.c"))
+    includes = {f"-I{path.parent}" for path in sources} | {f"-isystem{fmi_headers()}"}
+    flags = (*WARNINGS, *SANITIZERS, *simd, *sorted(includes))
+    program = folder / "driver"
+    objects = compile_all(compiler, folder, dict.fromkeys(sources, flags))
+    linked = run(compiler, *SANITIZERS, *objects, "-lm", "-o", program)
+    assert linked.returncode == 0, linked.stderr
+    return program
+
+
+@pytest.fixture(scope="module", params=["contact motion", "friction limit"])
+def resources(request, tmp_path_factory):
+    """Of an FMU with a coarse table, which is quicker to load."""
+    reduced = rom.reduce(rom.two_mass())
+    law = rom.Coulomb(2.0)
+    model = rom.tabulate(reduced, law, amplitude=(3.0, 3.0), tolerance=3e-2, harmonics=5)
+    folder = tmp_path_factory.mktemp("coarse ünïcode %20 ")
+    contact = request.param == "contact motion"
+    elastic = (0, 3) if contact else ()
+    path = fmu.export(model, folder / "coarse.fmu", contact=contact, elastic=elastic)
+    shutil.unpack_archive(path, folder / "FMU", format="zip")
+    return folder / "FMU" / "resources"
+
+
+def random_sequences(driver, resources, count, seed, *what):
+    token = (resources / "token.txt").read_text()
+    done = run(driver, f"{resources}/", token, str(count), str(seed), *what)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(f"{count} sequences")
+
+
+def test_random_sequences_of_calls(driver, resources):
+    """Legal and illegal: no crash, no leak, the right status, a logged reason, no trace left."""
+    random_sequences(driver, resources, FEW // 2, 1)
+
+
+def test_damaged_resources(driver, resources, tmp_path):
+    copy = tmp_path / "resources"
+    shutil.copytree(resources, copy)
+    random_sequences(driver, copy, FEW // 8, 1, "damage")
+
+
+@pytest.mark.slow
+def test_many_random_sequences_of_calls(driver, resources):
+    def part(seed):
+        random_sequences(driver, resources, MANY // 20, seed)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(part, range(100, 110)))

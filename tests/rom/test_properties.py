@@ -1,0 +1,134 @@
+"""What holds whatever the amplitudes, structures and steps: drawn, but the same every time."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slipmode import rom
+from slipmode.fmu import Component
+from slipmode.rom.contact.torus import Discretisation, contact_terms, friction_functions
+
+few = settings(max_examples=15, derandomize=True, deadline=None)
+
+AMPLITUDES = st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 5.0))
+GRID = Discretisation(64, 8)
+MARCH = 1e-5  # a march ends where harmonics repeat to this part of the frictionless motion
+SPRINGS = st.fixed_dictionaries(
+    {
+        "k_c1": st.floats(10.0, 100.0),
+        "k_c2": st.floats(20.0, 100.0),
+        "k_p": st.floats(-8.0, 8.0),
+        "contact_mass": st.floats(1e-4, 0.02),
+        "beta": st.one_of(st.just(0.0), st.floats(1e-30, 0.02)),
+    }
+)
+LIMIT = st.one_of(st.just(0.0), st.floats(1e-30, 4.0))
+LAWS = st.one_of(
+    st.builds(rom.Tanh, st.tuples(LIMIT, LIMIT), st.floats(1e-6, 0.2)),
+    st.builds(rom.Coulomb, st.tuples(LIMIT, LIMIT)),
+)
+FORCE = ({0: 1.0}, {1: 1.0})
+INPUTS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
+
+
+def frictionless(reduced):
+    """|Q_j| without friction, (modes,)."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    return np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility))
+
+
+@given(springs=SPRINGS, law=LAWS, amplitude=AMPLITUDES)
+@few
+def test_friction_takes_power(springs, law, amplitude):
+    """The mean of g v on the torus.
+
+    Harmonics that repeat to MARCH of the frictionless motion give S_j to MARCH of the frictionless
+    one, and power is the sum of 2 Omega_j |a_j| Im S_j.
+    """
+    reduced = rom.reduce(rom.two_mass(**springs))
+    terms = contact_terms(reduced, law, [amplitude], GRID, MARCH)
+    swing = float((reduced.frequency * np.square(amplitude) * frictionless(reduced)).sum())
+    assert terms.power[0] >= -2 * MARCH * swing
+
+
+@given(k_p=st.floats(0.1, 8.0), law=LAWS, amplitude=AMPLITUDES)
+@few
+def test_the_sign_of_the_contact_coupling_does_not_matter(k_p, law, amplitude):
+    reduced = [rom.reduce(rom.two_mass(k_p=k)) for k in (k_p, -k_p)]
+    plus, minus = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    assert np.all(np.abs(minus - plus) < 2 * MARCH * frictionless(reduced[0]))
+
+
+@given(order=st.permutations(range(4)), springs=SPRINGS, amplitude=AMPLITUDES)
+@few
+def test_the_numbers_of_the_dofs_do_not_matter(order, springs, amplitude):
+    structure, law = rom.two_mass(**springs), rom.Tanh((1.0, 2.0), 0.02)
+    index = np.ix_(order, order)
+    mass, stiffness = (np.asarray(m)[index] for m in (structure.mass, structure.stiffness))
+    contact = [order.index(2), order.index(3)]
+    renamed = rom.Structure(mass, stiffness, springs["beta"], contact=contact)
+    reduced = [rom.reduce(s) for s in (structure, renamed)]
+    Q, other = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    assert np.all(np.abs(other - Q) < 2 * MARCH * frictionless(reduced[0]))
+
+
+@given(amplitude=st.tuples(st.floats(0.5, 4.0), st.floats(0.5, 4.0)))
+@settings(few, max_examples=5)
+def test_which_mode_comes_first_does_not_matter(amplitude):
+    """To the error of the discretisation, whose steps follow the phase of A."""
+    structure, law, grid = rom.two_mass(), rom.Tanh(2.0, 0.2), Discretisation(512, 32)
+    AB = friction_functions(rom.reduce(structure), law, [amplitude], grid, 1e-7)[0]
+    swapped = rom.reduce(structure, modes=(1, 0))
+    BA = friction_functions(swapped, law, [amplitude[::-1]], grid, 1e-7)[0]
+    np.testing.assert_allclose(BA[::-1], AB, rtol=0, atol=1e-4 * np.abs(AB).max())
+
+
+@pytest.fixture(scope="module")
+def coulomb_model():
+    return rom.tabulate(rom.reduce(rom.two_mass()), rom.Coulomb(2.0), (4.0, 4.0), 1e-2)
+
+
+def march(model, durations, scale=1.0, tolerance=1e-8):
+    """Amplitudes after steps from rest, force and friction limit scaled together."""
+    component = Component(model, FORCE, tolerance=tolerance)
+    inputs = {k: scale * v if k.startswith("force") else v for k, v in INPUTS.items()}
+    component.set_inputs(**inputs, limit_scale=scale)
+    time = 0.0
+    for duration in durations:
+        component.do_step(time, duration)
+        time = component.time
+    return amplitudes(component)
+
+
+def amplitudes(component):
+    outputs = component.outputs()
+    return np.array([outputs[f"{m}_re"] + 1j * outputs[f"{m}_im"] for m in "AB"])
+
+
+@given(scale=st.floats(1e-6, 1e6))
+@few
+def test_force_and_limit_scale_together_under_coulomb_friction(coulomb_model, scale):
+    plain, scaled = march(coulomb_model, [200.0]), march(coulomb_model, [200.0], scale)
+    np.testing.assert_allclose(scaled / scale, plain, rtol=1e-7)
+
+
+@given(lengths=st.lists(st.floats(1e-3, 1.0), min_size=1, max_size=60))
+@few
+def test_the_pattern_of_steps_does_not_matter(coulomb_model, lengths):
+    durations = 200.0 * np.array(lengths) / np.sum(lengths)
+    split, whole = march(coulomb_model, durations), march(coulomb_model, [200.0])
+    np.testing.assert_allclose(split, whole, rtol=0, atol=1e-6 * np.abs(whole).max())
+
+
+@given(before=st.floats(1e-3, 300.0), after=st.floats(1e-3, 300.0))
+@few
+def test_a_state_continues_bit_for_bit(coulomb_model, before, after):
+    first, second = (Component(coulomb_model, FORCE) for _ in range(2))
+    first.set_inputs(**INPUTS)
+    first.do_step(0.0, before)
+    second.set_state(first.get_state())
+    for component in (first, second):
+        component.do_step(component.time, after)
+    assert first.outputs() == second.outputs()
+    np.testing.assert_array_equal(second.get_state(), first.get_state())

@@ -1,0 +1,136 @@
+"""Files that are no sound recordings: one clear line each, and the file stays as it was."""
+
+import numpy as np
+import pytest
+from recordings import damaged, flip, rewritten, write
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.recording.check.doctor import doctor
+from slipmode.runner.recording.check.info import info
+from slipmode.runner.recording.check.recover import recover
+from slipmode.runner.recording.load import read
+
+COMMANDS = {
+    "info": (),
+    "doctor": (),
+    "recover": ("-o", "out.mcap"),
+    "export": ("-o", "out.npz"),
+    "replay": ("--save", "out.rrd"),
+}
+OF_SAMPLES = ("doctor", "export", "replay")
+
+
+def missing(folder):
+    return folder / "missing.mcap", "No such file"
+
+
+def directory(folder):
+    return folder, "Is a directory"
+
+
+def empty(folder):
+    (folder / "empty.mcap").touch()
+    return folder / "empty.mcap", "an empty file"
+
+
+def text(folder):
+    (folder / "text.mcap").write_text("not a recording at all")
+    return folder / "text.mcap", "not an MCAP file"
+
+
+def magic_cut(folder):
+    (folder / "magic.mcap").write_bytes(b"\x89MCAP0")
+    return folder / "magic.mcap", "not an MCAP file"
+
+
+def cut_in_the_header(folder):
+    path = damaged(write(folder / "run.mcap", 10), folder, lambda data: data[:100])
+    (folder / "run.mcap").unlink()
+    return path, ""
+
+
+def wrong_schema(folder):
+    return rewritten(folder / "schema.mcap", describe=False), "schema of samples"
+
+
+def wrong_layout(folder):
+    return rewritten(folder / "layout.mcap", length=-1), "length of its fields"
+
+
+def mixed_clocks(folder):
+    wall = {"/modes": 1_700_000_000 * 10**9, "/contact/0": 0}
+    path = rewritten(folder / "clocks.mcap", lambda topic, number: wall[topic] + number)
+    return path, "mixed clocks: /modes has times from 1970, /contact/0 from the run's start"
+
+
+def foreign(folder):
+    return rewritten(folder / "foreign.mcap", units=False), "no slipmode recording"
+
+
+@pytest.mark.parametrize(
+    ("prepare", "command"),
+    [
+        *((p, c) for p in (missing, directory, empty, text, magic_cut) for c in COMMANDS),
+        *((cut_in_the_header, c) for c in COMMANDS if c != "info"),
+        *((p, c) for p in (wrong_schema, wrong_layout, mixed_clocks) for c in OF_SAMPLES),
+        (foreign, "export"),
+    ],
+)
+def test_refused_in_one_line(tmp_path, capsys, monkeypatch, prepare, command):
+    folder = tmp_path / "source"
+    folder.mkdir()
+    path, complaint = prepare(folder)
+    before = contents(folder)
+    monkeypatch.chdir(tmp_path)
+    assert main([command, str(path), *COMMANDS[command]]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    lines = printed.err.splitlines()
+    assert len(lines) == 1 or command == "doctor"
+    assert all(str(path) in line for line in lines)
+    assert complaint in printed.err
+    assert contents(folder) == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["source"]
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("export", "-o", "out.npz", "--topics", "/mode"), "no channel /mode: /modes, /contact/0"),
+        (("export", "-o", "out.mat"), "must end in .npz, .csv or .parquet"),
+        (("export", "-o", "no/out.npz"), "No such file"),
+        (("export", "-o", "no/out.csv", "--topics", "/modes"), "No such file"),
+        (("recover", "-o", "run.mcap"), "is the file to recover from"),
+        (("recover", "-o", "."), "is a directory"),
+        (("recover", "-o", "no/out.mcap"), "No such file"),
+    ],
+)
+def test_bad_requests(tmp_path, capsys, monkeypatch, arguments, complaint):
+    monkeypatch.chdir(tmp_path)
+    path = write(tmp_path / "run.mcap", 10)
+    before = contents(tmp_path)
+    command, *options = arguments
+    assert main([command, "run.mcap", *options]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert complaint in line
+    assert contents(tmp_path) == before == {path: path.read_bytes()}
+
+
+def test_no_damage_ends_in_a_traceback(tmp_path):
+    """Bits turned over anywhere: an answer, or a refusal."""
+    whole = write(tmp_path / "run.mcap", 20)
+    size = whole.stat().st_size
+    rng = np.random.default_rng(4)
+    for position in [*range(8, 200), *rng.integers(200, size, 300)]:
+        path = damaged(whole, tmp_path, flip(position))
+        for function in (read, info, doctor, lambda p: recover(p, tmp_path / "out.mcap")):
+            try:
+                function(path)
+            except SlipmodeError as error:
+                assert str(path) in str(error)
+                assert "\n" not in str(error)

@@ -1,0 +1,198 @@
+"""info, doctor, recover and export: of sound recordings and of damaged ones."""
+
+import json
+import re
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+from mcap.reader import make_reader
+from mcap.stream_reader import StreamReader
+from recordings import COUNT, STEP, chunk_end, chunks, damaged, flip, rewritten, samples, write
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.recording import load
+from slipmode.runner.recording.check.doctor import doctor
+from slipmode.runner.recording.check.info import info
+from slipmode.runner.recording.check.recover import recover
+from slipmode.runner.recording.export import export
+from slipmode.runner.recording.load import read
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("whole") / "run.mcap")
+
+
+def total(path):
+    with path.open("rb") as file:
+        return make_reader(file).get_summary().statistics.message_count
+
+
+# info
+
+
+def test_info_tells_what_is_there(whole):
+    found = info(whole)
+    assert (found.title, found.scene_name, found.run) == ("Both modes", "two", {"model": "1f2e"})
+    assert [(c.topic, c.count) for c in found.channels[:3]] == [
+        ("/modes", COUNT),
+        ("/contact/0", COUNT),
+        ("/events", 1),
+    ]
+    assert found.channels[1].units == {"x": "m", "v": "m/s", "f": "N"}
+    assert found.span == (0.0, (COUNT - 1) * STEP)
+    assert found.chunks == len(chunks(whole)) > 3
+    assert found.damage == ""
+    assert "  /contact/0          20000  x [m], v [m/s], f [N]\n" in found.text()
+
+
+@pytest.mark.parametrize("part", [0.3, 0.6, 0.9])
+def test_info_counts_what_is_left_of_a_cut_recording(whole, tmp_path, part):
+    path = damaged(whole, tmp_path, lambda data: data[: int(len(data) * part)])
+    found, left = info(path), read(path)
+    counts = {c.topic: c.count for c in found.channels}
+    assert counts["/modes"] == left.channels["/modes"].time.size > 0
+    assert "the file ends at byte" in found.damage
+    assert "see slipmode recover" in found.text()
+
+
+# doctor
+
+
+def test_a_sound_recording_has_no_complaints(whole, capsys):
+    assert doctor(whole) == []
+    assert main(["doctor", str(whole)]) == 0
+    assert capsys.readouterr().out == f"{whole}: sound\n"
+
+
+def test_doctor_notices_a_flip_of_any_byte(tmp_path):
+    whole = write(tmp_path / "run.mcap", 100)
+    size = whole.stat().st_size
+    summary = chunk_end(chunks(whole)[-1])
+    rng = np.random.default_rng(2)
+    positions = [*range(8, 60), *rng.integers(60, size, 100), *rng.integers(summary, size, 100)]
+    for position in positions:
+        path = damaged(whole, tmp_path, flip(position))
+        assert doctor(path), f"byte {position} of {size}"
+
+
+def test_recordings_of_the_plain_writer_are_read_and_sound(tmp_path):
+    path = rewritten(tmp_path / "plain.mcap")
+    assert doctor(path) == []
+    np.testing.assert_array_equal(load(path)["/modes"].values, np.ones((50, 6)))
+    assert recover(path, tmp_path / "again.mcap").kept == 100
+    assert doctor(tmp_path / "again.mcap") == []
+
+
+def test_time_that_runs_backwards(tmp_path):
+    path = rewritten(tmp_path / "back.mcap", lambda topic, number: 100 - number)
+    assert doctor(path) == [f"{topic}: time runs backwards" for topic in ("/modes", "/contact/0")]
+
+
+def test_messages_outside_chunks_are_one_complaint(tmp_path):
+    path = rewritten(tmp_path / "loose.mcap", chunked=False)
+    (complaint,) = doctor(path)
+    first = re.fullmatch(r"messages outside chunks: 100, from byte (\d+) on", complaint)
+    message = 5  # its opcode
+    assert path.read_bytes()[int(first[1])] == message
+
+
+# recover
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_recovered_from_any_cut(whole, tmp_path, seed):
+    first = chunks(whole)[0].chunk_start_offset
+    cut = int(np.random.default_rng(seed).integers(first, whole.stat().st_size))
+    path = damaged(whole, tmp_path, lambda data: data[:cut])
+    before = path.read_bytes()
+    out = tmp_path / "out.mcap"
+    found = recover(path, out)
+    assert path.read_bytes() == before
+    assert doctor(out) == []
+    assert read(out).complete
+    with out.open("rb") as file:
+        assert list(StreamReader(file, validate_crcs=True).records)
+    for topic, signals in load(out).items():
+        kept = signals.time.size
+        np.testing.assert_array_equal(signals.values, samples()[topic][1][:kept])
+    assert total(out) == found.kept + 1  # an event says what happened
+    assert "recovered from a damaged recording" in read(out).events[-1].message
+    assert f"its last {5000.0 - found.end:g} s are missing" in found.text()
+    hit = [c for c in chunks(whole) if c.chunk_start_offset + 40 < cut < chunk_end(c)]
+    in_each = total(whole) / len(chunks(whole))
+    assert not hit or 0.5 * in_each < found.lost < 2 * in_each
+    assert (found.lost > 0) == (found.lost_seconds > 0) == bool(hit)
+
+
+def test_damage_in_the_middle_costs_one_chunk(whole, tmp_path):
+    start = chunks(whole)[1].chunk_start_offset
+    path = damaged(whole, tmp_path, flip(start + 2000))
+    found = recover(path, tmp_path / "out.mcap")
+    assert found.exact
+    assert found.kept + found.lost == total(whole)
+    assert 0 < found.lost < 2 * total(whole) / len(chunks(whole))
+    assert found.end == (COUNT - 1) * STEP
+    assert doctor(tmp_path / "out.mcap") == []
+
+
+def test_a_wrong_length_in_the_middle_costs_one_chunk(whole, tmp_path):
+    start = chunks(whole)[1].chunk_start_offset
+    path = damaged(whole, tmp_path, flip(start + 3))
+    found = recover(path, tmp_path / "out.mcap")
+    assert found.exact
+    assert found.kept + found.lost == total(whole)
+    assert 0 < found.lost < 2 * total(whole) / len(chunks(whole))
+    assert doctor(tmp_path / "out.mcap") == []
+
+
+def test_a_sound_recording_is_copied(whole, tmp_path):
+    found = recover(whole, tmp_path / "out.mcap")
+    assert (found.kept, found.lost) == (total(whole), 0)
+    assert (tmp_path / "out.mcap").read_bytes() == whole.read_bytes()
+
+
+def test_nothing_is_left_where_nothing_can_be_recovered(whole, tmp_path):
+    path = damaged(whole, tmp_path, lambda data: data[:60])
+    with pytest.raises(SlipmodeError, match=r"damaged\.mcap: cut before its first channel"):
+        recover(path, tmp_path / "out.mcap")
+    assert sorted(tmp_path.iterdir()) == [path]
+
+
+# export
+
+
+def test_npz(whole, tmp_path):
+    out = tmp_path / "run.npz"
+    assert export(whole, out) == [out]
+    with np.load(out) as arrays:
+        assert json.loads(str(arrays["units"]))["/contact/0"]["v"] == "m/s"
+        np.testing.assert_array_equal(arrays["/modes.time"], samples()["/modes"][0])
+        np.testing.assert_array_equal(arrays["/contact/0.f"], samples()["/contact/0"][1][:, 2])
+
+
+def test_csv(whole, tmp_path):
+    first, second = export(whole, tmp_path / "run.csv")
+    assert (first.name, second.name) == ("run.modes.csv", "run.contact.0.csv")
+    table = pyarrow.csv.read_csv(second)
+    assert table.column_names == ["time [s]", "x [m]", "v [m/s]", "f [N]"]
+    np.testing.assert_array_equal(table["v [m/s]"], samples()["/contact/0"][1][:, 1])
+
+
+def test_parquet_of_one_channel(whole, tmp_path):
+    (out,) = export(whole, tmp_path / "run.parquet", ["/contact/0"])
+    assert out == tmp_path / "run.parquet"
+    table = pyarrow.parquet.read_table(out)
+    assert table.schema.field("f").metadata == {b"unit": b"N"}
+    np.testing.assert_array_equal(table["f"], samples()["/contact/0"][1][:, 2])
+
+
+def test_load_gives_arrays_with_units(whole):
+    signals = load(whole)["/modes"]
+    assert signals.units["A_abs"] == "kg^0.5 m"
+    np.testing.assert_array_equal(signals.column("A_abs"), samples()["/modes"][1][:, 4])
+    with pytest.raises(SlipmodeError, match="/modes has no field C_abs: A_re"):
+        signals.column("C_abs")

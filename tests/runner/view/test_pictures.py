@@ -1,0 +1,136 @@
+"""What the views of a replay look like, by a viewer without a window: none of them is empty."""
+
+import time
+from io import BytesIO
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from slipmode.runner import run, shipped_scenes
+from slipmode.runner.cli import main
+from slipmode.runner.view.phase_portraits import TIMELINE
+from slipmode.runner.view.replay import replay
+from slipmode.runner.view.viewer import windowless_viewer
+
+SETTLING = 1.5  # [s]
+LEGEND = 350  # coloured points that a plot has without its curves, at most
+PLOTS, MOTION, PLANES, TEXTS = ((0, 480), (480, 865), (865, 1535), (1535, 1920))
+
+
+def pictures(viewer, rrd, end):
+    """Of each view by its name: what it complains of, and its picture."""
+    viewer.open(str(rrd))
+    viewer.set_time(TIMELINE, duration=end, play_state="paused")
+    viewer.take_screenshot(max_size=64)
+    time.sleep(SETTLING)
+    return {
+        view.name: (view.reports, decoded(viewer.take_screenshot(view.view_id)))
+        for view in viewer.get_state().views
+    }
+
+
+def decoded(png):
+    return matplotlib.image.imread(BytesIO(png))[..., :3]
+
+
+def coloured(picture):
+    return int(np.count_nonzero(np.ptp(picture, axis=2) > 0.1))
+
+
+def blank_parts(picture):
+    """Parts of a picture of all views where nothing is drawn."""
+    parts = [
+        (left, top, picture[top : top + 500, left:right])
+        for left, right in (PLOTS, MOTION, PLANES, TEXTS)
+        for top in (40, 540)
+    ]
+    return [(left, top) for left, top, part in parts if coloured(part) < LEGEND]
+
+
+def test_the_scenes_as_they_are_replayed(tmp_path, viewer):
+    """One after the other in one viewer; every part of every picture is drawn on."""
+    for name in shipped_scenes():
+        recording = run(name, tmp_path)
+        replay(recording.mcap, save=tmp_path / f"{name}.replayed.rrd")
+    for name in shipped_scenes():
+        viewer.open(str(tmp_path / f"{name}.replayed.rrd"))
+        deadline = time.monotonic() + 15.0
+        blank = [...]
+        while blank and time.monotonic() < deadline:
+            blank = blank_parts(decoded(viewer.take_screenshot()))
+        assert blank == [], name
+        views = viewer.get_state().views
+        assert len(views) >= 13, name
+        assert all(view.reports == [] for view in views), name
+        viewer.close("all")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_no_view_of_a_scene_is_empty(name, tmp_path, viewer):
+    recording = run(name, tmp_path)
+    replay(recording.mcap, save=tmp_path / "replayed.rrd")
+    found = pictures(viewer, tmp_path / "replayed.rrd", recording.plan.scene.run.duration)
+    assert {"Modal amplitude", "Power", "Friction force", "Contacts", "Scene"} <= set(found)
+    two = len(recording.plan.excited.modes) == 2
+    assert ("Contact 0 over the phases of both carriers" in found) == two
+    for view, (reports, picture) in found.items():
+        assert reports == [], view
+        assert min(picture.shape[:2]) > 100, view
+        assert coloured(picture) > LEGEND, view
+
+
+@pytest.mark.slow
+def test_an_empty_plot_has_fewer_colours_than_any_view(tmp_path, viewer):
+    """The bound above tells plots with curves from plots without."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    stream = rr.RecordingStream("slipmode")
+    views = rrb.Vertical(rrb.TimeSeriesView(name="plot"), rrb.Spatial2DView(name="plane"))
+    stream.save(tmp_path / "empty.rrd", default_blueprint=rrb.Blueprint(views))
+    style = rr.SeriesLines(names=["|A| [kg^0.5 m]", "|B| [kg^0.5 m]"], colors=[(76, 159, 230)] * 2)
+    stream.log("/modes", style, static=True)
+    stream.send_columns(
+        "/modes",
+        [rr.TimeColumn(TIMELINE, duration=[0.0])],
+        rr.Scalars.columns(scalars=[[1.0, 2.0]]),
+    )
+    stream.flush()
+    stream.disconnect()
+    found = pictures(viewer, tmp_path / "empty.rrd", 0.0)
+    assert {name: coloured(picture) < LEGEND for name, (_, picture) in found.items()} == {
+        "plot": True,
+        "plane": True,
+    }
+
+
+def test_a_screenshot_is_a_small_picture_of_all_views(tmp_path, capsys, viewer):
+    recording = run("one-mode", tmp_path)
+    out = tmp_path / "views.png"
+    assert main(["replay", str(recording.mcap), "--screenshot", str(out), "--headless"]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    picture = decoded(out.read_bytes())
+    assert picture.shape == (1080, 1920, 3)
+    assert coloured(picture) > 10_000
+    assert out.stat().st_size < 150_000
+
+
+@pytest.mark.slow
+def test_an_hour_of_signals_opens_within_five_seconds(tmp_path, viewer):
+    from slipmode.runner.scene.scene import load_scene, parse_scene
+
+    text = load_scene("two-mode").text.replace("duration = 1500.0", "duration = 3600.0")
+    text = text.replace("window = [1400.0, 1450.0]", "window = [0.0, 3600.0]")
+    recording = run(parse_scene(text, tmp_path), tmp_path)
+    assert recording.samples > 60_000
+    best = np.inf
+    for _ in range(3):
+        started = time.perf_counter()
+        replay(recording.mcap, save=tmp_path / "hour.rrd")
+        with windowless_viewer() as its_own:
+            its_own.open(str(tmp_path / "hour.rrd"))
+            its_own.take_screenshot()
+            best = min(best, time.perf_counter() - started)
+    assert best < 5.0
