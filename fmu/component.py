@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
-from slipmode.fmu.stepping import Floats, StoppedError
+from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, _kernel
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import UnvisitedError
 from slipmode.rom.slow.response_surface import answer_plane

@@ -17,8 +17,9 @@ from fmpy.fmi1 import FMICallException
 from fmpy.simulation import apply_start_values, instantiate_fmu, settable_in_instantiated
 
 from slipmode.fmu.archive.contents import Archive
-from slipmode.fmu.stepping import Floats, StoppedError
+from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
+from slipmode.rom.arrays import Floats
 
 _DISCARD = 2  # status from which on a message says what went wrong
 

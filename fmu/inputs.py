@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.stepping import Floats
 from slipmode.rom import Coulomb, Model, SlipmodeError, _kernel
+from slipmode.rom.arrays import Floats
 
 MODE_NAMES = ("A", "B")
 ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from slipmode.rom import SlipmodeError
-
-Floats = NDArray[np.float64]
+from slipmode.rom.arrays import Floats
 
 
 class StoppedError(SlipmodeError):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 
 MODES = 2
@@ -18,8 +19,6 @@ OUTPUTS_FIXED = 10
 
 OK = 0
 OUTSIDE_TABLE = 5
-
-Floats = NDArray[np.float64]
 
 
 class Contact(Structure):
@@ -259,7 +258,7 @@ def table(
     node_b: Floats,
     values: Floats,
     lag: Floats | None,
-    visited: NDArray[np.bool_] | None,
+    visited: Flags | None,
 ) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2

@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
+from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -21,8 +21,6 @@ from slipmode.runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _SAMPLES_PER_BATCH = 16384
-
-Floats = NDArray[np.float64]
 
 
 class SlowPass:

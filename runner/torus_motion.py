@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom import Model
+from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
@@ -13,8 +13,6 @@ LINES, SAMPLES = 32, 64  # phases of B, and of A, at which the motion is compute
 
 _STEPS_PER_PERIOD = 8  # of the slow amplitudes, which are held: a step has no time to drift
 _TURN = 2 * np.pi
-
-Floats = NDArray[np.float64]
 
 
 def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom import Model
+from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.force_response import DirectForce
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
-
-Floats = NDArray[np.float64]
 
 
 def slow_trajectory(

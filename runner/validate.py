@@ -9,9 +9,9 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom import Model
+from slipmode.rom.arrays import Floats
 from slipmode.rom.full import Drive, FullMotion, State, integrate
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.slow.motion import Motion, reconstruct
@@ -26,8 +26,6 @@ from slipmode.runner.view.rerun_sink import RerunSink
 
 _STEPS_PER_PERIOD = 64
 _LAST_PERIODS = 20  # compared where the scene asks for no contact motion
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

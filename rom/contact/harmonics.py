@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import UnvisitedError
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.structure.matrices import Flags, Floats
-
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

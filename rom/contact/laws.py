@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
 
@@ -59,7 +59,7 @@ class Coulomb:
 Friction = Tanh | Coulomb
 
 
-def limits(law: Friction, contacts: int) -> NDArray[np.float64]:
+def limits(law: Friction, contacts: int) -> Floats:
     """Friction limit of each contact [N], shape (contacts,)."""
     given = np.asarray(law.limit, dtype=float)
     if given.ndim == 1 and given.size != contacts:

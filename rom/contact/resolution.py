@@ -10,13 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import NearResonance
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.structure.matrices import Floats
-from slipmode.rom.table.hermite import Complexes
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
@@ -22,8 +23,7 @@ from slipmode.rom.reduction.combination import (
     resonant_modes,
 )
 from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
-from slipmode.rom.reduction.reduction import Complexes, Reduced
-from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.reduction.reduction import Reduced
 
 _MAX_PERIODS = 400
 
@@ -60,7 +60,7 @@ class ContactHarmonics:
         Time steps marched along each phase line.
     """
 
-    P: NDArray[np.complex128]
+    P: Complexes
     mean_square: Floats
     residual: Floats
     marched: NDArray[np.int32]
@@ -217,12 +217,12 @@ class ContactTerms:
         Time steps marched along each phase line.
     """
 
-    S: NDArray[np.complex128]
-    T: NDArray[np.complex128]
+    S: Complexes
+    T: Complexes
     power: Floats
     leaving: Floats
     orders: list[Order]
-    P: NDArray[np.complex128]
+    P: Complexes
     left_out: Floats
     residual: Floats
     marched: NDArray[np.int32]
@@ -279,7 +279,7 @@ def _friction_power(
     reduced: Reduced,
     amplitudes: Floats,
     orders: Sequence[Order],
-    P: NDArray[np.complex128],
+    P: Complexes,
     near: Sequence[NearResonance],
 ) -> Floats:
     """Work of the forces on the contacts, less what their own damping takes; (points,).
@@ -304,8 +304,8 @@ def friction_functions(
     amplitudes: ArrayLike,
     grid: Discretisation,
     tolerance: float = 1e-5,
-) -> NDArray[np.complex128]:
+) -> Complexes:
     """The complex friction functions Q_j of Eq. (20), (points, modes), for amplitudes > 0."""
     S = contact_terms(reduced, law, amplitudes, grid, tolerance).S
-    Q: NDArray[np.complex128] = S / np.asarray(amplitudes, dtype=float)
+    Q: Complexes = S / np.asarray(amplitudes, dtype=float)
     return Q

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.full.excitation import Drive
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.structure.structure import Structure
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import scipy.linalg
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
-from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
 _GAMMA = 0.25  # SM_FULL_GAMMA

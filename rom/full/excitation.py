@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduction import force_vector
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.structure.structure import Structure
 
 

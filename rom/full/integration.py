@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.excitation import Drive
 from slipmode.rom.full.motion import FullMotion, Record, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.structure.structure import Structure
 
 

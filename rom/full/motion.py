@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

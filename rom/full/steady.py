@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Drive
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.structure.structure import Structure
-
-Complexes = NDArray[np.complex128]
 
 _WINDOW_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window beyond the 4th
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
@@ -103,7 +101,7 @@ class _Window:
     """Stretch of time over which a carrier is projected out of a signal."""
 
     frequency: Floats  # (modes,) of the carriers
-    driven: NDArray[np.bool_]  # (modes,) whether there is any force
+    driven: Flags  # (modes,) whether there is any force
     length: float
     samples: int
 

@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import Floats
 
 _ROUNDING = 1e-9  # times that differ by this fraction of a step are the same time
 _MOST_STEPS = 1e12

@@ -7,8 +7,9 @@ import scipy.linalg
 import scipy.sparse
 import scipy.sparse.linalg
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.partition import Partition
 
 _DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one

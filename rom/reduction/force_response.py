@@ -14,9 +14,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced, force_vector
-from slipmode.rom.slow.slow_flow import Complexes, answer_across, felt_shift
-from slipmode.rom.structure.matrices import Floats, as_dense, solve
+from slipmode.rom.slow.slow_flow import answer_across, felt_shift
+from slipmode.rom.structure.matrices import as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
 

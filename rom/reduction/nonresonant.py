@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.fixed_interface import modes_below
-from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
 
@@ -70,7 +70,7 @@ def nothing_passive(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Float
 
 def matter(
     omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Which modes answer to some harmonic with a force that counts, (modes,).
 
     Parameters

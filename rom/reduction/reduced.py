@@ -8,14 +8,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
-from slipmode.rom.structure.matrices import Floats
 
 Formulation = Literal["consistent", "paper"]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,12 @@ from typing import get_args
 
 import numpy as np
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.fixed_interface import bonded_modes
 from slipmode.rom.reduction.nonresonant import nothing_passive, passive_modes
-from slipmode.rom.reduction.reduced import Complexes, Formulation, Reduced, force_vector
-from slipmode.rom.structure.matrices import Floats, as_dense, is_positive_definite, solve
+from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
+from slipmode.rom.structure.matrices import as_dense, is_positive_definite, solve
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
 

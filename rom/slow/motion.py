@@ -19,13 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.slow.response import ModalAnswer, modal_answer
-from slipmode.rom.slow.slow_flow import Complexes
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0

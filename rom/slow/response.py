@@ -13,11 +13,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.slow.slow_flow import Complexes
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.table.model import Model
 
 _BLOCK = 8192  # harmonics at a time: memory

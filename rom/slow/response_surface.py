@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Flags
 from slipmode.rom.contact.torus import modal_feedback
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
-from slipmode.rom.slow.slow_flow import Complexes
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force of the modes on the contacts, or displacement
@@ -121,7 +121,7 @@ def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
     return moved
 
 
-def _counts(answer: Complexes, per_amplitude: Complexes, model: Model) -> NDArray[np.bool_]:
+def _counts(answer: Complexes, per_amplitude: Complexes, model: Model) -> Flags:
     """Which orders of an answer (n_a, n_b, orders, signals) are not negligible, (orders,).
 
     Beside what the amplitudes do by themselves, (modes, signals) per unit, at most.

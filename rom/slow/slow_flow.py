@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduction import Reduced, force_vector
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.table.model import Model
 
-Complexes = NDArray[np.complex128]
 Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n,) array per mode
 
 _SHORT_STEP = 1e-4  # of a difference along the flow, in radians of mode A

@@ -8,15 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.slow.slow_flow import (
-    Complexes,
-    felt_shift,
-    first_order_rate,
-    friction_force,
-    linear_part,
-)
-from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.slow.slow_flow import felt_shift, first_order_rate, friction_force, linear_part
 from slipmode.rom.table.model import Model
 
 Force = Sequence[Mapping[int, float] | ArrayLike]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import DirectForce
-from slipmode.rom.slow.slow_flow import Complexes, amplitude_rate, coupling_turn
-from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.slow.slow_flow import amplitude_rate, coupling_turn
 from slipmode.rom.table.model import Model
 
 

@@ -10,10 +10,10 @@ import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import (
     TOLERANCE,
-    Floats,
     Matrix,
     MatrixLike,
     Sparse,

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, SMALLEST, fits
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.matrices import (
-    Floats,
     Matrix,
     MatrixLike,
     as_csc,

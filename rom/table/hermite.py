@@ -16,10 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError, UnvisitedError
-from slipmode.rom.structure.matrices import Flags, Floats
-
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

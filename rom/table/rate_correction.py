@@ -17,12 +17,12 @@ from functools import partial
 import numpy as np
 
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import Discretisation, contact_problem
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.structure.matrices import Flags, Floats
-from slipmode.rom.table.hermite import Complexes, Table, surface_values
+from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.refinement import amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
 

@@ -19,10 +19,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.structure.matrices import Flags, Floats
-from slipmode.rom.table.hermite import Complexes, Table, make_table
+from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Visited, corners, widened, with_neighbours
 
 _FIRST_INTERVALS = 8

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.structure.matrices import Flags, Floats
+from slipmode.rom.arrays import Flags, Floats
 
 _TILES = 32  # per amplitude
 

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.contact.resolution import choose_resolution, least_force
@@ -26,9 +27,8 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.stiffness_margin import check_softness
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
-from slipmode.rom.structure.matrices import Floats
 from slipmode.rom.table.accuracy import Quality
-from slipmode.rom.table.hermite import Complexes, Table
+from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_lag
 from slipmode.rom.table.refinement import Columns, Sampling, refine

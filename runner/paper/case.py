@@ -6,15 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode import rom
 from slipmode.rom import full
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
 from slipmode.rom.reduction.reduction import Formulation
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 NATURAL_FREQUENCIES = (1.0, 1.7)  # [rad/s], with bonded contacts
 FORCE = (0.15, 0.25)  # [N], Table 1

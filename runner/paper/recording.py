@@ -10,8 +10,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from matplotlib import colormaps
 from matplotlib.colors import to_rgb
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.paper.claims.claim import Claim, as_markdown
 from slipmode.runner.paper.figures.motion_figures import torus_line, torus_points
 from slipmode.runner.paper.figures.resonance_figures import slice_lines
@@ -20,8 +20,6 @@ from slipmode.runner.paper.slices import DETUNINGS, euclidean
 from slipmode.runner.paper.study import Study, torus_angles
 from slipmode.runner.recording.record import create_file
 from slipmode.runner.view.phase_portraits import TIMELINE, time_column
-
-Floats = NDArray[np.float64]
 
 _DETUNING_SCALE = 10.0  # drawn lengths per rad/s
 _LIFT = 0.01  # of lines above the surface that they lie on

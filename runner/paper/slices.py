@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode import rom
+from slipmode.rom.arrays import Floats
 from slipmode.runner.paper.case import FORCE, Case
-
-Floats = NDArray[np.float64]
 
 FAR = 0.2  # [rad/s], a detuning that leaves a mode out of resonance
 NEARBY = 0.1  # [rad/s]

@@ -7,16 +7,14 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode import rom
 from slipmode.fmu import Component
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.runner.paper.case import STRONG_FORCE, Case, Signals
 from slipmode.runner.paper.slices import Sensitivity, Slices, peak
-
-Floats = NDArray[np.float64]
 
 SETTLED = 1800.0  # [s], ten times the slowest decay
 TRANSIENT = 600.0  # [s], shown in Fig. 3

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom import Reduced, Tanh
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from slipmode.rom.arrays import Complexes, Floats
 
 _NEWTON_PASSES = 60
 _HALVINGS = 30

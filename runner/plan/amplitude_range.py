@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced, SlipmodeError
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.reduction.combination import NearResonance
 from slipmode.rom.slow.slow_flow import felt_shift
@@ -23,9 +23,6 @@ _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
 _LARGEST_GROWTH = 2.0**40
 _STEPS_PER_BLOCK = 65536  # whose inputs and outputs are in memory together
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.reduction.combination import NearResonance
@@ -17,8 +17,6 @@ from slipmode.runner.plan.amplitude_range import Excited
 ORDERS = (ANSWERED_ORDER, ANSWERED_ORDER + 2, ANSWERED_ORDER + 4)
 _GRID = Discretisation(128, 16)
 _PARTS = (1.0, 0.5)  # of the largest amplitudes
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from math import pi
 
 from slipmode.rom import Reduced, SlipmodeError
+from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.scene import Scene
-from slipmode.runner.scene.schedule import Floats, Schedule
+from slipmode.runner.scene.schedule import Schedule
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
 # carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is

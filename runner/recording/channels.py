@@ -21,6 +21,7 @@ from google.protobuf.descriptor_pb2 import (
 )
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 
 Mode = Literal["A", "B"]
@@ -115,7 +116,7 @@ class Channel:
         )
         return FileDescriptorSet(file=[file])
 
-    def encode(self, values: NDArray[np.float64]) -> NDArray[np.void]:
+    def encode(self, values: Floats) -> NDArray[np.void]:
         """Protobuf messages of a batch.
 
         Parameters
@@ -135,7 +136,7 @@ class Channel:
             wire[tags]["value"] = values[:, columns]
         return wire
 
-    def decode(self, messages: NDArray[np.void]) -> NDArray[np.float64]:
+    def decode(self, messages: NDArray[np.void]) -> Floats:
         """Values of a batch of protobuf messages; the inverse of `encode`.
 
         Parameters

@@ -12,6 +12,7 @@ from google.protobuf.message import DecodeError
 from mcap import records
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import EVENTS, Channel, Event, Field, decode_event
@@ -22,8 +23,6 @@ from slipmode.runner.recording.mcapfile.statistics import Tally
 from slipmode.runner.recording.record import SCENE_FILE, Header
 
 _NANOSECONDS = 1e9
-
-Floats = NDArray[np.float64]
 
 
 class Signals(NamedTuple):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import Channel
 
 SOURCE = "/modes"
@@ -51,7 +52,7 @@ class Overview:
         self._seen = 0
 
     def encode(
-        self, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
+        self, time_ns: NDArray[np.int64], rows: Floats
     ) -> tuple[NDArray[np.int64], NDArray[np.void]]:
         """Times and messages of the samples that are kept of the next ones of ``/modes``.
 

@@ -15,6 +15,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap import records
 from numpy.typing import ArrayLike, NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
@@ -267,7 +268,7 @@ def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
 
 def checked_batch(
     channel: Channel, time: ArrayLike, values: ArrayLike
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+) -> tuple[NDArray[np.int64], Floats]:
     """Times in nanoseconds and values of a batch, or the reason why it is refused."""
     seconds, rows = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     expected = (seconds.size, len(channel.fields))
@@ -281,7 +282,7 @@ def checked_batch(
     return nanoseconds(channel.topic, seconds), rows
 
 
-def nanoseconds(topic: str, seconds: NDArray[np.float64]) -> NDArray[np.int64]:
+def nanoseconds(topic: str, seconds: Floats) -> NDArray[np.int64]:
     """Simulation times [s] as nanoseconds, rounded to the nearest."""
     if not np.all((seconds >= 0.0) & (seconds < 2**63 / 1e9)):
         raise SlipmodeError(f"{topic}: times must be finite and not negative")

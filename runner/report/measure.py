@@ -11,10 +11,10 @@ from importlib.util import find_spec
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Floats
 
 T = TypeVar("T")
-Floats = NDArray[np.float64]
 
 OURS = "slipmode"  # what our methods' names begin with
 _LONG = 1.0  # what takes longer is measured once [s]

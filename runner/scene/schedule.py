@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.script import Script
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 _QUIET = Script.constant(0.0)
 _ALL = slice(None)

@@ -7,11 +7,10 @@ from itertools import pairwise
 from typing import Literal, Self, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

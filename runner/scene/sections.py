@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.script import Script
@@ -73,7 +73,7 @@ class Forcing:
     frequency: Script
     phase: Script
 
-    def vector(self, n_dofs: int) -> NDArray[np.float64]:
+    def vector(self, n_dofs: int) -> Floats:
         """The direction as an (n,) vector: a unit vector if it was given as a DOF.
 
         Raises

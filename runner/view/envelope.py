@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
+
 DENSE_SAMPLES = 2**18  # that a viewer moves through fluently, with several series of them in view
 
 
@@ -25,16 +27,14 @@ class Envelope:
     def __init__(self, dense: int = DENSE_SAMPLES) -> None:
         self._dense = dense
         self._seen = 0
-        self._waiting: list[tuple[NDArray[np.int64], NDArray[np.float64]]] = []
+        self._waiting: list[tuple[NDArray[np.int64], Floats]] = []
 
     @property
     def thinned(self) -> bool:
         """Whether any sample has been left out."""
         return self._seen > self._dense
 
-    def extend(
-        self, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    def extend(self, time_ns: NDArray[np.int64], rows: Floats) -> tuple[NDArray[np.int64], Floats]:
         """Take the next samples; return the rows that are complete.
 
         Parameters
@@ -57,13 +57,13 @@ class Envelope:
             time_ns, rows = time_ns[part.stop :], rows[part.stop :]
         return _joined(done) if done else (time_ns, rows)
 
-    def rest(self) -> tuple[NDArray[np.int64], NDArray[np.float64]] | None:
+    def rest(self) -> tuple[NDArray[np.int64], Floats] | None:
         """The last samples, which were too few for rows of extremes; None without any."""
         return _joined(self._waiting) if self._waiting else None
 
     def _reduce(
-        self, time_ns: NDArray[np.int64], rows: NDArray[np.float64], width: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        self, time_ns: NDArray[np.int64], rows: Floats, width: int
+    ) -> tuple[NDArray[np.int64], Floats]:
         """Extremes of each `width` samples, beginning with those that wait for company."""
         if self._seen < self._dense:
             return time_ns, rows
@@ -76,7 +76,7 @@ class Envelope:
 
 
 def _joined(
-    parts: list[tuple[NDArray[np.int64], NDArray[np.float64]]],
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    parts: list[tuple[NDArray[np.int64], Floats]],
+) -> tuple[NDArray[np.int64], Floats]:
     times, rows = zip(*parts, strict=True)
     return np.concatenate(times), np.concatenate(rows)

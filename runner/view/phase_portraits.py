@@ -9,6 +9,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.envelope import DENSE_SAMPLES
@@ -67,7 +68,7 @@ class Plane:
     one_scale: bool
     trail: int
 
-    def labels(self, scale: NDArray[np.float64]) -> list[str]:
+    def labels(self, scale: Floats) -> list[str]:
         """What the marks on the axes say: the largest values, (2,)."""
         x, y = (
             f"{axis.label} = {largest:.3g} {axis.unit}"
@@ -129,7 +130,7 @@ class Paths:
         if torus_view.has_torus(channels):
             self._samples |= {topic: _Latest() for topic in (PHASES, TORUS)}
 
-    def extend(self, topic: str, time_ns: NDArray[np.int64], values: NDArray[np.float64]) -> None:
+    def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel that some plane shows, or that tells where motion is."""
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
@@ -173,7 +174,7 @@ class Paths:
         latest = torus[torus[:, 0] == torus[-1, 0], 1:]
         torus_view.draw(stream, latest, phases, x, index, shown, _TRAIL_SAMPLES)
 
-    def _path(self, plane: Plane) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    def _path(self, plane: Plane) -> tuple[NDArray[np.int64], Floats]:
         """Times and points, shape (n, 2), of samples that both axes have."""
         samples = [self._samples[axis.topic].rows() for axis in (plane.x, plane.y)]
         count = min(len(kept) for kept in samples)
@@ -193,12 +194,12 @@ class _Latest:
         self.seen = 0
         self._rows = np.empty((0, 0))
 
-    def extend(self, rows: NDArray[np.float64]) -> None:
+    def extend(self, rows: Floats) -> None:
         self.seen += len(rows)
         kept = [self._rows, rows] if len(self._rows) else [rows]
         self._rows = np.concatenate(kept)[-_KEPT_SAMPLES:].copy()
 
-    def rows(self) -> NDArray[np.float64]:
+    def rows(self) -> Floats:
         return self._rows
 
 
@@ -207,11 +208,11 @@ class _Thinned:
 
     def __init__(self) -> None:
         self.seen = 0
-        self._blocks: list[NDArray[np.float64]] = []
+        self._blocks: list[Floats] = []
         self._stride = 1
         self._kept = 0
 
-    def extend(self, rows: NDArray[np.float64]) -> None:
+    def extend(self, rows: Floats) -> None:
         block = rows[-self.seen % self._stride :: self._stride]
         self._blocks.append(block)
         self.seen += len(rows)
@@ -221,11 +222,11 @@ class _Thinned:
             self._kept = len(self._blocks[0])
             self._stride *= 2
 
-    def rows(self) -> NDArray[np.float64]:
+    def rows(self) -> Floats:
         return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
 
 
-def _draw_axes(stream: rr.RecordingStream, plane: Plane, scale: NDArray[np.float64]) -> None:
+def _draw_axes(stream: rr.RecordingStream, plane: Plane, scale: Floats) -> None:
     ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
     axes = rr.LineStrips2D(
         ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
@@ -245,7 +246,7 @@ def _draw_path(
     stream: rr.RecordingStream,
     plane: Plane,
     time_ns: NDArray[np.int64],
-    points: NDArray[np.float64],
+    points: Floats,
 ) -> None:
     """Whole path as a thin line, its recent part as a bright one, its end as a moving point."""
     color = COLORS[1] if plane.entity.endswith(("B", "1")) else COLORS[0]

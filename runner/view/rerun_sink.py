@@ -15,6 +15,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import EVENTS, Channel, Level
 from slipmode.runner.recording.record import (
     Header,
@@ -105,9 +106,7 @@ class RerunSink(Sink):
         self._closed = True
         self._stream.disconnect()
 
-    def _send(
-        self, channel: Channel, time_ns: NDArray[np.int64], rows: NDArray[np.float64]
-    ) -> None:
+    def _send(self, channel: Channel, time_ns: NDArray[np.int64], rows: Floats) -> None:
         for start in range(0, len(rows), _ROWS_PER_SEND):
             part = slice(start, start + _ROWS_PER_SEND)
             views.send_series(self._stream, channel, time_ns[part], rows[part])

@@ -7,9 +7,11 @@ import pyarrow as pa
 import rerun as rr
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
+
 
 def trails(
-    points: NDArray[np.float64],
+    points: Floats,
     starts: NDArray[np.int64],
     shown: NDArray[np.int64],
     length: int,

@@ -9,6 +9,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
 from slipmode.runner.view.tail import trails
 
@@ -19,8 +20,6 @@ _DIGITS = 9  # by which phases of A are the same
 _CELLS = 64  # of the surface along the phase of B
 _STUCK, _PULLED, _PUSHED = (np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230)))
 _FRAME, _LABEL = (75, 80, 90), (230, 230, 230)
-
-Floats = NDArray[np.float64]
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:

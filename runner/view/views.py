@@ -11,6 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, PHASES, TORUS, Channel, Level
 from slipmode.runner.view import torus_view
@@ -137,7 +138,7 @@ def send_series(
     stream: rr.RecordingStream,
     channel: Channel,
     time_ns: NDArray[np.int64],
-    values: NDArray[np.float64],
+    values: Floats,
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode import rom
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import Discretisation, friction_functions
 from slipmode.runner.paper.case import ALPHA, Case
 from slipmode.runner.paper.claims.claim import Claim, judge, judge_over
 from slipmode.runner.paper.study import Study
-
-Floats = NDArray[np.float64]
 
 LARGEST = 3.0  # the paper's range of |A| and |B|
 THRESHOLDS = (1.0, 1 / 1.7**2)  # mu N / (2 k): there slip starts under Coulomb friction
@@ -21,10 +19,10 @@ _USED = f"alpha {ALPHA:g}"
 _FINE = Discretisation(steps=1024, lines=16)
 
 
-def friction_at(model: rom.Model, A: Floats, B: Floats) -> NDArray[np.complex128]:
+def friction_at(model: rom.Model, A: Floats, B: Floats) -> Complexes:
     """Q_A, Q_B (..., 2) at broadcast amplitudes > 0, from the table."""
     moduli = np.stack(np.broadcast_arrays(A, B), axis=-1)
-    Q: NDArray[np.complex128] = model.table(moduli) / moduli
+    Q: Complexes = model.table(moduli) / moduli
     return Q
 
 
@@ -149,15 +147,13 @@ def deepest_damping(study: Study) -> Claim:
     )
 
 
-def _along_mode_a(
-    model: rom.Model, B: float
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def _along_mode_a(model: rom.Model, B: float) -> tuple[Complexes, Complexes]:
     """Q_A over _ABOVE, without mode B and with |B| = B."""
     alone, dithered = (friction_at(model, _ABOVE, np.array(held))[:, 0] for held in (1e-3, B))
     return alone, dithered
 
 
-def _exact(case: Case, alpha: float, points: Floats) -> NDArray[np.complex128]:
+def _exact(case: Case, alpha: float, points: Floats) -> Complexes:
     """Converged Q (points, 2) of the paper's contact problem."""
     reduced, law = case.paper.reduced, rom.Tanh(limit=2.0, alpha=alpha)
     return friction_functions(reduced, law, points, _FINE)

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import Discretisation
 from slipmode.rom.contact.torus import friction_functions as converged_functions
 from slipmode.runner.paper import upwind
 from slipmode.runner.paper.case import ALPHA, BETA, Case, Signals
 from slipmode.runner.paper.claims.claim import Claim, judge
 from slipmode.runner.paper.study import PERIODS, Study
-
-Floats = NDArray[np.float64]
 
 USED = f"alpha {ALPHA:g}, beta {BETA:g}"
 AGREEMENT = 0.1  # largest difference relative to the peak that passes as agreement

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.runner.paper.case import ALPHA, BETA
 from slipmode.runner.paper.claims.claim import Claim, judge_over
 from slipmode.runner.paper.slices import ALPHAS, BETAS, euclidean, peak
 from slipmode.runner.paper.study import Study
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 _TRIED = (
     f"alpha {ALPHA:g}, beta {BETA:g}; tried alpha {ALPHAS[0]:g} to {ALPHAS[-1]:g}, "

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
+from slipmode.rom.arrays import Floats
 from slipmode.runner.paper.case import Case, Signals
 from slipmode.runner.paper.figures.style import (
     BOTH,
@@ -25,8 +25,6 @@ from slipmode.runner.paper.figures.style import (
     spaces,
 )
 from slipmode.runner.paper.study import TORUS_AMPLITUDES, Study, torus_angles
-
-Floats = NDArray[np.float64]
 
 CENTRE_RADIUS, TUBE_RADIUS, SWELLING = 2.0, 0.75, 0.3  # of the torus, swollen by x_c1
 _SHOWN_PERIODS = 5
@@ -162,7 +160,7 @@ def torus_line(swelling: Floats, turns: int = _TURNS) -> tuple[Floats, Floats, F
     return t_A, t_B, look_up(np.column_stack((t_A, t_B)) % (2 * np.pi))
 
 
-def torus_colors(values: Floats) -> NDArray[np.float64]:
+def torus_colors(values: Floats) -> Floats:
     """Colours (..., 4) of values from -1 to 1."""
     return np.asarray(colormaps["viridis"](0.5 + 0.5 * values))
 

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.runner.paper.claims.friction_claims import LARGEST, THRESHOLDS, friction_at
 from slipmode.runner.paper.figures.style import (
     BOTH,
@@ -24,8 +24,6 @@ from slipmode.runner.paper.figures.style import (
 )
 from slipmode.runner.paper.slices import ALPHAS, BETAS, DETUNINGS, Slices, euclidean, peak
 from slipmode.runner.paper.study import FULL_ORDER_DETUNINGS, Study
-
-Floats = NDArray[np.float64]
 
 NORM = r"$\sqrt{|A|^2+|B|^2}$ [m]"
 _Q_PANELS = (
@@ -140,7 +138,7 @@ def figure_unstated(study: Study) -> Figure:
     return figure
 
 
-def coulomb_alone(mode: int, moduli: Floats) -> NDArray[np.complex128]:
+def coulomb_alone(mode: int, moduli: Floats) -> Complexes:
     """Q of one mode alone under exact Coulomb friction, the other contact stuck."""
     k, K = _STIFFNESS[mode]
     r = np.minimum(THRESHOLDS[mode] / moduli, 1.0)

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from mcap import records
-from numpy.typing import NDArray
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import OTHER, Channel, Event, Field
 from slipmode.runner.recording.external.messages import Decoder, Numbers, UnreadableError, decoder
@@ -94,7 +94,7 @@ class _Table:
             except UnreadableError as fault:
                 self.refused[str(fault)] += 1
 
-    def values(self) -> tuple[list[str], NDArray[np.float64]]:
+    def values(self) -> tuple[list[str], Floats]:
         """Names in the order of their appearance, and values of shape (n, names)."""
         names = list(dict.fromkeys(name for row in self.rows for name in row))
         column = {name: k for k, name in enumerate(names)}

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from slipmode import rom
 from slipmode.rom import Structure
+from slipmode.rom.arrays import Floats
 from slipmode.rom.full import Drive
-from slipmode.rom.structure.matrices import Floats
 from slipmode.runner.report.cases.structures import Chain, damped_between_modes, six_dofs
 
 Force = Mapping[int, float] | ArrayLike

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom import Structure
-from slipmode.rom.structure.matrices import Floats
+from slipmode.rom.arrays import Floats
 
 _BETA = 0.01
 _JOINT = 150.0  # stiffness of a joint with friction, in springs of a chain as long as that

@@ -13,9 +13,10 @@ from scipy.integrate import ODEintWarning
 
 from slipmode import rom
 from slipmode.rom import full
+from slipmode.rom.arrays import Floats
 from slipmode.runner.report.cases.cases import Case
 from slipmode.runner.report.hard.signals import reference
-from slipmode.runner.report.measure import Floats, relative_rms
+from slipmode.runner.report.measure import relative_rms
 from slipmode.runner.report.peers import first_order
 
 DURATION = 100.0  # [s], from rest: what takes an implicit integrator in Python a second

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom import full
+from slipmode.rom.arrays import Floats
 from slipmode.runner.report.cases.cases import Case
-from slipmode.runner.report.measure import Floats, relative_rms
+from slipmode.runner.report.measure import relative_rms
 from slipmode.runner.report.methods.ours import SlowCase
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.validate import validate

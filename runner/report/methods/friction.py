@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from slipmode import rom
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import Discretisation, friction_functions
-from slipmode.runner.report.measure import OURS, Floats, Row, Section, timed
+from slipmode.runner.report.measure import OURS, Row, Section, timed
 from slipmode.runner.report.peers.paper_scheme import paper_scheme
 
 ERRORS = ("worst of S", "Q_B at (2.5, 0.3)")
@@ -21,8 +21,6 @@ _CONVERGED = Discretisation(steps=1024, lines=64)
 _HALF = Discretisation(steps=512, lines=32)
 _PERIODIC = 1e-6  # of the reference
 _WANTED = 1e-3  # error of the setting of ours that decides
-
-Complexes = NDArray[np.complex128]
 
 
 class FrictionReference:

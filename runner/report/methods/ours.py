@@ -10,13 +10,13 @@ import numpy as np
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Model, SlowTrajectory
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics
 from slipmode.rom.reduction.force_response import DirectForce
 from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
-from slipmode.rom.reduction.reduction import Complexes, Formulation
+from slipmode.rom.reduction.reduction import Formulation
 from slipmode.rom.slow.motion import Motion
 from slipmode.runner.report.cases.cases import Case
-from slipmode.runner.report.measure import Floats
 
 _COARSE = 0.05  # tolerance of the table that finds the range
 _MARGIN = 1.15

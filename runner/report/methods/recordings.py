@@ -17,7 +17,6 @@ import rerun as rr
 from google.protobuf import descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.writer import Writer
-from numpy.typing import NDArray
 from zstandard import ZstdCompressor
 
 from slipmode.runner import load_scene, run
@@ -36,8 +35,6 @@ _FIELDS = 12
 _CHANNEL = Channel("/wide", tuple(Field(f"x_{k}", "m") for k in range(_FIELDS)), "")
 _REPEATS = 7
 _ROWS_PER_SEND = 8192
-
-Floats = NDArray[np.float64]
 
 
 def main() -> None:

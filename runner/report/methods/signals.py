@@ -9,13 +9,14 @@ from functools import partial
 import numpy as np
 
 from slipmode.rom import full
+from slipmode.rom.arrays import Floats
 from slipmode.rom.full import FullMotion
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.reduction.reduction import Formulation
 from slipmode.rom.slow.motion import Motion
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import SAMPLING, Case
-from slipmode.runner.report.measure import OURS, Floats, Row, Section, relative_rms, timed
+from slipmode.runner.report.measure import OURS, Row, Section, relative_rms, timed
 from slipmode.runner.report.methods.ours import Marcher, SlowCase
 from slipmode.runner.report.peers.craig_bampton import craig_bampton
 from slipmode.runner.report.peers.first_order import FirstOrder, Integrate

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.reduction.reduction import Complexes, Formulation
+from slipmode.rom.arrays import Complexes
+from slipmode.rom.reduction.reduction import Formulation
 from slipmode.runner.report.cases.cases import Case
 from slipmode.runner.report.measure import OURS, Row, Section, timed
 from slipmode.runner.report.methods.ours import steady_displacement

@@ -11,9 +11,9 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.structure.matrices import Floats
 from slipmode.runner.report.peers.library import library
 
 _LANES = 16

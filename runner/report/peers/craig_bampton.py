@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from slipmode import rom
+from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.fixed_interface import bonded_modes
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
-from slipmode.runner.report.measure import Floats
 
 
 def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:

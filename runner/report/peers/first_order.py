@@ -11,10 +11,10 @@ import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
 from slipmode import rom
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
-from slipmode.runner.report.measure import Floats
 
 _MOST_STEPS = 1_000_000
 HAS_CVODE = find_spec("sksundae") is not None

@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode import rom
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.structure.matrices import Floats, as_dense
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
-
-Complexes = NDArray[np.complex128]
 
 _OVERSAMPLING = 4  # grid points per harmonic and period
 _TOLERANCE = 1e-9  # of the friction limit

@@ -5,18 +5,17 @@ from __future__ import annotations
 import ctypes
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode import rom
 from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
-from slipmode.rom.structure.matrices import Floats
 from slipmode.runner.report.peers.library import library
 
 
 def paper_scheme(
     reduced: rom.Reduced, law: rom.Tanh, amplitudes: Floats, steps: int, *, corner: bool = True
-) -> NDArray[np.complex128]:
+) -> Complexes:
     """Friction functions Q_j (points, 2) from the second period of each time variable.
 
     Parameters
@@ -38,5 +37,5 @@ def paper_scheme(
         *(len(points), points.ctypes.data, P.ctypes.data),
     )
     _kernel.check(status, "scheme (31)")
-    Q: NDArray[np.complex128] = -np.einsum("jc,pjc->pj", reduced.coupling, P) / points
+    Q: Complexes = -np.einsum("jc,pjc->pj", reduced.coupling, P) / points
     return Q

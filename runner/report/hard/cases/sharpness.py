@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 
 from slipmode import rom
+from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import Discretisation, friction_functions
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.hard_case import SIGNAL, HardCase
 from slipmode.runner.report.hard.signals import largest, signal_error
-from slipmode.runner.report.measure import Floats
 
 _LIMIT = 2.0
 _STEPS = 4096  # per period, of the friction function that is compared with its closed form

@@ -11,9 +11,9 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.fmu import Component
+from slipmode.rom.arrays import Floats
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.hard_case import FLOW, HardCase
-from slipmode.runner.report.measure import Floats
 
 _PHASE = 1e-6  # [rad], over 1e7 cycles: issue of hard cases
 _CYCLES, _CYCLES_PER_STEP, _STEPS_PER_BATCH = 10_000_000, 10, 10_000
