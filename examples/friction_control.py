@@ -35,9 +35,9 @@ ENERGY = ("input_power", "dissipated_power", "dissipated_energy")
 
 def most_damped(model):
     """The amplitude a* [kg^1/2 m] at which friction damps the mode most: Im Q is least."""
-    amplitude = np.linspace(0.01, 1.0, 1000) * model.table.limit[0]
-    pull = model.table(amplitude[:, None])[:, 0]  # Q a
-    return amplitude[np.argmin(pull.imag / amplitude)]
+    amplitude = np.linspace(0.01, 1.0, 1000) * model.table.amplitude_range[0]
+    reaction = model.table(amplitude[:, None])[:, 0]  # Q a
+    return amplitude[np.argmin(reaction.imag / amplitude)]
 
 
 class LoadController:

@@ -28,8 +28,8 @@ from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, _kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
-from slipmode.rom.errors import UnvisitedError
-from slipmode.rom.slow.response_surface import answer_plane
+from slipmode.rom.errors import OutsideRegionError
+from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 
 STEPS_PER_PERIOD = 40
@@ -120,9 +120,9 @@ class Component:
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
         if status == _kernel.OUTSIDE_TABLE:
-            limit = limit_scale(self._inputs) * self.model.table.limit
+            limit = limit_scale(self._inputs) * self.model.table.amplitude_range
             if np.all(np.abs(start[: self.model.modes]) <= limit):
-                raise UnvisitedError
+                raise OutsideRegionError
             raise SlipmodeError(
                 f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
                 f"whose limit is {limit}"
@@ -267,12 +267,12 @@ class Component:
             _kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
         last = self.outputs()
         self.set_state(state)
-        if self.model.table.visited is not None:
+        if self.model.table.region is not None:
             when = f"at t = {last['time']:g} s"
             return f"the amplitudes leave the visited part of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
-        limit = scale * self.model.table.limit
+        limit = scale * self.model.table.amplitude_range
         mode = int(np.argmax(reached[: self.model.modes] / limit))
         name = self._named.mode_names[mode]
         return (
@@ -308,14 +308,17 @@ def _create(
         memory_periods=MEMORY_PERIODS,
     )
     if contact:
-        plane = answer_plane(model, elastic)
+        surface = response_surface(model, elastic)
         contacts_out = _kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
         motion.wanted, motion.elastic = 1, len(elastic)
-        motion.modes_out = plane.modes_out.ctypes.data
+        motion.modes_out = surface.modes_out.ctypes.data
         motion.contacts_out = contacts_out.ctypes.data
-        motion.orders_count = len(plane.orders)
-        motion.orders = plane.orders.ctypes.data
-        motion.pull, motion.answer = plane.pull.ctypes.data, plane.elastic.ctypes.data
+        motion.orders_count = len(surface.orders)
+        motion.orders = surface.orders.ctypes.data
+        motion.reaction, motion.response = (
+            surface.reaction.ctypes.data,
+            surface.elastic.ctypes.data,
+        )
     flow = slow_flow(model, force)
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()

@@ -8,7 +8,7 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import NearResonance, near_resonances
+from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
 from slipmode.rom.slow.steady import (
@@ -20,28 +20,28 @@ from slipmode.rom.slow.steady import (
 )
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
-from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
+    "Accuracy",
+    "CombinationResonance",
     "Coulomb",
     "Friction",
     "Model",
     "Motion",
-    "NearResonance",
-    "Quality",
     "Reduced",
+    "Region",
     "ResonanceCurve",
     "ResonanceSurface",
     "SlipmodeError",
     "SlowTrajectory",
     "Structure",
     "Tanh",
-    "Visited",
+    "combination_resonances",
     "load_structure",
-    "near_resonances",
     "reconstruct",
     "reduce",
     "resonance",

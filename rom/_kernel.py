@@ -34,17 +34,17 @@ class Contact(Structure):
         ("damping", c_void_p),
         ("coupling", c_void_p),
         ("mass", c_void_p),
-        ("answer", c_void_p),
+        ("response", c_void_p),
     )
 
 
-class ModalAnswer(Structure):
+class ModalResponse(Structure):
     """sm_modal_answer."""
 
     _fields_ = (
         ("orders_count", c_int32),
         ("orders", c_void_p),
-        ("feedback", c_void_p),
+        ("reaction", c_void_p),
     )
 
 
@@ -53,15 +53,15 @@ class Table(Structure):
 
     _fields_ = (
         ("modes", c_int32),
-        ("near", c_int32),
+        ("combinations", c_int32),
         ("power", c_int32),
         ("count_a", c_int32),
         ("count_b", c_int32),
         ("node_a", c_void_p),
         ("node_b", c_void_p),
         ("values", c_void_p),
-        ("lag", c_void_p),
-        ("visited", c_void_p),
+        ("rate_correction", c_void_p),
+        ("region", c_void_p),
     )
 
 
@@ -79,10 +79,10 @@ class SlowFlow(Structure):
         ("natural", c_double * MODES),
         ("damping", c_double * MODES),
         ("table", Table),
-        ("turn", (c_double * 2 * 2) * MODES),
+        ("factor", (c_double * 2 * 2) * MODES),
         ("shift", (c_double * 2) * MODES),
-        ("across", (c_double * 2 * MODES) * MODES),
-        ("near", Near * NEAR),
+        ("cross_response", (c_double * 2 * MODES) * MODES),
+        ("combinations", Near * NEAR),
     )
 
 
@@ -96,8 +96,8 @@ class Motion(Structure):
         ("contacts_out", c_void_p),
         ("orders_count", c_int32),
         ("orders", c_void_p),
-        ("pull", c_void_p),
-        ("answer", c_void_p),
+        ("reaction", c_void_p),
+        ("response", c_void_p),
         ("steps_per_period", c_int32),
         ("memory_periods", c_double),
     )
@@ -161,8 +161,8 @@ SEGMENT = np.dtype(
         ("angle", float, MODES),
         ("frequency", float, MODES),
         ("frequency_rate", float, MODES),
-        ("pull_start", np.uintp),
-        ("pull_end", np.uintp),
+        ("reaction_start", np.uintp),
+        ("reaction_end", np.uintp),
     ]
 )
 
@@ -257,23 +257,23 @@ def table(
     node_a: Floats,
     node_b: Floats,
     values: Floats,
-    lag: Floats | None,
-    visited: Flags | None,
+    rate_correction: Floats | None,
+    region: Flags | None,
 ) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2
     power = int(columns > modes)
     result = Table(
         modes=modes,
-        near=columns - modes - power,
+        combinations=columns - modes - power,
         power=power,
         count_a=node_a.size,
         count_b=node_b.size,
         node_a=node_a.ctypes.data,
         node_b=node_b.ctypes.data if modes == 2 else None,
         values=values.ctypes.data,
-        lag=None if lag is None else lag.ctypes.data,
-        visited=None if visited is None else visited.ctypes.data,
+        rate_correction=None if rate_correction is None else rate_correction.ctypes.data,
+        region=None if region is None else region.ctypes.data,
     )
-    result.owned = (node_a, node_b, values, lag, visited)
+    result.owned = (node_a, node_b, values, rate_correction, region)
     return result

@@ -9,7 +9,7 @@ class SlipmodeError(ValueError):
     """
 
 
-class UnvisitedError(SlipmodeError):
+class OutsideRegionError(SlipmodeError):
     """Amplitudes outside the part of a friction table that was tabulated."""
 
     def __init__(self) -> None:

@@ -76,16 +76,16 @@ def _viewer(url: str | None) -> Viewer | None:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from slipmode.runner.plan.plan import VISITED, make_plan
-    from slipmode.runner.plan.table_cost import visited_saving
+    from slipmode.runner.plan.plan import REGION, make_plan
+    from slipmode.runner.plan.table_cost import region_saving
     from slipmode.runner.scene.scene import load_scene
 
     plan = make_plan(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
-    if plan.visited is not None:
-        model, _ = plan.model(visited=True, progress=True)
-        after = [d.subject for d in shown].index(VISITED) + 1
-        shown.insert(after, visited_saving(model))
+    if plan.region is not None:
+        model, _ = plan.model(region=True, progress=True)
+        after = [d.subject for d in shown].index(REGION) + 1
+        shown.insert(after, region_saving(model))
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.errors import UnvisitedError
+from slipmode.rom.errors import OutsideRegionError
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.interruption import interrupts_held_back
@@ -109,7 +109,7 @@ def run(
     plan = make_plan(scene, progress=progress)
     if fmu is not None:
         plan = plan.on_whole_table("an FMU has all of it")
-    model, cached = plan.model(visited=True, progress=progress)
+    model, cached = plan.model(region=True, progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -121,7 +121,7 @@ def run(
     try:
         pass_ = through(plan, model)
     except SlipmodeError as refusal:
-        if not _left_visited(model, refusal):
+        if not _left_region(model, refusal):
             raise
         left = time.perf_counter()
         plan = plan.on_whole_table(f"a run on the part was refused: {refusal}", "warning")
@@ -161,11 +161,11 @@ def _through(
     return pass_
 
 
-def _left_visited(model: Model, refusal: SlipmodeError) -> bool:
+def _left_region(model: Model, refusal: SlipmodeError) -> bool:
     """Whether a run was refused for going where only all of the friction table holds."""
     if isinstance(refusal, StoppedError):
-        return refusal.left_table and model.table.visited is not None
-    return isinstance(refusal, UnvisitedError)
+        return refusal.left_table and model.table.region is not None
+    return isinstance(refusal, OutsideRegionError)
 
 
 def _stepping(

@@ -156,5 +156,5 @@ def _summary(plan: Plan, model: Model) -> str:
     modes = " and ".join(plan.excited.modes)
     return (
         f"{plan.scene.title}: mode {modes}, {model.reduced.n_contacts} contacts, "
-        f"{model.reduced.formulation} formulation, table tolerance {model.quality.tolerance:g}"
+        f"{model.reduced.formulation} formulation, table tolerance {model.accuracy.tolerance:g}"
     )

@@ -62,7 +62,7 @@ def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Float
         frequency_rate=np.zeros((steps, 2)),
         force=force,
         force_rate=np.zeros_like(force),
-        direct=trajectory.direct,
+        force_response=trajectory.force_response,
     )
     motion = reconstruct(model, held, times)
     columns = (motion.displacement, motion.velocity, motion.force)

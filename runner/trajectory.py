@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
@@ -32,7 +32,7 @@ def slow_trajectory(
     turn = factor * np.exp(1j * scripted(schedule.values, "phase"))
     force = scripted(schedule.values, "force") * turn
     growing = scripted(schedule.rates, "force") * turn
-    direct = DirectForce.of(model.reduced, excited.force, plan.structure)
+    force_response = ForceResponse.of(model.reduced, excited.force, plan.structure)
     frequency, angle = scripted(schedule.values, "frequency"), taken("theta_{}")
     start, end = (forces[:steps] for forces in excited.modal_forces(schedule))
     onset = np.vstack((np.zeros_like(start[:1]), start[1:] - end[:-1]))
@@ -44,8 +44,8 @@ def slow_trajectory(
         frequency_rate=scripted(schedule.rates, "frequency"),
         force=force,
         force_rate=growing + 1j * scripted(schedule.rates, "phase") * force,
-        direct=direct,
-        jump=direct.free_vibration(model.reduced, onset, frequency, angle[:-1]),
+        force_response=force_response,
+        discontinuity=force_response.free_vibration(model.reduced, onset, frequency, angle[:-1]),
     )
 
 

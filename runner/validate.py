@@ -12,7 +12,7 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.full import Drive, FullMotion, State, integrate
+from slipmode.rom.full import Excitation, FullMotion, State, integrate
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.slow.motion import Motion, reconstruct
 from slipmode.rom.structure.matrices import as_dense
@@ -141,7 +141,7 @@ def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
     def columns(values: dict[str, Floats], quantity: str) -> Floats:
         return np.column_stack([values[f"{quantity}_{mode}"] for mode in excited.modes])
 
-    drive = Drive(
+    excitation = Excitation(
         patterns=np.array(excited.force),
         start=schedule.time[:-1],
         amplitude=columns(schedule.values, "force"),
@@ -156,10 +156,10 @@ def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
     start = State(
         time=0.0,
         displacement=shapes @ (2 * a.real),
-        velocity=shapes @ (2 * np.real(1j * drive.frequency[0] * a)),
+        velocity=shapes @ (2 * np.real(1j * excitation.frequency[0] * a)),
     )
     return integrate(
-        *(structure, excited.law, drive, np.union1d(times, [plan.scene.run.duration])),
+        *(structure, excited.law, excitation, np.union1d(times, [plan.scene.run.duration])),
         steps_per_period=steps_per_period,
         outputs=as_dense(structure.mass @ shapes).T,
         start=start,

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 import pytest
 
 from slipmode import rom
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
 pytest_plugins = ["fmu_fixtures"]
 
@@ -47,7 +47,7 @@ def viewer():
 def two_mode_model():
     """Both modes, amplitudes up to 4, consistent formulation, with harmonics."""
     reduced = rom.reduce(rom.two_mass())
-    return rom.tabulate(reduced, LAW, amplitude=(4.0, 4.0), harmonics=ANSWERED_ORDER)
+    return rom.tabulate(reduced, LAW, amplitude=(4.0, 4.0), harmonics=RESPONSE_ORDER)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipmode.fmu import Component
-from slipmode.rom.reduction.force_response import DirectForce
+from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
@@ -40,7 +40,7 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
     end = grown * excitation * np.exp(1j * inputs_of("phase_rate") * until)
     onset = np.vstack((np.zeros_like(held[:1]), held[1:] - end[:-1]))
     angle = np.column_stack([output[f"theta_{m}"] for m in modes])
-    direct = DirectForce.of(model.reduced, force)
+    force_response = ForceResponse.of(model.reduced, force)
     return SlowTrajectory(
         time=output["time"],
         amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),
@@ -49,5 +49,7 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
         frequency_rate=inputs_of("frequency_rate"),
         force=held,
         force_rate=rate,
-        jump=direct.free_vibration(model.reduced, onset, inputs_of("frequency"), angle[:-1]),
+        discontinuity=force_response.free_vibration(
+            model.reduced, onset, inputs_of("frequency"), angle[:-1]
+        ),
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
 FORCE = ({0: 1.0}, {1: 1.0})
 HELD = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
@@ -15,16 +15,18 @@ STEPS = np.tile([0.3, 2.0, 31.0, 1e-3, 7.0], 4)  # shorter and longer than the c
 
 
 @cache
-def model(modes=(0, 1), formulation="consistent", near=None):
+def model(modes=(0, 1), formulation="consistent", combinations=None):
     reduced = rom.reduce(rom.two_mass(beta=0.01), modes, formulation)
     law = rom.Tanh(limit=2.0, alpha=0.02)
-    amplitude, kept = (4.0, 2.0)[: len(modes)], ANSWERED_ORDER
-    return rom.tabulate(reduced, law, amplitude, tolerance=1e-3, near=near, harmonics=kept)
+    amplitude, kept = (4.0, 2.0)[: len(modes)], RESPONSE_ORDER
+    return rom.tabulate(
+        reduced, law, amplitude, tolerance=1e-3, combinations=combinations, harmonics=kept
+    )
 
 
 def model_with_steady_states(modes=(0, 1), formulation="consistent"):
     """Without near resonances, which beat for ever."""
-    return model(modes, formulation, near=())
+    return model(modes, formulation, combinations=())
 
 
 def component(inputs=HELD, of=None, **options):

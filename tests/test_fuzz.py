@@ -10,7 +10,7 @@ from fuzz import mutated_model, mutated_scene
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.slow.slow_flow import amplitude_rate
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.runner.plan import plan as planning
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.fast_motion import ORDERS, Truncation
@@ -54,13 +54,13 @@ def planned(monkeypatch):
     """Plans scenes of up to 1e5 steps but for the contact problem: what else takes time is work
     that was asked for."""
 
-    def dry_run(excited, schedule, near, *, progress):
+    def dry_run(excited, schedule, combinations, *, progress):
         modes = len(excited.modes)
         path, limit = np.linspace(0.0, 0.4, 5)[:, np.newaxis] * np.ones(2), (1.0, 1.0)
-        visited = Visited.along(path, limit, np.full(2, 0.1)) if modes == 2 else None
-        return DryRun(modes * (1.0,), "not run", visited, np.zeros(modes))
+        region = Region.along(path, limit, np.full(2, 0.1)) if modes == 2 else None
+        return DryRun(modes * (1.0,), "not run", region, np.zeros(modes))
 
-    def measure_truncation(excited, amplitude, near, dofs):
+    def measure_truncation(excited, amplitude, combinations, dofs):
         return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))
 
     monkeypatch.setattr(scene, "_LARGEST_STEP_COUNT", 1e5)
@@ -100,7 +100,7 @@ def test_no_scene_raises_anything_but_a_refusal(count, planned, tmp_path):
 def load_and_use(path):
     """Everything that is read from a model."""
     model = rom.Model.load(path)
-    amplitude = 0.5 * model.table.limit.astype(complex)
+    amplitude = 0.5 * model.table.amplitude_range.astype(complex)
     amplitude_rate(model, amplitude, model.reduced.carrier, amplitude)
     component = Component(model, contact=model.harmonics is not None)
     carriers = zip("AB", model.reduced.carrier, strict=False)

@@ -89,7 +89,7 @@ def export(
     target = Path(path)
     if fmi not in (2, 3):
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
-    if model.table.visited is not None:
+    if model.table.region is not None:
         raise SlipmodeError("model: its table holds in its visited part only; tabulate all")
     for key, value in (("stop_time", stop_time), ("step_size", step_size)):
         if not (isfinite(value) and value > 0):

@@ -16,7 +16,7 @@ from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, _kernel
 from slipmode.rom.contact.laws import limits
-from slipmode.rom.slow.response_surface import answer_plane, no_answer
+from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 
 FORMAT = 4  # FMU_FORMAT in fmu/src/model.h
@@ -53,7 +53,9 @@ def identity(model: Model, force: Force) -> str:
     """Hash of what a model and the directions of its forces make of any inputs."""
     flow = slow_flow(model, force)
     digest = hashlib.sha256(model.hash.encode())
-    digest.update(force_factors(model, force).tobytes() + bytes(flow.shift) + bytes(flow.across))
+    digest.update(
+        force_factors(model, force).tobytes() + bytes(flow.shift) + bytes(flow.cross_response)
+    )
     return digest.hexdigest()
 
 
@@ -74,20 +76,20 @@ def _arrays(
     reduced, table = model.reduced, model.table
     chosen = list(elastic)
     inertia = reduced.formulation == "consistent"
-    plane = answer_plane(model, chosen) if contact else no_answer(model)
-    nodes = (table.node_a.size, table.node_b.size, len(plane.orders))
+    surface = response_surface(model, chosen) if contact else no_response(model)
+    nodes = (table.node_a.size, table.node_b.size, len(surface.orders))
     layout = (
         *(FORMAT, model.modes, reduced.n_contacts, len(chosen), model.law.code),
-        *(int(reduced.formulation == "paper"), len(model.near), 1),
-        *(table.node_a.size, table.node_b.size, int(inertia), len(plane.orders)),
+        *(int(reduced.formulation == "paper"), len(model.combinations), 1),
+        *(table.node_a.size, table.node_b.size, int(inertia), len(surface.orders)),
         *(STEPS_PER_PERIOD, len(variables)),
     )
-    near = [(term.mode, term.n, term.m) for term in model.near]
+    combinations = [(term.mode, term.n, term.m) for term in model.combinations]
     doubles = {
         "node_a": table.node_a,
         "node_b": table.node_b,
         "table": table.values,
-        "lag": np.empty((0, 0, 4, 0)) if table.lag is None else table.lag,
+        "lag": np.empty((0, 0, 4, 0)) if table.rate_correction is None else table.rate_correction,
         "contact_limit": limits(model.law, reduced.n_contacts),
         "contact_stiffness": reduced.stiffness,
         "contact_damping": reduced.damping,
@@ -95,21 +97,21 @@ def _arrays(
         "contact_coupling": np.ascontiguousarray(reduced.coupling)
         .view(float)
         .reshape(model.modes, reduced.n_contacts, 2),
-        "elastic_modes": plane.modes_out.view(float).reshape(len(chosen), model.modes, 2),
+        "elastic_modes": surface.modes_out.view(float).reshape(len(chosen), model.modes, 2),
         "elastic_contacts": reduced.contact_shapes[chosen],
     }
-    answer = {
-        "contact_pull": plane.pull.view(float).reshape(*nodes, 2 * reduced.n_contacts),
-        "elastic_answer": plane.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
+    response = {
+        "contact_pull": surface.reaction.view(float).reshape(*nodes, 2 * reduced.n_contacts),
+        "elastic_answer": surface.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
         "constants": _constants(model, force, variables).astype("<f8"),
         "inputs": _inputs(variables).astype("<f8"),
-        "near": np.array(near, dtype="<i4").reshape(-1, 3),
+        "near": np.array(combinations, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
-        "orders": plane.orders.astype("<i4"),
-        **{name: np.asarray(array, dtype="<f8") for name, array in answer.items()},
+        "orders": surface.orders.astype("<i4"),
+        **{name: np.asarray(array, dtype="<f8") for name, array in response.items()},
         "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype="<i4"),
     }
 
@@ -131,9 +133,9 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
         [
             [model.law.alpha, MEMORY_PERIODS],
             np.array(flow.natural),
-            np.array(flow.turn).ravel(),
+            np.array(flow.factor).ravel(),
             np.array(flow.shift).ravel(),
-            np.array(flow.across).ravel(),
+            np.array(flow.cross_response).ravel(),
             force_factors(model, force),
             *(parameters, nominal, amplitude),
         ]

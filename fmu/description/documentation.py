@@ -95,22 +95,22 @@ def index_html(
 
 
 def _facts(model: Model) -> list[tuple[str, ...]]:
-    law, reduced, quality = model.law, model.reduced, model.quality
+    law, reduced, accuracy = model.law, model.reduced, model.accuracy
     tanh = f"tanh, alpha = {law.alpha:g} m/s" if isinstance(law, Tanh) else "exact Coulomb"
     mu_n = ", ".join(f"{value:g}" for value in np.unique(limits(law, reduced.n_contacts)))
-    near = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.near) or "none"
+    combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
     return [
         ("Formulation", reduced.formulation),
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
         ("Contacts", str(reduced.n_contacts)),
         ("Friction", f"{tanh}; limit {mu_n} N"),
-        ("Near resonances", near),
+        ("Near resonances", combinations),
         (
             "Friction table",
             f"{model.table.node_a.size} x {model.table.node_b.size} amplitudes up to "
-            + ", ".join(f"{value:g}" for value in model.table.limit)
-            + f" kg^0.5 m; interpolation error {quality.interpolation:.1e}, "
-            f"resolution error {quality.resolution:.1e} of the largest value",
+            + ", ".join(f"{value:g}" for value in model.table.amplitude_range)
+            + f" kg^0.5 m; interpolation error {accuracy.interpolation:.1e}, "
+            f"resolution error {accuracy.resolution:.1e} of the largest value",
         ),
         ("Content hash of the model", model.hash),
     ]

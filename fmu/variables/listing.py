@@ -97,7 +97,7 @@ class _Needs:
         self.amplitudes = tuple(f"{name}_{part}" for name in names for part in ("re", "im"))
         self.angles = tuple(f"theta_{name}" for name in names)
         # near resonances follow the carrier angles
-        followed = (*self.amplitudes, *(self.angles if model.near else ()))
+        followed = (*self.amplitudes, *(self.angles if model.combinations else ()))
         # of the amplitudes; and the friction power, which lags as they grow
         self.rate = (*self.inputs, *followed)
         self.margin = (*self.amplitudes, *(n for n in self.inputs if n == "limit_scale"))
@@ -190,7 +190,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
 
 
 def _states(model: Model, choice: Choice) -> Iterator[Variable]:
-    limit = model.table.limit
+    limit = model.table.amplitude_range
     for mode, name in enumerate(choice.mode_names):
         for part, word in enumerate(("Real", "Imaginary")):
             yield Variable(

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import UnvisitedError
+from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.reduction.combination import Order
 
 
@@ -33,7 +33,7 @@ class Harmonics:
     orders: tuple[Order, ...]
     P: Complexes
     left_out: Floats
-    visited: Flags | None = None
+    region: Flags | None = None
 
     def at(self, amplitude: Complexes) -> Complexes:
         """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
@@ -57,8 +57,8 @@ class Harmonics:
             part = (inside - axis[cell]) / (axis[cell + 1] - axis[cell])
             cells.append(cell)
             parts.append((1.0 - part, part))
-        if self.visited is not None and not self.visited[tuple(cells)].all():
-            raise UnvisitedError
+        if self.region is not None and not self.region[tuple(cells)].all():
+            raise OutsideRegionError
         result = np.zeros((len(modulus), *values.shape[len(cells) :]), dtype=values.dtype)
         for corner in product((0, 1), repeat=len(cells)):
             weight = np.prod([part[k] for part, k in zip(parts, corner, strict=True)], axis=0)

@@ -14,7 +14,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
@@ -51,19 +51,19 @@ class Resolution:
     error: float
 
 
-def least_force(reduced: Reduced, limit: Floats) -> Floats:
+def least_force(reduced: Reduced, amplitude_range: Floats) -> Floats:
     """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
     flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * limit
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * amplitude_range
     return np.asarray(_LEAST_SHARE * frictionless)
 
 
 def choose_resolution(
     reduced: Reduced,
     law: Friction,
-    limit: Floats,
+    amplitude_range: Floats,
     tolerance: float,
-    near: Sequence[NearResonance],
+    combinations: Sequence[CombinationResonance],
     pool: Executor,
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
@@ -73,21 +73,23 @@ def choose_resolution(
     SlipmodeError
         If the finest discretisation does not suffice.
     """
-    modes = limit.size
-    points = _PROBES[:, :modes] * limit
+    modes = amplitude_range.size
+    points = _PROBES[:, :modes] * amplitude_range
 
     @cache
     def solve(steps: int, lines: int) -> _Trial:
         grid = Discretisation(steps, lines)
 
         def terms(part: Floats) -> ContactTerms:
-            return contact_terms(reduced, law, part, grid, 0.1 * tolerance, limit, near)
+            return contact_terms(
+                reduced, law, part, grid, 0.1 * tolerance, amplitude_range, combinations
+            )
 
         parts = list(pool.map(terms, np.split(points, _TASKS)))
         work = lines * sum(int(part.marched.sum()) for part in parts)
         return _Trial(np.concatenate([part.S for part in parts]), work)
 
-    least = least_force(reduced, limit)
+    least = least_force(reduced, amplitude_range)
 
     def change(coarse: _Trial, fine: _Trial) -> float:
         scale = np.maximum(np.abs(fine.S).max(axis=0), least)
@@ -97,7 +99,7 @@ def choose_resolution(
     lines = 1
     if modes == 2:
         # fewer lines would take one harmonic m for another, and the modes answer to both
-        highest = max(abs(m) for _, m in contact_orders(reduced, near))
+        highest = max(abs(m) for _, m in contact_orders(reduced, combinations))
         enough = [count for count in _LINES if count > 2 * highest]
         lines = _settled(
             enough,

@@ -17,12 +17,12 @@ from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import (
     CARRIERS,
-    NearResonance,
+    CombinationResonance,
     Order,
     harmonic_orders,
-    resonant_modes,
 )
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
 
 _MAX_PERIODS = 400
@@ -70,24 +70,24 @@ def contact_problem(
     reduced: Reduced,
     law: Friction,
     orders: Sequence[Order] = (),
-    feedback: Complexes | None = None,
+    reaction: Complexes | None = None,
 ) -> _kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
     The modes answer to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
     the contacts, or with what comes along with the slow trajectory.
     """
-    answered = np.ascontiguousarray(orders, dtype=np.int32)
+    responded = np.ascontiguousarray(orders, dtype=np.int32)
     matrices = {
         name: _kernel.contiguous(getattr(reduced, name))
         for name in ("stiffness", "damping", "mass")
     }
     coupling = np.ascontiguousarray(reduced.coupling)
     limit = limits(law, reduced.n_contacts)
-    answer = _kernel.ModalAnswer(
+    response = _kernel.ModalResponse(
         orders_count=len(orders),
-        orders=answered.ctypes.data,
-        feedback=None if feedback is None else feedback.ctypes.data,
+        orders=responded.ctypes.data,
+        reaction=None if reaction is None else reaction.ctypes.data,
     )
     problem = _kernel.Contact(
         contacts=reduced.n_contacts,
@@ -101,33 +101,21 @@ def contact_problem(
     )
     if reduced.formulation == "consistent":
         problem.mass = matrices["mass"].ctypes.data
-        problem.answer = ctypes.addressof(answer)
-    problem.owned = (matrices, coupling, limit, answer, answered, feedback)
+        problem.response = ctypes.addressof(response)
+    problem.owned = (matrices, coupling, limit, response, responded, reaction)
     return problem
 
 
-def modal_feedback(
-    reduced: Reduced, order: Order, near: Sequence[NearResonance] = ()
-) -> Complexes:
-    """H_nm (N_c, N_c): what the modes answer, as a force on the contacts, to x_c exp(i nu t).
-
-    nu = n Omega_A + m Omega_B; a mode in resonance with the harmonic has its slow flow instead.
-    Nothing in the paper's formulation.
-    """
-    if reduced.formulation == "paper":
-        return np.zeros(reduced.stiffness.shape, dtype=complex)
-    nu = float(np.dot(order[: len(reduced.modes)], reduced.carrier))
-    return reduced.feedback(nu, resonant_modes(len(reduced.modes), order, near))
-
-
 @lru_cache(maxsize=8)
-def _feedbacks(
-    reduced: Reduced, orders: tuple[Order, ...], near: tuple[NearResonance, ...]
+def _reaction_stiffnesses(
+    reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
 ) -> Complexes:
     """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same."""
-    feedback = np.array([modal_feedback(reduced, order, near) for order in orders], dtype=complex)
-    feedback.flags.writeable = False
-    return feedback
+    reaction = np.array(
+        [reaction_stiffness(reduced, order, combinations) for order in orders], dtype=complex
+    )
+    reaction.flags.writeable = False
+    return reaction
 
 
 def contact_harmonics(
@@ -138,7 +126,7 @@ def contact_harmonics(
     orders: Sequence[tuple[int, int]] = CARRIERS,
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
-    near: Sequence[NearResonance] = (),
+    combinations: Sequence[CombinationResonance] = (),
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -153,7 +141,7 @@ def contact_harmonics(
         displacement at the point's amplitudes.
     smallest_scale : (modes,) array_like
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
-    near : sequence of NearResonance
+    near : sequence of CombinationResonance
         Harmonics that a mode does not answer to here, because its slow flow does.
 
     Notes
@@ -167,8 +155,8 @@ def contact_harmonics(
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates = _kernel.contiguous(reduced.carrier)
     smallest = _kernel.contiguous(smallest_scale)
-    feedback = _feedbacks(reduced, tuple(orders), tuple(near))
-    problem = contact_problem(reduced, law, orders, feedback)
+    reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    problem = contact_problem(reduced, law, orders, reaction)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
@@ -229,13 +217,13 @@ class ContactTerms:
 
 
 def contact_orders(
-    reduced: Reduced, near: Sequence[NearResonance] = (), highest: int = 1
+    reduced: Reduced, combinations: Sequence[CombinationResonance] = (), highest: int = 1
 ) -> list[Order]:
     """Harmonics up to an order, and those that the modes' answer and the near resonances need."""
     if reduced.formulation == "consistent":
-        highest = max(highest, ANSWERED_ORDER)
+        highest = max(highest, RESPONSE_ORDER)
     orders = harmonic_orders(highest, len(reduced.modes))
-    return list(dict.fromkeys([*orders, *(term.stored_order for term in near)]))
+    return list(dict.fromkeys([*orders, *(term.stored_order for term in combinations)]))
 
 
 def contact_terms(
@@ -245,28 +233,30 @@ def contact_terms(
     grid: Discretisation,
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
-    near: Sequence[NearResonance] = (),
+    combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
     `highest` is the order up to which harmonics are wanted, see contact_orders.
     """
-    orders = contact_orders(reduced, near, highest)
+    orders = contact_orders(reduced, combinations, highest)
     solved = contact_harmonics(
-        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, near
+        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
     )
     L = reduced.coupling
-    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.detour * np.asarray(
+    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.indirect_damping * np.asarray(
         amplitudes
     )
     S[np.asarray(amplitudes) == 0.0] = 0.0
-    T = np.empty((len(S), len(near)), dtype=complex)
-    for column, term in enumerate(near):
+    T = np.empty((len(S), len(combinations)), dtype=complex)
+    for column, term in enumerate(combinations):
         P_nm = solved.P[:, orders.index(term.stored_order)]
         flipped = term.stored_order != (term.n, term.m)
         T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
-    power = _friction_power(reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, near)
+    power = _friction_power(
+        reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, combinations
+    )
     leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
     beyond = left_out(solved.P, solved.mean_square)
     return ContactTerms(
@@ -280,7 +270,7 @@ def _friction_power(
     amplitudes: Floats,
     orders: Sequence[Order],
     P: Complexes,
-    near: Sequence[NearResonance],
+    combinations: Sequence[CombinationResonance],
 ) -> Floats:
     """Work of the forces on the contacts, less what their own damping takes; (points,).
 
@@ -289,7 +279,9 @@ def _friction_power(
     """
     nu = np.array(orders)[:, : len(reduced.modes)] @ reduced.carrier
     v = 1j * nu[:, np.newaxis] * P
-    force = np.einsum("pqc,qcd->pqd", P, _feedbacks(reduced, tuple(orders), tuple(near)))
+    force = np.einsum(
+        "pqc,qcd->pqd", P, _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    )
     force -= v @ reduced.damping
     for j, carrier in enumerate(CARRIERS[: len(reduced.modes)]):
         if carrier in orders:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction
-from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.structure.structure import Structure
@@ -41,7 +41,7 @@ class Converged:
 def converged(
     structure: Structure,
     law: Friction,
-    drive: Drive,
+    excitation: Excitation,
     times: ArrayLike,
     *,
     steps_per_period: float = 64,
@@ -58,7 +58,7 @@ def converged(
     steps_per_period, step
         Of the coarser run.
     """
-    integrator = Integrator(structure, law, drive, outputs, steps_per_period, step)
+    integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     coarse = integrator.run(times, start)
     fine = integrator.run(times, start, refine=2)
     return Converged(

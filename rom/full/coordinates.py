@@ -70,8 +70,8 @@ class ModalCoordinates:
     def resistance(self, inverse: Floats) -> Floats:
         """S = (W^T A^-1 W)^-1: force on the contacts per unit of velocity it takes away."""
         W = self.directions.T
-        answer = inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W
-        S = scipy.linalg.inv(W.T @ answer)
+        response = inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W
+        S = scipy.linalg.inv(W.T @ response)
         return np.asarray(0.5 * (S + S.T))
 
     def kernel(self, law: Friction, patterns: Floats, output: Floats, step: float) -> _kernel.Full:

@@ -17,7 +17,7 @@ from slipmode.rom.structure.structure import Structure
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class Excitation:
     """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
     theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency
@@ -94,7 +94,7 @@ class Drive:
         --------
         >>> import rom
         >>> structure = rom.two_mass()
-        >>> drive = Drive.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
+        >>> drive = Excitation.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
         """
         if isinstance(force, Mapping) or len(force) not in (1, 2):
             raise SlipmodeError("force: must be one or two forces, one per mode")

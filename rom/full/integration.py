@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.coordinates import ModalCoordinates
-from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import FullMotion, Record, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
 from slipmode.rom.structure.structure import Structure
@@ -22,7 +22,7 @@ from slipmode.rom.structure.structure import Structure
 def integrate(
     structure: Structure,
     law: Friction,
-    drive: Drive,
+    excitation: Excitation,
     times: ArrayLike,
     *,
     steps_per_period: float = 64,
@@ -36,7 +36,7 @@ def integrate(
     ----------
     structure : Structure
     law : Tanh or Coulomb
-    drive : Drive
+    drive : Excitation
     times : (samples,) array_like or float
         Increasing times of the samples, from the start on [s]; or the end, for a sample at every
         step. Evenly spaced times are the fastest.
@@ -70,7 +70,7 @@ def integrate(
     .. [1] C. A. Kennedy, M. H. Carpenter, Additive Runge-Kutta schemes for
        convection-diffusion-reaction equations, Applied Numerical Mathematics 44 (2003).
     """
-    integrator = Integrator(structure, law, drive, outputs, steps_per_period, step)
+    integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     return integrator.run(times, start)
 
 
@@ -81,35 +81,35 @@ class Integrator:
         self,
         structure: Structure,
         law: Friction,
-        drive: Drive,
+        excitation: Excitation,
         outputs: Sequence[int] | ArrayLike | None = None,
         steps_per_period: float = 64,
         step: float | None = None,
     ) -> None:
-        if drive.patterns.shape[1] != structure.n_dofs:
+        if excitation.patterns.shape[1] != structure.n_dofs:
             raise SlipmodeError(
                 f"drive: patterns must have {structure.n_dofs} columns, one per DOF, "
-                f"got {drive.patterns.shape[1]}"
+                f"got {excitation.patterns.shape[1]}"
             )
         name, given = ("steps_per_period", steps_per_period) if step is None else ("step", step)
         if not (np.isfinite(given) and given > 0):
             raise SlipmodeError(f"{name}: must be a finite number > 0, got {given}")
-        self.drive = drive
+        self.excitation = excitation
         self._structure = structure
         self._law = law
         self._limit = limits(law, structure.n_contacts)
         self._output = _output_rows(outputs, structure.n_dofs)
         self._coordinates = ModalCoordinates.of(structure)
-        self._inputs = drive.inputs()
+        self._inputs = excitation.inputs()
         self._steps_per_period = steps_per_period
         self._step = step
 
     def run(self, times: ArrayLike, start: State | None = None, refine: int = 1) -> FullMotion:
         """Integrate, every step divided by `refine`."""
         first = self._at_rest() if start is None else start
-        time = checked_times(times, first.time, float(self.drive.start[0]))
+        time = checked_times(times, first.time, float(self.excitation.start[0]))
         longest = self._longest_step(float(time.max()))
-        schedule = Schedule.plan(time, first.time, longest, self.drive.start, refine)
+        schedule = Schedule.plan(time, first.time, longest, self.excitation.start, refine)
         state = self._pack(first)
         record = Record.empty(schedule.time.size, len(self._output), self._limit.size)
         row = 0
@@ -135,17 +135,19 @@ class Integrator:
     def _longest_step(self, end: float) -> float:
         if self._step is not None:
             return self._step
-        return 2 * np.pi / (self.drive.fastest(end) * self._steps_per_period)
+        return 2 * np.pi / (self.excitation.fastest(end) * self._steps_per_period)
 
     def _at_rest(self) -> State:
         zero = np.zeros(self._structure.n_dofs)
-        return State(float(self.drive.start[0]), zero, zero)
+        return State(float(self.excitation.start[0]), zero, zero)
 
     def _march(self, run: Run, state: Floats, record: Record) -> None:
-        problem = self._coordinates.kernel(self._law, self.drive.patterns, self._output, run.step)
+        problem = self._coordinates.kernel(
+            self._law, self.excitation.patterns, self._output, run.step
+        )
         status = _kernel.lib.sm_full_march(
             *(ctypes.byref(problem), self._inputs[run.segment :].ctypes.data),
-            *(run.begin - self.drive.start[run.segment], run.samples, run.every),
+            *(run.begin - self.excitation.start[run.segment], run.samples, run.every),
             *(state.ctypes.data, *record.addresses()),
         )
         _kernel.check(status, "full-order integration")

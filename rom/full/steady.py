@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full.excitation import Drive
+from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.structure.structure import Structure
@@ -47,7 +47,7 @@ class SteadyAmplitude:
 def steady_amplitude(
     structure: Structure,
     law: Friction,
-    drive: Drive,
+    excitation: Excitation,
     *,
     outputs: Sequence[int] | ArrayLike | None = None,
     tolerance: float = 1e-5,
@@ -60,7 +60,7 @@ def steady_amplitude(
 
     Parameters
     ----------
-    drive : Drive
+    drive : Excitation
         Constant.
     outputs : sequence of int, or (outputs, n) array_like, optional
         DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.
@@ -84,12 +84,12 @@ def steady_amplitude(
     resolution widths from the carriers, at most 1000 periods; lines that coincide with a carrier
     (commensurate frequencies) belong to its amplitude.
     """
-    if not drive.is_constant:
+    if not excitation.is_constant:
         raise SlipmodeError("drive: must be constant for a steady amplitude")
     if not 0 < tolerance < 1:
         raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
-    integrator = Integrator(structure, law, drive, outputs, steps_per_period, step)
-    window = _Window.of(drive)
+    integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
+    window = _Window.of(excitation)
     coarse = _settle(integrator, window, start, 1, tolerance, most_windows)
     fine = _settle(integrator, window, coarse.end, 2, tolerance, most_windows)
     error = np.abs(fine.amplitude - coarse.amplitude) + fine.error
@@ -106,9 +106,9 @@ class _Window:
     samples: int
 
     @classmethod
-    def of(cls, drive: Drive) -> _Window:
-        frequency = drive.frequency[0]
-        driven = np.any(drive.patterns != 0, axis=1) & (drive.amplitude[0] != 0)
+    def of(cls, excitation: Excitation) -> _Window:
+        frequency = excitation.frequency[0]
+        driven = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
         slowest = frequency.min()
         needed = _BINS / _line_spacing(frequency[driven] if driven.any() else frequency)
         periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
@@ -152,7 +152,7 @@ def _settle(
     """Window after window until the amplitudes repeat."""
     state, last = start, None
     for _ in range(most_windows):
-        begin = float(integrator.drive.start[0]) if state is None else state.time
+        begin = float(integrator.excitation.start[0]) if state is None else state.time
         motion = integrator.run(window.times(begin), state, refine)
         state, amplitude = motion.end, window.project(motion, begin)
         if last is not None:

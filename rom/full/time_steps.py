@@ -81,8 +81,8 @@ class Schedule:
         samples_start = bool(time[0] - begin <= _ROUNDING * longest)
         ahead = time[1:] if samples_start else time
         inside = segments[(segments > begin) & (segments < time[-1])]
-        near = np.abs(_nearest(ahead, inside) - inside) <= _ROUNDING * longest
-        knots = np.concatenate([[begin], ahead, inside[~near]])
+        combinations = np.abs(_nearest(ahead, inside) - inside) <= _ROUNDING * longest
+        knots = np.concatenate([[begin], ahead, inside[~combinations]])
         order = np.argsort(knots, kind="stable")
         is_sample = (order <= ahead.size)[order > 0]
         pieces = _group(knots[order], is_sample, segments)
@@ -154,15 +154,15 @@ def _nearest(sorted_values: Floats, points: Floats) -> Floats:
     return np.where(is_below, sorted_values[below], sorted_values[above])
 
 
-def checked_times(times: ArrayLike, begin: float, drive_start: float) -> Floats:
+def checked_times(times: ArrayLike, begin: float, excitation_start: float) -> Floats:
     """Sample times (samples,), or the end (), as an array that a motion from `begin` can have."""
     time = np.asarray(times, dtype=float)
     if time.size == 0 or time.ndim > 1 or not np.all(np.isfinite(time)):
         raise SlipmodeError("times: must be finite, increasing numbers, or the end [s]")
     if np.any(np.diff(np.atleast_1d(time)) <= 0):
         raise SlipmodeError("times: must be increasing")
-    if not begin >= drive_start:
-        raise SlipmodeError(f"start: must not lie before the drive starts, {drive_start:g} s")
+    if not begin >= excitation_start:
+        raise SlipmodeError(f"start: must not lie before the drive starts, {excitation_start:g} s")
     if time.min() < begin or (time.ndim == 0 and time <= begin):
         raise SlipmodeError(f"times: must not lie before the start, {begin:g} s")
     return time

@@ -23,7 +23,7 @@ CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 
 @dataclass(frozen=True)
-class NearResonance:
+class CombinationResonance:
     """Harmonic (n, m) of the contacts near the carrier of a mode, 0 for A and 1 for B."""
 
     mode: int
@@ -56,7 +56,7 @@ def separation(order: Order) -> float:
     return max(distance for most, distance in SEPARATION.items() if highest <= most)
 
 
-def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
+def combination_resonances(frequencies: ArrayLike) -> tuple[CombinationResonance, ...]:
     """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
 
     Parameters
@@ -66,7 +66,7 @@ def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
 
     Returns
     -------
-    tuple of NearResonance
+    tuple of CombinationResonance
         Lowest orders first, at most 8; empty for one mode.
     """
     points = np.atleast_2d(np.asarray(frequencies, dtype=float))
@@ -81,20 +81,22 @@ def near_resonances(frequencies: ArrayLike) -> tuple[NearResonance, ...]:
             for mode in range(2):
                 close = np.abs(nu - points[:, mode]) < separation(order) * points[:, mode]
                 if close.any() and (n, m) != CARRIERS[mode]:
-                    found.append(NearResonance(mode, n, m))
+                    found.append(CombinationResonance(mode, n, m))
     return tuple(found[:MOST])
 
 
-def resonant_modes(modes: int, order: Order, near: Sequence[NearResonance]) -> tuple[int, ...]:
+def resonant_modes(
+    modes: int, order: Order, combinations: Sequence[CombinationResonance]
+) -> tuple[int, ...]:
     """Modes whose slow flow answers a stored harmonic: its carrier, or near it."""
     return tuple(
         mode
         for mode in range(modes)
         if order == CARRIERS[mode]
-        or any((term.mode, term.stored_order) == (mode, order) for term in near)
+        or any((term.mode, term.stored_order) == (mode, order) for term in combinations)
     )
 
 
-def tabulated_orders(near: Sequence[NearResonance], modes: int) -> list[Order]:
+def tabulated_orders(combinations: Sequence[CombinationResonance], modes: int) -> list[Order]:
     """Harmonics behind the columns of a table: the modes' own, the near ones, the mean."""
-    return [*CARRIERS[:modes], *((term.n, term.m) for term in near), (0, 0)]
+    return [*CARRIERS[:modes], *((term.n, term.m) for term in combinations), (0, 0)]

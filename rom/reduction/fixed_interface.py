@@ -24,11 +24,11 @@ _FIRST_COUNT, _MOST = 16, 128  # modes computed at first, and at most, to pass a
 
 
 def modes_below(parts: Partition, frequency: float, at_least: int) -> tuple[Floats, Floats]:
-    """`bonded_modes` below a frequency [rad/s], but no fewer than asked for, and 128 at most."""
+    """Modes below a frequency [rad/s], but no fewer than asked for, and 128 at most."""
     size = parts.K_ec.shape[0]
     count = min(max(_FIRST_COUNT, at_least), size)
     while True:
-        omega, phi = bonded_modes(parts, count)
+        omega, phi = fixed_interface_modes(parts, count)
         if omega[-1] >= frequency or count >= min(_MOST, size):
             break
         count = min(2 * count, size)
@@ -36,7 +36,7 @@ def modes_below(parts: Partition, frequency: float, at_least: int) -> tuple[Floa
     return omega[:kept], phi[:, :kept]
 
 
-def bonded_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
+def fixed_interface_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
     """Lowest natural frequencies (count,) and modes (n_e, count) with stuck contacts, Eq. (8).
 
     Mass-normalised; the largest component of each mode is positive.

@@ -16,13 +16,14 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced, force_vector
-from slipmode.rom.slow.slow_flow import answer_across, felt_shift
 from slipmode.rom.structure.matrices import as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
+Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n,) array per mode
+
 
 @dataclass(frozen=True, eq=False)
-class DirectForce:
+class ForceResponse:
     """Forces past their own mode, each per unit of its modal force F_j; 0 where F_j is.
 
     Attributes
@@ -35,16 +36,16 @@ class DirectForce:
         Displacement by the static flexibility that modes and contact shapes leave over
         [kg^1/2 m/N]; 0 where the structure is not known.
     shift : (modes,) complex ndarray
-        The part that the amplitude equations have: rom.amplitude.felt_shift.
+        The part that the amplitude equations have: `off_resonance_shift`.
     across : (modes, modes) complex ndarray
-        Displacement of mode k off resonance, [k, j]: rom.amplitude.answer_across.
+        Displacement of mode k off resonance, [k, j]: `cross_response`.
     """
 
     modal: Floats
     contact: Floats
     static: Floats
     shift: Complexes
-    across: Complexes
+    cross_response: Complexes
 
     @classmethod
     def of(
@@ -68,16 +69,20 @@ class DirectForce:
             modal=f @ reduced.all_shapes,
             contact=f @ reduced.contact_shapes,
             static=static,
-            shift=felt_shift(reduced, force),
-            across=answer_across(reduced, force),
+            shift=off_resonance_shift(reduced, force),
+            cross_response=cross_response(reduced, force),
         )
 
-    def beyond_shift(self, reduced: Reduced) -> Complexes:
+    def residual_force(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
         return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
 
     def free_vibration(
-        self, reduced: Reduced, jump: Complexes, frequency: Floats, angle: Floats | float = 0.0
+        self,
+        reduced: Reduced,
+        discontinuity: Complexes,
+        frequency: Floats,
+        angle: Floats | float = 0.0,
     ) -> Complexes:
         """Amplitudes (..., modes) that jumps of the forces add: the modes go on as they were.
 
@@ -92,24 +97,79 @@ class DirectForce:
             Of the carriers at the jump [rad/s], [rad].
         """
         if reduced.formulation == "paper":
-            return np.zeros_like(jump)
-        turned = jump * np.exp(1j * np.asarray(angle))
+            return np.zeros_like(discontinuity)
+        turned = discontinuity * np.exp(1j * np.asarray(angle))
         gamma, omega = reduced.modal_damping, reduced.frequency
         damped = np.sqrt(np.maximum(omega**2 - 0.25 * gamma**2, 0.0))
         vibrates = damped > 0.0
         damped = np.where(vibrates, damped, 1.0)
-        q = self.across * turned[..., np.newaxis, :]
-        answered = q.real.sum(axis=-1)
+        q = self.cross_response * turned[..., np.newaxis, :]
+        responded = q.real.sum(axis=-1)
         moving = (q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
         own = (turned / (gamma + 2j * (frequency + damped))).real
-        left = -answered + 1j * (own + 0.5 * gamma * answered - moving) / damped
+        left = -responded + 1j * (own + 0.5 * gamma * responded - moving) / damped
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
+
+
+def cross_response(reduced: Reduced, force: Forces) -> Complexes:
+    """Displacement of mode k by the force of another mode j, per unit of F_j, at the carriers.
+
+    Returns
+    -------
+    (modes, modes) complex ndarray
+        [k, j]; 0 on the diagonal, and in the paper's formulation.
+    """
+    cross_response = np.zeros((len(reduced.modes), len(reduced.modes)), dtype=complex)
+    if reduced.formulation == "paper":
+        return cross_response
+    for j, pattern in enumerate(force):
+        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
+        if modal[j] == 0.0:
+            continue
+        response = reduced.others_response(j, reduced.carrier[j], 0.5 * modal / modal[j])
+        cross_response[:, j] = response[: len(cross_response)]
+    return cross_response
+
+
+def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
+    """What the forces do to the contacts past their own mode, as a shift of its amplitude.
+
+    Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
+    which answer off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
+    Several contacts do not feel it along L_j: the shift does to the mode what the direct force
+    does, with friction as linear as it is where the contacts move as in `contact_motion`.
+
+    Parameters
+    ----------
+    force : one {DOF: amplitude} or (n,) array_like per mode
+        Force directions.
+
+    Returns
+    -------
+    (modes,) complex ndarray
+        0 in the paper's formulation.
+    """
+    shift = np.zeros(len(reduced.modes), dtype=complex)
+    if reduced.formulation == "paper":
+        return shift
+    for j, pattern in enumerate(force):
+        f = force_vector(pattern, reduced.n_dofs)
+        modal = reduced.all_shapes.T @ f
+        moved = reduced.contact_motion[j]
+        drawn = moved @ reduced.coupling[j]
+        if modal[j] == 0.0 or drawn == 0.0:
+            continue
+        Omega = reduced.carrier[j]
+        driven = reduced.others_response(j, Omega, modal)
+        on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)
+        shift[j] = -0.5 * (moved @ on_contacts) / drawn / modal[j]
+    return shift
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
     parts = structure.partition()
     stuck = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
-    squares = np.append(reduced.frequency, reduced.passive_frequency) ** 2
+    squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
     return np.asarray(stuck - (shapes / squares) @ (shapes.T @ f))

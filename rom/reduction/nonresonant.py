@@ -18,13 +18,13 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
 
-ANSWERED_ORDER = 5  # |n| + |m| of the harmonics that modes answer to
+RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes answer to
 _FAR = 2.0  # times the highest harmonic: above, every mode follows statically
 _DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them
 _SMALLEST = 1e-3  # force that counts, relative to that of the contact stiffness
 
 
-def passive_modes(
+def nonresonant_modes(
     structure: Structure,
     parts: Partition,
     retained: Sequence[int],
@@ -45,30 +45,30 @@ def passive_modes(
     stiffness : (N_c,) ndarray
         Diagonal of the contact problem's [N/m].
     """
-    highest = _FAR * ANSWERED_ORDER * float(carrier.max())
+    highest = _FAR * RESPONSE_ORDER * float(carrier.max())
     omega, phi = modes_below(parts, highest, max(retained) + 1)
     others = np.delete(np.arange(omega.size), list(retained))
     omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
     inertia = shapes.T @ as_dense(structure.mass @ contact_shapes)
     damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
-    chosen = matter(omega, damping, inertia, stiffness, carrier)
+    chosen = responding(omega, damping, inertia, stiffness, carrier)
     return omega[chosen], shapes[:, chosen]
 
 
-def nothing_passive(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
+def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
     """The arrays of passive modes where there are none."""
     return {
         "carried_mass": np.zeros((n_contacts, n_contacts)),
-        "passive_frequency": np.zeros(0),
-        "passive_damping": np.zeros(0),
-        "passive_shapes": np.zeros((n_dofs, 0)),
-        "passive_inertia": np.zeros((0, n_contacts)),
-        "passive_damper": np.zeros((0, n_contacts)),
+        "nonresonant_frequency": np.zeros(0),
+        "nonresonant_damping": np.zeros(0),
+        "nonresonant_shapes": np.zeros((n_dofs, 0)),
+        "nonresonant_inertia": np.zeros((0, n_contacts)),
+        "nonresonant_damper": np.zeros((0, n_contacts)),
         "damping_coupling": np.zeros((modes, modes)),
     }
 
 
-def matter(
+def responding(
     omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
 ) -> Flags:
     """Which modes answer to some harmonic with a force that counts, (modes,).
@@ -89,7 +89,7 @@ def matter(
     Harmonics of order k are weighted by 1 / k^2, and taken where, within 10 %, they come closest
     to the mode.
     """
-    orders = np.array(harmonic_orders(ANSWERED_ORDER, carrier.size))
+    orders = np.array(harmonic_orders(RESPONSE_ORDER, carrier.size))
     weight = 1.0 / np.abs(orders).sum(axis=1) ** 2
     centre = np.abs(orders[:, : carrier.size] @ carrier)
     nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)

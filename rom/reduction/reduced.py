@@ -21,8 +21,8 @@ Formulation = Literal["consistent", "paper"]
 class Reduced:
     """One or two bonded modes coupled to the contact problem.
 
-    x = mode_shapes q + passive_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c., and
-    mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
+    x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c.,
+    and mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
     with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and what the modes
     answer to each harmonic of x_c. Passive modes do nothing else: no force is near their
     resonance. All other modes follow the contacts statically, their inertia being carried_mass.
@@ -56,11 +56,11 @@ class Reduced:
         to: beyond, where those masses stay behind, it would ring against the stiffness.
     spring, damper : (modes, N_c) ndarray
         Coupling of the modes to the contacts. The paper has springs alone.
-    passive_frequency, passive_damping : (passive,) ndarray
+    nonresonant_frequency, nonresonant_damping : (passive,) ndarray
         Natural frequencies [rad/s] and modal damping [1/s] of the passive modes.
-    passive_shapes : (n, passive) ndarray
+    nonresonant_shapes : (n, passive) ndarray
         Like mode_shapes.
-    passive_inertia, passive_damper : (passive, N_c) ndarray
+    nonresonant_inertia, nonresonant_damper : (passive, N_c) ndarray
         Their coupling to the contacts, by phi^T M X and phi^T C X.
     damping_coupling : (modes + passive, modes + passive) ndarray
         phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
@@ -80,11 +80,11 @@ class Reduced:
     damper: Floats
     contact_motion: Complexes
     carried_mass: Floats
-    passive_frequency: Floats
-    passive_damping: Floats
-    passive_shapes: Floats
-    passive_inertia: Floats
-    passive_damper: Floats
+    nonresonant_frequency: Floats
+    nonresonant_damping: Floats
+    nonresonant_shapes: Floats
+    nonresonant_inertia: Floats
+    nonresonant_damper: Floats
     damping_coupling: Floats
 
     @cached_property
@@ -109,22 +109,22 @@ class Reduced:
         """What other modes do per a_j at nu_j (modes,), by dampers; (modes, modes + passive)."""
         ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
         for j, nu in enumerate(np.asarray(frequency, dtype=float)):
-            ratio[j] = self.others_answer(j, nu, -self.modal_stiffness(nu)[:, j])
+            ratio[j] = self.others_response(j, nu, -self.modal_stiffness(nu)[:, j])
         return ratio
 
-    def others_answer(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
+    def others_response(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
         """Displacement of all modes but one, for which it is 0, (modes + passive,).
 
         By modal forces (modes + passive,) at a frequency [rad/s], with the dampers between them.
         """
         other = np.arange(len(force)) != mode
         stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
-        answer = np.zeros(len(force), dtype=complex)
-        answer[other] = np.linalg.solve(stiffness, force[other])
-        return answer
+        response = np.zeros(len(force), dtype=complex)
+        response[other] = np.linalg.solve(stiffness, force[other])
+        return response
 
     @cached_property
-    def detour(self) -> Complexes:
+    def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
         ratio = self.driven(self.carrier)
         back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
@@ -143,7 +143,7 @@ class Reduced:
     @cached_property
     def all_shapes(self) -> Floats:
         """Shapes of the retained and of the passive modes, (n, modes + passive)."""
-        return np.hstack((self.mode_shapes, self.passive_shapes))
+        return np.hstack((self.mode_shapes, self.nonresonant_shapes))
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
         """D(nu), (..., modes + passive, modes + passive), at frequencies nu (...) [rad/s].
@@ -151,8 +151,8 @@ class Reduced:
         omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        omega = np.append(self.frequency, self.passive_frequency)
-        own = np.diag(np.append(self.modal_damping, self.passive_damping))
+        omega = np.append(self.frequency, self.nonresonant_frequency)
+        own = np.diag(np.append(self.modal_damping, self.nonresonant_damping))
         inert = np.diag(omega**2) - nu**2 * np.eye(omega.size)
         stiffness: Complexes = inert + 1j * nu * (own + self.damping_coupling)
         return stiffness
@@ -166,21 +166,21 @@ class Reduced:
             The mode answers to x_c exp(i nu t) by q = -D^-1 B x_c, and pulls by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        at_rest = np.vstack((self.spring, np.zeros_like(self.passive_damper)))
-        inertia = np.vstack((np.zeros_like(self.spring), self.passive_inertia))
-        dampers = np.vstack((self.damper, self.passive_damper))
+        at_rest = np.vstack((self.spring, np.zeros_like(self.nonresonant_damper)))
+        inertia = np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia))
+        dampers = np.vstack((self.damper, self.nonresonant_damper))
         return np.asarray(at_rest - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
 
-    def feedback(self, frequency: float, silent: Sequence[int]) -> Complexes:
+    def reaction(self, frequency: float, excluded: Sequence[int]) -> Complexes:
         """Force on the contacts per x_c exp(i nu t), (N_c, N_c).
 
         By all modes but the `silent` ones, and by the inertia that follows the contacts.
         """
-        answers = np.delete(np.arange(len(self.damping_coupling)), list(silent))
-        B = self.modal_coupling(frequency)[answers]
-        D = self.modal_stiffness(frequency)[np.ix_(answers, answers)]
-        answer: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
-        return answer + frequency**2 * self.carried_mass
+        responding = np.delete(np.arange(len(self.damping_coupling)), list(excluded))
+        B = self.modal_coupling(frequency)[responding]
+        D = self.modal_stiffness(frequency)[np.ix_(responding, responding)]
+        response: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
+        return response + frequency**2 * self.carried_mass
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
         """The same model with its contact problem at other carrier frequencies [rad/s]."""

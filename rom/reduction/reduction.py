@@ -9,8 +9,8 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.fixed_interface import bonded_modes
-from slipmode.rom.reduction.nonresonant import nothing_passive, passive_modes
+from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
+from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.structure.matrices import as_dense, is_positive_definite, solve
 from slipmode.rom.structure.partition import Partition
@@ -57,7 +57,7 @@ def reduce(
         raise SlipmodeError(f"modes: must be one or two different modes, got {modes}")
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
-    omega, phi = bonded_modes(parts, max(modes) + 1)
+    omega, phi = fixed_interface_modes(parts, max(modes) + 1)
     omega, phi = omega[list(modes)], phi[:, list(modes)]
     mode_shapes = as_dense(parts.E @ phi)
     constraint_modes = as_dense(parts.R - parts.E @ solve(parts.K_ee, parts.K_ec))
@@ -89,7 +89,7 @@ def _reduce_paper(
         spring=spring,
         damper=np.zeros_like(spring),
         contact_motion=_frictionless(stiffness, spring),
-        **nothing_passive(len(modes), *constraint_modes.shape),
+        **no_nonresonant_modes(len(modes), *constraint_modes.shape),
     )
 
 
@@ -111,8 +111,10 @@ def _reduce_consistent(
     stiffness = _symmetric(X.T @ as_dense(K @ X))
     _check_stiffness(stiffness)
     spring = Phi.T @ as_dense(K @ X)
-    passive_omega, passive = passive_modes(structure, parts, modes, omega, X, np.diag(stiffness))
-    every = np.hstack((Phi, passive))
+    nonresonant_omega, nonresonant = nonresonant_modes(
+        structure, parts, modes, omega, X, np.diag(stiffness)
+    )
+    every = np.hstack((Phi, nonresonant))
     modal_damping = every.T @ as_dense(C @ every)
     follows = _symmetric(X.T @ as_dense(M @ X))
     mass = _impact_mass(structure)
@@ -131,11 +133,11 @@ def _reduce_consistent(
         damper=Phi.T @ as_dense(C @ X),
         contact_motion=_frictionless(stiffness, spring),
         carried_mass=_without_rounding(follows - mass, np.diag(follows)),
-        passive_frequency=passive_omega,
-        passive_damping=np.diag(modal_damping)[len(modes) :].copy(),
-        passive_shapes=passive,
-        passive_inertia=passive.T @ as_dense(M @ X),
-        passive_damper=passive.T @ as_dense(C @ X),
+        nonresonant_frequency=nonresonant_omega,
+        nonresonant_damping=np.diag(modal_damping)[len(modes) :].copy(),
+        nonresonant_shapes=nonresonant,
+        nonresonant_inertia=nonresonant.T @ as_dense(M @ X),
+        nonresonant_damper=nonresonant.T @ as_dense(C @ X),
         damping_coupling=_without_rounding(
             _symmetric(modal_damping) - np.diag(np.diag(modal_damping)), np.diag(modal_damping)
         ),

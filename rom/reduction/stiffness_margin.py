@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.linalg
 
-from slipmode.rom.contact.torus import modal_feedback
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import NearResonance, Order, harmonic_orders
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
 
 # Measured on two_mass with its contact springs divided by 10, 15, 30 and 100, which gives 0.64,
@@ -27,24 +27,30 @@ _LARGEST_COARSE = 1.1
 _COARSE = 0.01  # tolerance of the table from which the latter holds
 
 
-def contact_softness(reduced: Reduced, near: Sequence[NearResonance] = ()) -> tuple[float, Order]:
+def stiffness_loss(
+    reduced: Reduced, combinations: Sequence[CombinationResonance] = ()
+) -> tuple[float, Order]:
     """Largest share of a contact's stiffness that answering modes take away, and the harmonic."""
     shares = []
-    for order in harmonic_orders(ANSWERED_ORDER, len(reduced.modes)):
-        pull = modal_feedback(reduced, order, near).real
-        shares.append((scipy.linalg.eigh(pull, reduced.stiffness, eigvals_only=True)[-1], order))
+    for order in harmonic_orders(RESPONSE_ORDER, len(reduced.modes)):
+        reaction = reaction_stiffness(reduced, order, combinations).real
+        shares.append(
+            (scipy.linalg.eigh(reaction, reduced.stiffness, eigvals_only=True)[-1], order)
+        )
     share, order = max(shares)
     return float(share), order
 
 
-def check_softness(reduced: Reduced, tolerance: float, near: Sequence[NearResonance] = ()) -> None:
+def check_stiffness_margin(
+    reduced: Reduced, tolerance: float, combinations: Sequence[CombinationResonance] = ()
+) -> None:
     """Refuse contacts that are too soft for a table of that tolerance.
 
     Raises
     ------
     SlipmodeError
     """
-    share, (n, m) = contact_softness(reduced, near)
+    share, (n, m) = stiffness_loss(reduced, combinations)
     largest = _LARGEST if tolerance < _COARSE else _LARGEST_COARSE
     if share <= largest:
         return

@@ -23,7 +23,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.slow.response import ModalAnswer, modal_answer
+from slipmode.rom.slow.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
@@ -46,7 +46,7 @@ class Motion:
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
         Displacement of the structure per unit of them that neither modes nor contacts have:
-        DirectForce.static.
+        ForceResponse.static.
     """
 
     time: Floats
@@ -93,21 +93,21 @@ def reconstruct(
     sample = _sample_times(trajectory, times)
     slowest = trajectory.frequency.min()
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
-    answer = modal_answer(model, part)
-    pull = np.ascontiguousarray(2.0 * answer.pull)
+    response = modal_response(model, part)
+    reaction = np.ascontiguousarray(2.0 * response.reaction)
     segments = part.segments(model)
-    felt = part.contact_segments(segments, pull)
+    effective = part.contact_segments(segments, reaction)
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
-    problem = contact_problem(model.reduced, model.law, answer.orders)
+    problem = contact_problem(model.reduced, model.law, response.orders)
     status = _kernel.lib.sm_contact_motion(
-        *(ctypes.byref(problem), len(felt), felt.ctypes.data, None, steps_per_period),
+        *(ctypes.byref(problem), len(effective), effective.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     _kernel.check(status, "contact motion")
-    coefficients = np.concatenate((answer.modal, _loads(answer, part)), axis=2)
-    signals = _summed(segments, answer, coefficients, _carriers(model, 0), sample)
-    modal, load = np.split(signals, [answer.modal.shape[2]], axis=1)
+    coefficients = np.concatenate((response.modal, _loads(response, part)), axis=2)
+    signals = _summed(segments, response, coefficients, _carriers(model, 0), sample)
+    modal, load = np.split(signals, [response.modal.shape[2]], axis=1)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
 
 
@@ -131,14 +131,14 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
         raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")
     sample = _sample_times(trajectory, times)
     part = trajectory.between(sample[0], sample[-1])
-    answer = modal_answer(model, part)
-    velocity = 1j * answer.frequency[..., np.newaxis] * answer.contact
-    force = _friction_force(model, part, answer)
-    parts = (answer.contact, velocity, force, answer.modal, _loads(answer, part))
+    response = modal_response(model, part)
+    velocity = 1j * response.frequency[..., np.newaxis] * response.contact
+    force = _friction_force(model, part, response)
+    parts = (response.contact, velocity, force, response.modal, _loads(response, part))
     coefficients = np.concatenate(parts, axis=2)
     contacts = model.reduced.n_contacts
     segments, shape = part.segments(model), _carriers(model, 3 * contacts)
-    signals = _summed(segments, answer, coefficients, shape, sample)
+    signals = _summed(segments, response, coefficients, shape, sample)
     x, v, f, modal, load = np.split(signals, np.cumsum([p.shape[2] for p in parts[:-1]]), axis=1)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
 
@@ -162,35 +162,35 @@ def _carriers(model: Model, before: int) -> Floats:
     return np.eye(model.modes, signals, before)
 
 
-def _loads(answer: ModalAnswer, part: SlowTrajectory) -> Complexes:
+def _loads(response: ModalResponse, part: SlowTrajectory) -> Complexes:
     """Harmonics of the modal forces (points, orders, modes): that of its carrier for each."""
-    loads = np.zeros((*answer.contact.shape[:2], part.force.shape[1]), dtype=complex)
+    loads = np.zeros((*response.contact.shape[:2], part.force.shape[1]), dtype=complex)
     for j, own in enumerate(CARRIERS[: loads.shape[2]]):
-        if own in answer.orders:
-            loads[:, answer.orders.index(own), j] = 0.5 * part.point_force[:, j]
+        if own in response.orders:
+            loads[:, response.orders.index(own), j] = 0.5 * part.point_force[:, j]
     return loads
 
 
 def _static(model: Model, part: SlowTrajectory) -> Floats:
     nothing = np.zeros((model.reduced.n_dofs, model.modes))
-    return part.direct.static if part.direct else nothing
+    return part.force_response.static if part.force_response else nothing
 
 
-def _friction_force(model: Model, part: SlowTrajectory, answer: ModalAnswer) -> Complexes:
+def _friction_force(model: Model, part: SlowTrajectory, response: ModalResponse) -> Complexes:
     """Harmonics of the friction force (points, orders, N_c): it balances all others, Eq. (12)."""
-    reduced, nu = model.reduced, answer.frequency[..., np.newaxis]
-    P = answer.contact
-    force = answer.pull - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
+    reduced, nu = model.reduced, response.frequency[..., np.newaxis]
+    P = response.contact
+    force = response.reaction - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
     force += nu**2 * (P @ reduced.mass)
-    felt = part.felt(model)
+    effective = part.effective(model)
     for j, own in enumerate(CARRIERS[: model.modes]):
-        force[:, answer.orders.index(own)] -= reduced.coupling[j] * felt[:, j, np.newaxis]
+        force[:, response.orders.index(own)] -= reduced.coupling[j] * effective[:, j, np.newaxis]
     return np.asarray(force)
 
 
 def _summed(
     segments: np.ndarray,
-    answer: ModalAnswer,
+    response: ModalResponse,
     coefficients: Complexes,
     shape: Floats,
     times: Floats,
@@ -201,11 +201,11 @@ def _summed(
     """
     by_signal = coefficients.transpose(0, 2, 1)
     rows = _kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
-    orders = np.ascontiguousarray(answer.orders, dtype=np.int32)
+    orders = np.ascontiguousarray(response.orders, dtype=np.int32)
     weights = _kernel.contiguous(shape)
     harmonic_sum = _kernel.HarmonicSum(
         modes=len(weights),
-        orders_count=len(answer.orders),
+        orders_count=len(response.orders),
         orders=orders.ctypes.data,
         signals=weights.shape[1],
         shape=weights.ctypes.data,

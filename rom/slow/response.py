@@ -24,7 +24,7 @@ _STUCK = 1e-9  # carrier of a contact that is rounding, relative to the largest
 
 
 @dataclass(frozen=True, eq=False)
-class ModalAnswer:
+class ModalResponse:
     """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
 
     A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
@@ -46,45 +46,45 @@ class ModalAnswer:
     frequency: Floats
     contact: Complexes
     modal: Complexes
-    pull: Complexes
+    reaction: Complexes
 
 
-def modal_answer(model: Model, trajectory: SlowTrajectory) -> ModalAnswer:
+def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
     """Answer of the modes along a trajectory; empty where the model keeps no harmonics."""
     points, reduced = trajectory.time.size, model.reduced
     all_modes = reduced.all_shapes.shape[1]
     if model.harmonics is None:
         contacts = np.zeros((points, 0, reduced.n_contacts), dtype=complex)
         modal = np.zeros((points, 0, all_modes), dtype=complex)
-        return ModalAnswer((), np.zeros((points, 0)), contacts, modal, contacts)
+        return ModalResponse((), np.zeros((points, 0)), contacts, modal, contacts)
     orders = model.harmonics.orders
-    felt = trajectory.felt(model)
-    P = model.harmonics.at(felt)
+    effective = trajectory.effective(model)
+    P = model.harmonics.at(effective)
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
-    modal, pull = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
+    modal, reaction = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
     if reduced.formulation == "paper":
-        return ModalAnswer(orders, nu, P, modal, pull)
+        return ModalResponse(orders, nu, P, modal, reaction)
     groups: dict[tuple[int, ...], list[int]] = defaultdict(list)
     for q, order in enumerate(orders):
         if order not in CARRIERS:
-            groups[resonant_modes(model.modes, order, model.near)].append(q)
+            groups[resonant_modes(model.modes, order, model.combinations)].append(q)
     block = max(1, _BLOCK // len(orders))
     for rows in (np.arange(k, min(k + block, points)) for k in range(0, points, block)):
-        for silent, members in groups.items():
+        for excluded, members in groups.items():
             group = np.array(members)
             here = np.ix_(rows, group)
-            others = _Others.of(reduced, silent, nu[here].ravel())
-            answered, pulled = others.answer(P[here].reshape(-1, reduced.n_contacts))
-            modal[np.ix_(rows, group, others.numbers)] = answered.reshape(*nu[here].shape, -1)
-            pull[here] = pulled.reshape(P[here].shape)
+            others = _Others.of(reduced, excluded, nu[here].ravel())
+            responded, pulled = others.response(P[here].reshape(-1, reduced.n_contacts))
+            modal[np.ix_(rows, group, others.numbers)] = responded.reshape(*nu[here].shape, -1)
+            reaction[here] = pulled.reshape(P[here].shape)
         for mode, order in enumerate(CARRIERS[: model.modes]):
             q = orders.index(order)
-            silent = resonant_modes(model.modes, order, model.near)
-            others = _Others.of(reduced, silent, nu[rows, q])
-            carried = _at_carrier(model, trajectory, felt, rows, others, mode, P[rows, q])
-            P[rows, q], answered, pull[rows, q] = carried
-            modal[rows[:, np.newaxis], q, others.numbers] = answered
-    return ModalAnswer(orders, nu, P, modal, pull)
+            excluded = resonant_modes(model.modes, order, model.combinations)
+            others = _Others.of(reduced, excluded, nu[rows, q])
+            carried = _at_carrier(model, trajectory, effective, rows, others, mode, P[rows, q])
+            P[rows, q], responded, reaction[rows, q] = carried
+            modal[rows[:, np.newaxis], q, others.numbers] = responded
+    return ModalResponse(orders, nu, P, modal, reaction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +111,8 @@ class _Others:
     all_rows: Complexes
 
     @classmethod
-    def of(cls, reduced: Reduced, silent: Sequence[int], nu: Floats) -> Self:
-        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), list(silent))
+    def of(cls, reduced: Reduced, excluded: Sequence[int], nu: Floats) -> Self:
+        numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), list(excluded))
         coupling = reduced.modal_coupling(nu)[:, numbers]
         return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
 
@@ -120,7 +120,9 @@ class _Others:
         """Displacement by forces on them (points, others, forces)."""
         return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
 
-    def answer(self, P: Complexes, force: Complexes | float = 0.0) -> tuple[Complexes, Complexes]:
+    def response(
+        self, P: Complexes, force: Complexes | float = 0.0
+    ) -> tuple[Complexes, Complexes]:
         """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
         on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
         q = self.driven(on_them[..., np.newaxis])[..., 0]
@@ -138,26 +140,32 @@ class _Others:
 def _at_carrier(
     model: Model,
     trajectory: SlowTrajectory,
-    felt: Complexes,
+    effective: Complexes,
     points: NDArray[np.intp],
     others: _Others,
     mode: int,
     P: Complexes,
 ) -> tuple[Complexes, Complexes, Complexes]:
     """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
-    direct = trajectory.direct
+    force_response = trajectory.force_response
     on_modes: Complexes | float = 0.0
     on_contacts: Complexes | float = 0.0
-    if direct is not None:
+    if force_response is not None:
         half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
-        on_modes = half * direct.modal[mode, others.numbers]
-        on_contacts = half * direct.beyond_shift(model.reduced)[mode]
-        push = on_contacts + others.answer(np.zeros_like(P), on_modes)[1]
-        drawn = felt[points, mode, np.newaxis] * model.reduced.coupling[mode]
+        on_modes = half * force_response.modal[mode, others.numbers]
+        on_contacts = half * force_response.residual_force(model.reduced)[mode]
+        push = on_contacts + others.response(np.zeros_like(P), on_modes)[1]
+        drawn = effective[points, mode, np.newaxis] * model.reduced.coupling[mode]
         P = P + _pushed(others.contact_stiffness(), P, -drawn, push)
-    q, pull = others.answer(P, on_modes)
-    across = others.driven(others.all_rows[:, :, [mode]])[..., 0]  # what dampers make of a_j
-    return P, q - across * trajectory.amplitude[points, mode, np.newaxis], pull + on_contacts
+    q, reaction = others.response(P, on_modes)
+    cross_response = others.driven(others.all_rows[:, :, [mode]])[
+        ..., 0
+    ]  # what dampers make of a_j
+    return (
+        P,
+        q - cross_response * trajectory.amplitude[points, mode, np.newaxis],
+        reaction + on_contacts,
+    )
 
 
 def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexes) -> Complexes:

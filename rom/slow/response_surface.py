@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags
-from slipmode.rom.contact.torus import modal_feedback
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force of the modes on the contacts, or displacement
 
 
 @dataclass(frozen=True, eq=False)
-class AnswerPlane:
+class ResponseSurface:
     """Harmonics (n, m) of the modes' answer over the amplitude plane, in a steady motion.
 
     A coefficient c_nm stands for Re(c_nm exp(i (n theta_A + m theta_B))).
@@ -37,12 +37,12 @@ class AnswerPlane:
     """
 
     orders: NDArray[np.int32]
-    pull: Complexes
+    reaction: Complexes
     elastic: Complexes
     modes_out: Complexes
 
 
-def answer_plane(model: Model, dofs: Sequence[int] = ()) -> AnswerPlane:
+def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     """The answer for contact motion and the displacement of some DOFs, at the model's carriers.
 
     Parameters
@@ -59,32 +59,32 @@ def answer_plane(model: Model, dofs: Sequence[int] = ()) -> AnswerPlane:
     nodes = model.table.node_a.size, model.table.node_b.size
     contacts = reduced.n_contacts
     if reduced.formulation == "paper":
-        return no_answer(model, rows)
+        return no_response(model, rows)
     if model.harmonics is None:
         raise SlipmodeError(
             "contact: this model keeps no harmonics, to which its modes answer; tabulate it "
-            f"with harmonics={ANSWERED_ORDER}"
+            f"with harmonics={RESPONSE_ORDER}"
         )
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)
-    force = [modal_feedback(reduced, order, model.near) for order in orders]
+    force = [reaction_stiffness(reduced, order, model.combinations) for order in orders]
     moved = [_displacement(model, order, rows) for order in orders]
-    pull = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(force))
+    reaction = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(force))
     elastic = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(moved))
     modes_out = _modes_out(model, rows)
-    kept = _counts(pull, reduced.coupling, model) | _counts(elastic, modes_out.T, model)
-    return AnswerPlane(
+    kept = _counts(reaction, reduced.coupling, model) | _counts(elastic, modes_out.T, model)
+    return ResponseSurface(
         np.array(orders, dtype=np.int32)[kept],
-        np.ascontiguousarray(pull[:, :, kept]),
+        np.ascontiguousarray(reaction[:, :, kept]),
         np.ascontiguousarray(elastic[:, :, kept]),
         modes_out,
     )
 
 
-def no_answer(model: Model, dofs: Sequence[int] = ()) -> AnswerPlane:
+def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     """Modes that move at their carriers alone."""
     nodes = model.table.node_a.size, model.table.node_b.size
-    return AnswerPlane(
+    return ResponseSurface(
         np.zeros((0, 2), dtype=np.int32),
         np.zeros((*nodes, 0, model.reduced.n_contacts), dtype=complex),
         np.zeros((*nodes, 0, len(dofs)), dtype=complex),
@@ -92,21 +92,21 @@ def no_answer(model: Model, dofs: Sequence[int] = ()) -> AnswerPlane:
     )
 
 
-def _answering(model: Model, order: Order) -> tuple[NDArray[np.intp], Complexes, float]:
+def _responding(model: Model, order: Order) -> tuple[NDArray[np.intp], Complexes, float]:
     """Modes that answer to a harmonic, their D(nu), and nu."""
     reduced = model.reduced
     nu = float(np.dot(order[: model.modes], reduced.carrier))
-    silent = resonant_modes(model.modes, order, model.near)
-    answers = np.delete(np.arange(reduced.all_shapes.shape[1]), silent)
-    return answers, reduced.modal_stiffness(nu)[:, answers], nu
+    excluded = resonant_modes(model.modes, order, model.combinations)
+    responding = np.delete(np.arange(reduced.all_shapes.shape[1]), excluded)
+    return responding, reduced.modal_stiffness(nu)[:, responding], nu
 
 
 def _displacement(model: Model, order: Order, rows: Sequence[int]) -> Complexes:
     """Displacement of DOFs per x_c exp(i nu t) of the contacts, (N_c, DOFs)."""
-    answers, D, nu = _answering(model, order)
-    B = model.reduced.modal_coupling(nu)[answers]
-    shapes = model.reduced.all_shapes[rows][:, answers]
-    return np.asarray(-(shapes @ np.linalg.solve(D[answers], B)).T)
+    responding, D, nu = _responding(model, order)
+    B = model.reduced.modal_coupling(nu)[responding]
+    shapes = model.reduced.all_shapes[rows][:, responding]
+    return np.asarray(-(shapes @ np.linalg.solve(D[responding], B)).T)
 
 
 def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
@@ -114,18 +114,18 @@ def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
     shapes = model.reduced.all_shapes[rows].astype(complex)
     moved = shapes[:, : model.modes].copy()
     for j, carrier in enumerate(CARRIERS[: model.modes]):
-        answers, _, nu = _answering(model, carrier)
+        responding, _, nu = _responding(model, carrier)
         D = model.reduced.modal_stiffness(nu)
-        across = np.linalg.solve(D[np.ix_(answers, answers)], D[answers, j])
-        moved[:, j] -= shapes[:, answers] @ across
+        cross_response = np.linalg.solve(D[np.ix_(responding, responding)], D[responding, j])
+        moved[:, j] -= shapes[:, responding] @ cross_response
     return moved
 
 
-def _counts(answer: Complexes, per_amplitude: Complexes, model: Model) -> Flags:
+def _counts(response: Complexes, per_amplitude: Complexes, model: Model) -> Flags:
     """Which orders of an answer (n_a, n_b, orders, signals) are not negligible, (orders,).
 
     Beside what the amplitudes do by themselves, (modes, signals) per unit, at most.
     """
-    largest = 2.0 * model.table.limit @ np.abs(per_amplitude)
-    part = np.abs(answer).max(axis=(0, 1), initial=0.0)
+    largest = 2.0 * model.table.amplitude_range @ np.abs(per_amplitude)
+    part = np.abs(response).max(axis=(0, 1), initial=0.0)
     return np.asarray((part > NEGLIGIBLE * largest).any(axis=1))

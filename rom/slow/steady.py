@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.slow.slow_flow import felt_shift, first_order_rate, friction_force, linear_part
+from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.slow.slow_flow import first_order_rate, friction_force, linear_part
 from slipmode.rom.table.model import Model
 
 Force = Sequence[Mapping[int, float] | ArrayLike]
@@ -97,7 +98,9 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    problem = _Steady(model, _excitation(model, force, phase), felt_shift(model.reduced, force))
+    problem = _Steady(
+        model, _excitation(model, force, phase), off_resonance_shift(model.reduced, force)
+    )
     points = Omega.reshape(-1, model.modes)
     amplitude = problem.polish(points, problem.relax(points))
     for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
@@ -183,14 +186,14 @@ class _Steady:
     def relax(self, Omega: Floats) -> Complexes:
         """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
         stiffness = linear_part(self.model.reduced, Omega).stiffness
-        amplitude = np.broadcast_to(1e-6 * self._limit, Omega.shape).astype(complex)
+        amplitude = np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex)
         for _ in range(_RELAXATION_PASSES):
             Q = self.friction(amplitude, Omega) / amplitude
             balanced = 0.5 * self.excitation / (stiffness - Q)
-            before, wanted = np.abs(amplitude), np.minimum(np.abs(balanced), self._limit)
-            modulus = np.maximum(0.5 * (before + wanted), 1e-12 * self._limit)
+            before, wanted = np.abs(amplitude), np.minimum(np.abs(balanced), self._range)
+            modulus = np.maximum(0.5 * (before + wanted), 1e-12 * self._range)
             amplitude = modulus * np.exp(1j * np.angle(balanced))
-            if np.all(np.abs(wanted - before) <= _RELAXED * self._limit):
+            if np.all(np.abs(wanted - before) <= _RELAXED * self._range):
                 break
         return np.where(self.excitation == 0.0, 0.0, amplitude)  # an unforced mode is at rest
 
@@ -202,7 +205,7 @@ class _Steady:
             before = found[moving]
             after = self.inside(before - self._newton_update(Omega[moving], before))
             found[moving] = after
-            moving = moving[np.abs(after - before).max(axis=-1) > _SETTLED * self._limit.max()]
+            moving = moving[np.abs(after - before).max(axis=-1) > _SETTLED * self._range.max()]
             if moving.size == 0:
                 break
         return found
@@ -210,7 +213,7 @@ class _Steady:
     def _newton_update(self, Omega: Floats, amplitude: Complexes) -> Complexes:
         """Jacobian^-1 rate (points, modes), the Jacobian by differences in one call."""
         y = amplitude.view(float)
-        step = 1e-7 * self._limit.max()
+        step = 1e-7 * self._range.max()
         shifts = np.vstack((np.zeros(y.shape[-1]), step * np.eye(y.shape[-1])))
         shifted = y + shifts[:, np.newaxis]  # (1 + 2 modes, points, 2 modes)
         rates = self.rate(shifted.view(complex), Omega).view(float)
@@ -252,11 +255,11 @@ class _Steady:
     def inside(self, amplitude: Complexes) -> Complexes:
         """The amplitudes, scaled back to the table where they leave it."""
         modulus = np.abs(amplitude)
-        over = modulus > self._limit
-        factor = np.divide(self._limit, modulus, out=np.ones(modulus.shape), where=over)
+        over = modulus > self._range
+        factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
         return amplitude * factor
 
     @property
-    def _limit(self) -> Floats:
+    def _range(self) -> Floats:
         """A little inside the table, so that the coupling may turn."""
-        return 0.998 * self.model.table.limit
+        return 0.998 * self.model.table.amplitude_range

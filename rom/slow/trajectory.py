@@ -8,8 +8,9 @@ import numpy as np
 
 from slipmode.rom import _kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import DirectForce
-from slipmode.rom.slow.slow_flow import amplitude_rate, coupling_turn
+from slipmode.rom.reduction.coupling import coupling_factor
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.slow.slow_flow import amplitude_rate
 from slipmode.rom.table.model import Model
 
 
@@ -28,7 +29,7 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    direct : DirectForce, optional
+    direct : ForceResponse, optional
         What the forces do past their own mode. Default: nothing.
     jump : (steps, modes) complex ndarray, optional
         What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
@@ -41,19 +42,19 @@ class SlowTrajectory:
     frequency_rate: Floats
     force: Complexes
     force_rate: Complexes
-    direct: DirectForce | None = None
-    jump: Complexes | None = None
+    force_response: ForceResponse | None = None
+    discontinuity: Complexes | None = None
 
     @property
     def amplitude_start(self) -> Complexes:
         """Amplitudes at the start of each step, past its jump, (steps, modes)."""
         before = self.amplitude[:-1]
-        return before if self.jump is None else before + self.jump
+        return before if self.discontinuity is None else before + self.discontinuity
 
     @property
     def shift(self) -> Complexes | float:
         """What the contacts feel on top of a_j, per unit of force."""
-        return self.direct.shift if self.direct else 0.0
+        return self.force_response.shift if self.force_response else 0.0
 
     @property
     def point_force(self) -> Complexes:
@@ -81,8 +82,8 @@ class SlowTrajectory:
             self.frequency_rate[within],
             self.force[within],
             self.force_rate[within],
-            self.direct,
-            None if self.jump is None else self.jump[within],
+            self.force_response,
+            None if self.discontinuity is None else self.discontinuity[within],
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
@@ -109,10 +110,10 @@ class SlowTrajectory:
         )
         return start, end
 
-    def felt(self, model: Model) -> Complexes:
+    def effective(self, model: Model) -> Complexes:
         """What the contacts feel of each mode at every time, (steps + 1, modes)."""
-        turn = coupling_turn(model.reduced, self.point_frequency)
-        return np.asarray(turn * (self.amplitude + self.shift * self.point_force))
+        factor = coupling_factor(model.reduced, self.point_frequency)
+        return np.asarray(factor * (self.amplitude + self.shift * self.point_force))
 
     def segments(self, model: Model) -> np.ndarray:
         """The steps as the core reads them."""
@@ -130,7 +131,7 @@ class SlowTrajectory:
         segments["frequency_rate"][:, modes] = self.frequency_rate
         return segments
 
-    def contact_segments(self, segments: np.ndarray, pull: Complexes) -> np.ndarray:
+    def contact_segments(self, segments: np.ndarray, reaction: Complexes) -> np.ndarray:
         """The same as the contacts feel it; `pull` (steps + 1, orders, N_c) must outlive it."""
         segments = segments.copy()
         modes = slice(0, self.amplitude.shape[1])
@@ -140,6 +141,8 @@ class SlowTrajectory:
         segments["amplitude_end"][:, modes] += self.shift * force_end
         segments["rate_start"][:, modes] += moving
         segments["rate_end"][:, modes] += moving
-        segments["pull_start"] = pull.ctypes.data + pull.strides[0] * np.arange(len(segments))
-        segments["pull_end"] = segments["pull_start"] + pull.strides[0]
+        segments["reaction_start"] = reaction.ctypes.data + reaction.strides[0] * np.arange(
+            len(segments)
+        )
+        segments["reaction_end"] = segments["reaction_start"] + reaction.strides[0]
         return segments

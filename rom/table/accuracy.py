@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Quality:
+class Accuracy:
     """What the table was measured to be worth, relative to the largest |S_j|.
 
     Attributes

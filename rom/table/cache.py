@@ -15,10 +15,10 @@ import platformdirs
 
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.model import FORMAT, REDUCED_ARRAYS, Model
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 
 
@@ -34,9 +34,9 @@ def cached_model(
     amplitude: Sequence[float],
     tolerance: float,
     *,
-    near: Sequence[NearResonance] = (),
+    combinations: Sequence[CombinationResonance] = (),
     harmonics: int = 0,
-    visited: Visited | None = None,
+    region: Region | None = None,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -52,7 +52,7 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same; it will be computed again next time.
     """
-    key = _key(reduced, law, amplitude, tolerance, near, harmonics, visited)
+    key = _key(reduced, law, amplitude, tolerance, combinations, harmonics, region)
     path = cache_folder() / f"{key}.rom"
     if path.is_file():
         try:
@@ -61,9 +61,9 @@ def cached_model(
             path.unlink(missing_ok=True)
     model = tabulate(
         *(reduced, law, amplitude, tolerance),
-        near=near,
+        combinations=combinations,
         harmonics=harmonics,
-        visited=visited,
+        region=region,
         progress=progress,
     )
     try:
@@ -79,19 +79,19 @@ def _key(
     law: Friction,
     amplitude: Sequence[float],
     tolerance: float,
-    near: Sequence[NearResonance],
+    combinations: Sequence[CombinationResonance],
     harmonics: int,
-    visited: Visited | None,
+    region: Region | None,
 ) -> str:
     """Hash of everything that the table depends on."""
     arrays = (
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
         limits(law, reduced.n_contacts),
         np.asarray(amplitude, dtype=float),
-        np.zeros(0) if visited is None else visited.tiles,
+        np.zeros(0) if region is None else region.tiles,
     )
     named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
-    terms = [astuple(term) for term in near]
+    terms = [astuple(term) for term in combinations]
     digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())

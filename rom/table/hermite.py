@@ -17,7 +17,7 @@ from scipy.linalg import solve_banded
 
 from slipmode.rom import _kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import SlipmodeError, UnvisitedError
+from slipmode.rom.errors import OutsideRegionError, SlipmodeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +47,11 @@ class Table:
     node_b: Floats
     values: Floats
     modes: int
-    lag: Floats | None = None
-    visited: Flags | None = None
+    rate_correction: Floats | None = None
+    region: Flags | None = None
 
     @property
-    def limit(self) -> Floats:
+    def amplitude_range(self) -> Floats:
         """Largest tabulated amplitude of each mode, (modes,)."""
         return np.array([self.node_a[-1], self.node_b[-1]][: self.modes])
 
@@ -72,19 +72,21 @@ class Table:
             _kernel.contiguous(self.node_a),
             _kernel.contiguous(self.node_b),
             _kernel.contiguous(self.values),
-            None if self.lag is None else _kernel.contiguous(self.lag),
-            self.visited,
+            None if self.rate_correction is None else _kernel.contiguous(self.rate_correction),
+            self.region,
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
         """S_j, shape (..., modes), at amplitudes (..., modes) >= 0 inside the table."""
         return self.terms(amplitudes)[..., : self.modes]
 
-    def lag_at(self, amplitudes: ArrayLike) -> Complexes:
+    def rate_correction_at(self, amplitudes: ArrayLike) -> Complexes:
         """dS_j / d(d|a_k|/dt), (..., modes, modes), at amplitudes (..., modes) >= 0."""
-        if self.lag is None:
+        if self.rate_correction is None:
             return np.zeros((*np.shape(amplitudes), self.modes), dtype=complex)
-        surface = Table(self.node_a, self.node_b, self.lag, self.modes, visited=self.visited)
+        surface = Table(
+            self.node_a, self.node_b, self.rate_correction, self.modes, region=self.region
+        )
         terms = surface.terms(amplitudes)
         return terms.reshape(*terms.shape[:-1], self.modes, self.modes)
 
@@ -105,11 +107,11 @@ class Table:
         )
         if status == _kernel.OUTSIDE_TABLE:
             largest = points.reshape(-1, self.modes).max(axis=0)
-            if np.all(largest <= self.limit):
-                raise UnvisitedError
+            if np.all(largest <= self.amplitude_range):
+                raise OutsideRegionError
             raise SlipmodeError(
-                f"amplitude: {largest} is outside the friction table, whose limit is {self.limit};"
-                " tabulate a larger range"
+                f"amplitude: {largest} is outside the friction table, whose range is "
+                f"{self.amplitude_range}; tabulate a larger range"
             )
         _kernel.check(status, "table look-up")
         return result

@@ -14,9 +14,9 @@ import numpy as np
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.laws import Coulomb, Friction, Tanh, limits
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import NearResonance
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_header
 
@@ -26,11 +26,11 @@ REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
     *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
     *(
-        "passive_frequency",
-        "passive_damping",
-        "passive_shapes",
-        "passive_inertia",
-        "passive_damper",
+        "nonresonant_frequency",
+        "nonresonant_damping",
+        "nonresonant_shapes",
+        "nonresonant_inertia",
+        "nonresonant_damper",
     ),
     "damping_coupling",
 )
@@ -47,16 +47,16 @@ class Model:
     table : Table
     harmonics : Harmonics or None
         Of the contact displacement, where they were asked for.
-    near : tuple of NearResonance
-    quality : Quality
+    near : tuple of CombinationResonance
+    quality : Accuracy
     """
 
     reduced: Reduced
     law: Friction
     table: Table
     harmonics: Harmonics | None
-    near: tuple[NearResonance, ...]
-    quality: Quality
+    combinations: tuple[CombinationResonance, ...]
+    accuracy: Accuracy
 
     @property
     def modes(self) -> int:
@@ -121,17 +121,17 @@ class Model:
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        lag, visited = content.get("lag"), content.get("visited")
+        rate_correction, region = content.get("lag"), content.get("visited")
         surface = (content["node_a"], content["node_b"], content["values"])
-        table = Table(*surface, len(reduced.modes), lag, visited)
-        near = tuple(NearResonance(*term) for term in header["near"])
-        quality = Quality(**header["quality"])
+        table = Table(*surface, len(reduced.modes), rate_correction, region)
+        combinations = tuple(CombinationResonance(*term) for term in header["near"])
+        accuracy = Accuracy(**header["quality"])
         harmonics = None
         if header["orders"]:
             orders = tuple((n, m) for n, m in header["orders"])
             P, left_out = content["P"], content["left_out"]
-            harmonics = Harmonics(table.axes, orders, P, left_out, visited)
-        return cls(reduced, law, table, harmonics, near, quality)
+            harmonics = Harmonics(table.axes, orders, P, left_out, region)
+        return cls(reduced, law, table, harmonics, combinations, accuracy)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -140,19 +140,19 @@ class Model:
             "modes": list(self.reduced.modes),
             "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
             "alpha": self.law.alpha,
-            "near": [list(astuple(term)) for term in self.near],
+            "near": [list(astuple(term)) for term in self.combinations],
             "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],
-            "quality": asdict(self.quality),
+            "quality": asdict(self.accuracy),
         }
 
     def _content(self) -> dict[str, np.ndarray]:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
-        if self.table.lag is not None:
-            arrays |= {"lag": self.table.lag}
-        if self.table.visited is not None:
-            arrays |= {"visited": self.table.visited}
+        if self.table.rate_correction is not None:
+            arrays |= {"lag": self.table.rate_correction}
+        if self.table.region is not None:
+            arrays |= {"visited": self.table.region}
         return arrays | {
             "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,

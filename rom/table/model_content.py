@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import MOST
 from slipmode.rom.reduction.reduced import Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
-from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.accuracy import Accuracy
 
 _LARGEST_ORDER = 100  # of a harmonic; a table has far lower ones
 
@@ -33,7 +33,7 @@ def check_header(header: Mapping[str, Any]) -> None:
         "alpha": isinstance(header.get("alpha"), float),
         "near": _are_rows(header.get("near"), 3) and len(header["near"]) <= MOST,
         "orders": _are_rows(header.get("orders"), 2),
-        "quality": _is_quality(header.get("quality")),
+        "quality": _is_accuracy(header.get("quality")),
     }
     for name, holds in valid.items():
         if not holds:
@@ -50,16 +50,16 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     SlipmodeError
         Naming the array.
     """
-    modes, near, orders = (len(header[name]) for name in ("modes", "near", "orders"))
+    modes, combinations, orders = (len(header[name]) for name in ("modes", "near", "orders"))
     sizes = {
         axis: len(content[name])
         for axis, name in _MEASURED.items()
         if name in content and content[name].ndim > 0
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
-    sizes |= {"4": 4, "k": 2 * (modes + near + 1), "l": 2 * modes**2}
-    lagging = {"lag": "ab4l"} if header["formulation"] == "consistent" else {}
-    for name, layout in (_ARRAYS | lagging | (_harmonics(modes) if orders else {})).items():
+    sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
+    corrected = {"lag": "ab4l"} if header["formulation"] == "consistent" else {}
+    for name, layout in (_ARRAYS | corrected | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
         array, kind = content[name], complex if name in _COMPLEX else float
@@ -75,9 +75,9 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     if modes == 1 and content["node_b"].tolist() != [0.0]:
         raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
     if "visited" in content:
-        visited = content["visited"]
+        region = content["visited"]
         cells = tuple(content[name].size - 1 for name in ("node_a", "node_b"))
-        if modes != 2 or visited.dtype != bool or visited.shape != cells:
+        if modes != 2 or region.dtype != bool or region.shape != cells:
             raise SlipmodeError("visited: does not fit the cells of a table for two modes")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
@@ -86,16 +86,16 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
 # The axes of each array: n DOFs, m modes, c contacts, p passive modes, q all modes, a and b nodes,
 # k columns, l of the lag; and the arrays that some are measured by.
 _MEASURED = {
-    **{"n": "mode_shapes", "c": "stiffness", "p": "passive_frequency"},
+    **{"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"},
     **{"a": "node_a", "b": "node_b"},
 }
 _ARRAYS = {
     **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
     **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
     **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
-    **dict.fromkeys(("passive_frequency", "passive_damping"), "p"),
-    **dict.fromkeys(("passive_inertia", "passive_damper"), "pc"),
-    **{"mode_shapes": "nm", "contact_shapes": "nc", "passive_shapes": "np"},
+    **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
+    **dict.fromkeys(("nonresonant_inertia", "nonresonant_damper"), "pc"),
+    **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
     **{"damping_coupling": "qq", "limit": "c", "node_a": "a", "node_b": "b", "values": "ab4k"},
 }
 _COMPLEX = ("contact_motion", "P")
@@ -118,8 +118,8 @@ def _are_rows(value: Any, length: int) -> bool:
     )
 
 
-def _is_quality(value: Any) -> bool:
-    names = {field.name for field in fields(Quality)}
+def _is_accuracy(value: Any) -> bool:
+    names = {field.name for field in fields(Accuracy)}
     return (
         isinstance(value, dict)
         and set(value) == names

@@ -23,7 +23,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.table.hermite import Table, make_table
-from slipmode.rom.table.region import Visited, corners, widened, with_neighbours
+from slipmode.rom.table.region import Region, corners, widened, with_neighbours
 
 _FIRST_INTERVALS = 8
 _FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
@@ -139,24 +139,24 @@ class Sampling:
 
     at: Callable[[Floats], Complexes]
     columns: Columns
-    visited: Visited | None = None
+    region: Region | None = None
 
     def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
         """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
-        if self.visited is None:
+        if self.region is None:
             every = np.ones((node_a.size, node_b.size), dtype=bool)
             return every, every
-        ends = corners(self.visited.cells(node_a, node_b))
+        ends = corners(self.region.cells(node_a, node_b))
         return ends, with_neighbours(ends)
 
-    def check_points(self, limit: Floats) -> Floats:
+    def check_points(self, amplitude_range: Floats) -> Floats:
         """Where the error of a table over [0, limit] is measured, (points, modes)."""
-        if self.visited is None:
-            return _halton(_CHECK_POINTS, limit.size) * limit
-        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.visited.share))
+        if self.region is None:
+            return _halton(_CHECK_POINTS, amplitude_range.size) * amplitude_range
+        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.region.share))
         while True:
-            points = _halton(count, limit.size) * limit
-            inside = points[self.visited.holds(points)]
+            points = _halton(count, amplitude_range.size) * amplitude_range
+            inside = points[self.region.holds(points)]
             if len(inside) >= _CHECK_POINTS_OF_A_PART:
                 return inside[:_CHECK_POINTS_OF_A_PART]
             count *= 2
@@ -173,7 +173,9 @@ class Sampling:
         return self.columns.error(np.abs(surface - tabulated), table.nodes())
 
 
-def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, Complexes, float]:
+def refine(
+    sampling: Sampling, amplitude_range: Floats, tolerance: float
+) -> tuple[Table, Complexes, float]:
     """Tabulate over [0, limit] to a tolerance relative to the largest |S_j|.
 
     Parameters
@@ -195,12 +197,12 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     SlipmodeError
         If halving the grid lines does not reach the tolerance.
     """
-    intervals = _FIRST_INTERVALS if sampling.visited is None else _FIRST_INTERVALS_OF_A_PART
-    axes = [Axis.upto(end, intervals) for end in limit]
+    intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
+    axes = [Axis.upto(end, intervals) for end in amplitude_range]
     node_a, node_b = _lines(axes)
-    samples = sampling.at(amplitude_pairs(node_a, node_b, limit.size))
+    samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
     samples = samples.reshape(node_a.size, node_b.size, -1)
-    check_points = sampling.check_points(limit)
+    check_points = sampling.check_points(amplitude_range)
     checks = sampling.at(check_points)
 
     def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
@@ -210,7 +212,7 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
-        for number in range(limit.size):
+        for number in range(amplitude_range.size):
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
         if any(axis.poor.any() for axis in axes):
             continue
@@ -218,8 +220,8 @@ def refine(sampling: Sampling, limit: Floats, tolerance: float) -> tuple[Table, 
         missed = errors > tolerance
         if not missed.any():
             carried = samples[..., len(sampling.columns.orders) :]
-            if sampling.visited is not None:
-                table = replace(table, visited=sampling.visited.cells(*_lines(axes)))
+            if sampling.region is not None:
+                table = replace(table, region=sampling.region.cells(*_lines(axes)))
             return table, carried, float(errors.max())
         axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
     raise SlipmodeError(

@@ -19,7 +19,7 @@ _TILES = 32  # per amplitude
 
 
 @dataclass(frozen=True, eq=False)
-class Visited:
+class Region:
     """Marked tiles of [0, limit_A] x [0, limit_B].
 
     Attributes
@@ -30,16 +30,16 @@ class Visited:
     """
 
     tiles: Flags
-    limit: Floats
+    amplitude_range: Floats
 
     @classmethod
-    def along(cls, path: Floats, limit: Sequence[float], reach: Floats) -> Visited:
+    def along(cls, path: Floats, amplitude_range: Sequence[float], reach: Floats) -> Region:
         """Tiles within `reach` (2,) of a path (points, 2) of amplitudes, at least two.
 
         Between two points the path stays in the box that has them as corners. A component is made
         at rest, wherever it is started then: the tile at the origin is marked as well.
         """
-        scale = _TILES / np.asarray(limit, dtype=float)
+        scale = _TILES / np.asarray(amplitude_range, dtype=float)
         first = np.floor(scale * (np.minimum(path[:-1], path[1:]) - reach)).astype(int)
         end = np.floor(scale * (np.maximum(path[:-1], path[1:]) + reach)).astype(int) + 1
         (a, b), (end_a, end_b) = np.clip(first, 0, _TILES).T, np.clip(end, 0, _TILES).T
@@ -49,7 +49,7 @@ class Visited:
             np.add.at(steps, (rows, columns), sign)
         tiles = steps.cumsum(axis=0).cumsum(axis=1)[:-1, :-1] > 0
         tiles[0, 0] = True
-        return cls(tiles, np.array(limit, dtype=float))
+        return cls(tiles, np.array(amplitude_range, dtype=float))
 
     @property
     def share(self) -> float:
@@ -62,7 +62,7 @@ class Visited:
         marked[1:, 1:] = self.tiles.cumsum(axis=0).cumsum(axis=1)
         (low_a, high_a), (low_b, high_b) = (
             _tile_range(node * (_TILES / end))
-            for node, end in zip((node_a, node_b), self.limit, strict=True)
+            for node, end in zip((node_a, node_b), self.amplitude_range, strict=True)
         )
         count = marked[np.ix_(high_a, high_b)] - marked[np.ix_(low_a, high_b)]
         count += marked[np.ix_(low_a, low_b)] - marked[np.ix_(high_a, low_b)]
@@ -70,7 +70,7 @@ class Visited:
 
     def holds(self, points: Floats) -> Flags:
         """Whether points (n, 2) of the plane lie in marked tiles, (n,)."""
-        tile = np.minimum((points * (_TILES / self.limit)).astype(int), _TILES - 1)
+        tile = np.minimum((points * (_TILES / self.amplitude_range)).astype(int), _TILES - 1)
         return np.asarray(self.tiles[tile[:, 0], tile[:, 1]])
 
 

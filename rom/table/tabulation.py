@@ -19,20 +19,20 @@ from slipmode.rom.contact.resolution import choose_resolution, least_force
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import (
-    NearResonance,
+    CombinationResonance,
     Order,
-    near_resonances,
+    combination_resonances,
     tabulated_orders,
 )
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.reduction.stiffness_margin import check_softness
+from slipmode.rom.reduction.stiffness_margin import check_stiffness_margin
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
-from slipmode.rom.table.accuracy import Quality
+from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.rate_correction import with_lag
+from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, refine
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 
 _Solved = TypeVar("_Solved")
 
@@ -46,9 +46,9 @@ def tabulate(
     amplitude: Sequence[float],
     tolerance: float = 1e-3,
     *,
-    near: Sequence[NearResonance] | None = None,
+    combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
-    visited: Visited | None = None,
+    region: Region | None = None,
     threads: int | None = None,
     progress: bool = False,
 ) -> Model:
@@ -63,13 +63,13 @@ def tabulate(
     tolerance : float
         Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
         contact problem, the whole for the interpolation.
-    near : sequence of NearResonance, optional
+    near : sequence of CombinationResonance, optional
         Combination frequencies that the slow flow is to treat as resonant. Default: those near
         the carriers of `reduced`; none in the paper's formulation.
     harmonics : int
         Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
-        motion; 0: none. A march needs those that the modes answer to, `ANSWERED_ORDER`.
-    visited : Visited, optional
+        motion; 0: none. A march needs those that the modes answer to, `RESPONSE_ORDER`.
+    visited : Region, optional
         Where the table of two modes has to hold; it is not looked up elsewhere. Default:
         everywhere.
     threads : int, optional
@@ -82,9 +82,9 @@ def tabulate(
     SlipmodeError
         If the tolerance cannot be reached.
     """
-    limit = np.asarray(amplitude, dtype=float)
-    if limit.shape != (len(reduced.modes),) or not np.all(
-        (limit >= SMALLEST_PRODUCT) & (limit <= LARGEST_PRODUCT)
+    amplitude_range = np.asarray(amplitude, dtype=float)
+    if amplitude_range.shape != (len(reduced.modes),) or not np.all(
+        (amplitude_range >= SMALLEST_PRODUCT) & (amplitude_range <= LARGEST_PRODUCT)
     ):
         raise SlipmodeError(
             f"amplitude: must be {len(reduced.modes)} finite numbers > 0, "
@@ -92,18 +92,22 @@ def tabulate(
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
-    if visited is not None and not np.array_equal(visited.limit, limit):
-        raise SlipmodeError(f"visited: must be a part of the same range, got {visited.limit}")
+    if region is not None and not np.array_equal(region.amplitude_range, amplitude_range):
+        raise SlipmodeError(
+            f"visited: must be a part of the same range, got {region.amplitude_range}"
+        )
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
-    if near is None:
-        near = () if reduced.formulation == "paper" else near_resonances(reduced.carrier)
-    check_softness(reduced, tolerance, near)
-    orders = contact_orders(reduced, near, harmonics) if harmonics else []
+    if combinations is None:
+        combinations = (
+            () if reduced.formulation == "paper" else combination_resonances(reduced.carrier)
+        )
+    check_stiffness_margin(reduced, tolerance, combinations)
+    orders = contact_orders(reduced, combinations, harmonics) if harmonics else []
     columns = Columns(
-        orders=tuple(tabulated_orders(near, limit.size)),
-        drives=(*range(limit.size), *(term.mode for term in near)),
-        swing=2.0 * reduced.carrier * limit,
-        least=least_force(reduced, limit),
+        orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
+        drives=(*range(amplitude_range.size), *(term.mode for term in combinations)),
+        swing=2.0 * reduced.carrier * amplitude_range,
+        least=least_force(reduced, amplitude_range),
         loss=_structural_loss(reduced),
         carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
     )
@@ -111,23 +115,27 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        resolution = choose_resolution(reduced, law, limit, 0.5 * tolerance, near, pool)
+        resolution = choose_resolution(
+            reduced, law, amplitude_range, 0.5 * tolerance, combinations, pool
+        )
         solve = partial(
             contact_terms,
             reduced,
             law,
             grid=resolution.grid,
             tolerance=0.1 * tolerance,
-            smallest_scale=0.1 * limit,
-            near=near,
+            smallest_scale=0.1 * amplitude_range,
+            combinations=combinations,
             highest=max(harmonics, 1),
         )
         samples = _Samples(solve, columns, pool, bar)
-        sampling = Sampling(samples, columns, visited)
-        table, carried, error = refine(sampling, limit, tolerance)
+        sampling = Sampling(samples, columns, region)
+        table, carried, error = refine(sampling, amplitude_range, tolerance)
         if reduced.formulation == "consistent":
-            table = with_lag(table, reduced, law, resolution.grid, partial(_in_tasks, pool))
-    quality = Quality(
+            table = with_rate_correction(
+                table, reduced, law, resolution.grid, partial(_in_tasks, pool)
+            )
+    accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=error,
         resolution=resolution.error,
@@ -137,8 +145,8 @@ def tabulate(
         solved=samples.solved,
     )
     kept = _harmonics(table, orders, carried) if orders else None
-    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, limit))
-    return Model(reduced, law, table, kept, tuple(near), quality)
+    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, amplitude_range))
+    return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
@@ -147,14 +155,17 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     columns = carried.reshape(*nodes, len(orders) + 1, -1)
     P = np.ascontiguousarray(columns[..., :-1, :])
     beyond = np.ascontiguousarray(columns[..., -1, :].real)
-    return Harmonics(table.axes, tuple(orders), P, beyond, table.visited)
+    return Harmonics(table.axes, tuple(orders), P, beyond, table.region)
 
 
 def _contact_motion(
-    reduced: Reduced, solve: Callable[[Floats], ContactTerms], limit: Floats
+    reduced: Reduced, solve: Callable[[Floats], ContactTerms], amplitude_range: Floats
 ) -> Complexes:
     """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
-    moved = solve(limit[np.newaxis]).P[0, : limit.size] / limit[:, np.newaxis]
+    moved = (
+        solve(amplitude_range[np.newaxis]).P[0, : amplitude_range.size]
+        / amplitude_range[:, np.newaxis]
+    )
     least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
     sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
     return np.where(sticks, reduced.contact_motion, moved)

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode import rom
 from slipmode.rom import full
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Formulation
 
 NATURAL_FREQUENCIES = (1.0, 1.7)  # [rad/s], with bonded contacts
@@ -109,13 +109,13 @@ class Case:
         a, b = (f if mode in driven else 0.0 for mode, f in zip("AB", self.force, strict=True))
         return {0: a}, {1: b}
 
-    def drive(self, driven: str = "AB") -> full.Drive:
+    def excitation(self, driven: str = "AB") -> full.Excitation:
         """The forces, switched on at t = 0."""
-        return full.Drive.harmonic(self.structure, self.forces(driven), self.frequency)
+        return full.Excitation.harmonic(self.structure, self.forces(driven), self.frequency)
 
     def by_full_order(self, times: Floats, driven: str = "AB") -> Signals:
         """Motion from rest, all degrees of freedom integrated in time."""
-        motion = full.integrate(self.structure, self.law, self.drive(driven), times)
+        motion = full.integrate(self.structure, self.law, self.excitation(driven), times)
         return Signals(
             *(motion.time, motion.displacement[:, :2]),
             *(motion.contact_displacement, motion.contact_force),
@@ -124,7 +124,7 @@ class Case:
     def steady_by_full_order(self) -> Complexes:
         """Amplitudes of the carriers, a_A in x_e1 and a_B in x_e2, (2,) [m]."""
         steady = full.steady_amplitude(
-            self.structure, self.law, self.drive(), outputs=(0, 1), tolerance=1e-4
+            self.structure, self.law, self.excitation(), outputs=(0, 1), tolerance=1e-4
         )
         return np.diagonal(steady.amplitude)
 
@@ -144,7 +144,7 @@ class Case:
         reduced = rom.reduce(self.structure, formulation=formulation)
         return rom.tabulate(
             *(reduced, self.law, self.largest, self.tolerance),
-            harmonics=ANSWERED_ORDER if formulation == "consistent" else 0,
+            harmonics=RESPONSE_ORDER if formulation == "consistent" else 0,
         )
 
 

@@ -34,7 +34,7 @@ def write_recording(study: Study, claims: Sequence[Claim], path: Path) -> Path:
     _send_surface(stream, study)
     _send_torus(stream, study)
     _send_curves(stream, study)
-    _send_planes(stream, study)
+    _send_portraits(stream, study)
     _send_motion(stream, study)
     text = rr.TextDocument(as_markdown(claims), media_type=rr.MediaType.MARKDOWN)
     stream.log("/claims", text, static=True)
@@ -88,7 +88,7 @@ def _send_curves(stream: rr.RecordingStream, study: Study) -> None:
             )
 
 
-def _send_planes(stream: rr.RecordingStream, study: Study) -> None:
+def _send_portraits(stream: rr.RecordingStream, study: Study) -> None:
     """Contact trajectories and friction cycles, Figs. 4 and 5, in units of their reach."""
     reach = np.abs(study.both.contact).max()
     for name, signals, color in (

@@ -11,10 +11,10 @@ from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import limits
-from slipmode.rom.reduction.combination import NearResonance
-from slipmode.rom.slow.slow_flow import felt_shift
+from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
@@ -80,7 +80,7 @@ class DryRun:
     amplitude : tuple of float
         Range that the friction table needs [kg^1/2 m].
     reason : str
-    visited : Visited or None
+    visited : Region or None
         The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
@@ -89,14 +89,14 @@ class DryRun:
 
     amplitude: tuple[float, ...]
     reason: str
-    visited: Visited | None
+    region: Region | None
     contact_share: Floats
 
 
 def dry_run(
     excited: Excited,
     schedule: Schedule,
-    near: Sequence[NearResonance] = (),
+    combinations: Sequence[CombinationResonance] = (),
     *,
     progress: bool = False,
 ) -> DryRun:
@@ -112,7 +112,7 @@ def dry_run(
     while True:
         coarse, _ = cached_model(
             *(excited.reduced, excited.law, limit.tolist(), _TOLERANCE),
-            near=near,
+            combinations=combinations,
             progress=progress,
         )
         path, reached, complete = _path(excited, coarse, schedule)
@@ -123,16 +123,16 @@ def dry_run(
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
-    felt = _felt(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + felt), 1e-2 * limit)
+    effective = _felt(excited, schedule)
+    least = np.maximum((1.0 + _MARGIN) * (reached + effective), 1e-2 * limit)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    visited = None
+    region = None
     if len(excited.modes) == 2:
-        visited = Visited.along(path, amplitude, felt + _REACH * np.array(amplitude))
-    return DryRun(amplitude, reason, visited, share / excited.reduced.frequency**2)
+        region = Region.along(path, amplitude, effective + _REACH * np.array(amplitude))
+    return DryRun(amplitude, reason, region, share / excited.reduced.frequency**2)
 
 
 def _felt(excited: Excited, schedule: Schedule) -> Floats:
@@ -140,7 +140,9 @@ def _felt(excited: Excited, schedule: Schedule) -> Floats:
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
     names = [f"force_{mode}" for mode in excited.modes]
     largest = np.abs(schedule.at_points(names)).max(axis=0)
-    return np.asarray(np.abs(felt_shift(excited.reduced, excited.force) * factor) * largest)
+    return np.asarray(
+        np.abs(off_resonance_shift(excited.reduced, excited.force) * factor) * largest
+    )
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
@@ -149,9 +151,11 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
-    pull = 2.0 * np.abs(excited.reduced.coupling)
-    slip = np.full(pull.shape, np.inf)
-    np.divide(np.broadcast_to(friction_limit, pull.shape), pull, out=slip, where=pull > 0)
+    reaction = 2.0 * np.abs(excited.reduced.coupling)
+    slip = np.full(reaction.shape, np.inf)
+    np.divide(
+        np.broadcast_to(friction_limit, reaction.shape), reaction, out=slip, where=reaction > 0
+    )
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
@@ -179,8 +183,8 @@ def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, F
             break
     path = np.concatenate(rows)
     reached: Floats = path.max(axis=0)
-    if not complete and not np.any(reached > 0.5 * model.table.limit):
-        reached = model.table.limit  # it left within one step: no telling which way
+    if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
+        reached = model.table.amplitude_range  # it left within one step: no telling which way
     return path, reached, complete
 
 

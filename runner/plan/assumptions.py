@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom import Structure
-from slipmode.rom.reduction.combination import near_resonances
-from slipmode.rom.reduction.fixed_interface import bonded_modes
-from slipmode.rom.reduction.stiffness_margin import STRAINED, contact_softness
+from slipmode.rom.reduction.combination import combination_resonances
+from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
+from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.runner.plan.amplitude_range import DryRun, Excited
 from slipmode.runner.recording.channels import Level
 
@@ -37,7 +37,7 @@ def check_assumptions(
     return [
         *_separation(structure, excited),
         *_contact(excited, seen),
-        *_softness(excited),
+        *_stiffness_loss(excited),
     ]
 
 
@@ -45,7 +45,7 @@ def _separation(structure: Structure, excited: Excited) -> list[Decision]:
     """Modes must be well apart from their neighbours, excited or not."""
     parts = structure.partition()
     wanted = max(excited.reduced.modes) + 2
-    frequency, _ = bonded_modes(parts, min(wanted, parts.K_ec.shape[0]))
+    frequency, _ = fixed_interface_modes(parts, min(wanted, parts.K_ec.shape[0]))
     found = []
     for mode, number in zip(excited.modes, excited.reduced.modes, strict=True):
         others = np.delete(frequency, number)
@@ -81,10 +81,10 @@ def _contact(excited: Excited, seen: DryRun | None) -> list[Decision]:
     return found
 
 
-def _softness(excited: Excited) -> list[Decision]:
+def _stiffness_loss(excited: Excited) -> list[Decision]:
     """The contacts must be stiff against what the modes answer to their motion."""
     reduced = excited.reduced
-    share, _ = contact_softness(reduced, near_resonances(reduced.carrier))
+    share, _ = stiffness_loss(reduced, combination_resonances(reduced.carrier))
     if share <= STRAINED:
         return []
     reason = (

@@ -10,11 +10,11 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.torus import Discretisation, contact_terms
-from slipmode.rom.reduction.combination import NearResonance
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.runner.plan.amplitude_range import Excited
 
-ORDERS = (ANSWERED_ORDER, ANSWERED_ORDER + 2, ANSWERED_ORDER + 4)
+ORDERS = (RESPONSE_ORDER, RESPONSE_ORDER + 2, RESPONSE_ORDER + 4)
 _GRID = Discretisation(128, 16)
 _PARTS = (1.0, 0.5)  # of the largest amplitudes
 
@@ -43,7 +43,7 @@ class Truncation:
 def measure_truncation(
     excited: Excited,
     amplitude: Sequence[float],
-    near: Sequence[NearResonance],
+    combinations: Sequence[CombinationResonance],
     dofs: Sequence[int],
 ) -> Truncation:
     """Solve the contact problem at and below the largest amplitudes (modes,)."""
@@ -52,7 +52,9 @@ def measure_truncation(
     grid = _GRID if modes == 2 else Discretisation(_GRID.steps, 1)
     points = np.array(np.meshgrid(*(np.multiply(_PARTS, a) for a in amplitude)))
     points = points.reshape(modes, -1).T
-    terms = contact_terms(reduced, excited.law, points, grid, 1e-3, near=near, highest=ORDERS[-1])
+    terms = contact_terms(
+        reduced, excited.law, points, grid, 1e-3, combinations=combinations, highest=ORDERS[-1]
+    )
     whole = terms.left_out**2 + 2.0 * (np.abs(terms.P) ** 2).sum(axis=1)
     shapes = reduced.mode_shapes[rows], reduced.contact_shapes[rows]
     motion = np.sqrt(2.0 * points**2 @ shapes[0].T ** 2 + whole @ shapes[1].T ** 2)

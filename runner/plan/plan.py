@@ -10,24 +10,28 @@ import numpy as np
 from slipmode.fmu import Component
 from slipmode.rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
 from slipmode.rom.contact.laws import limits
-from slipmode.rom.reduction.combination import NearResonance, near_resonances, separation
-from slipmode.rom.reduction.force_response import DirectForce
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.combination import (
+    CombinationResonance,
+    combination_resonances,
+    separation,
+)
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
 from slipmode.runner.plan.assumptions import Decision, check_assumptions
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
-from slipmode.runner.plan.time_scales import check_pace
+from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
-VISITED = "visited part"  # what the plan calls it
+REGION = "visited part"  # what the plan calls it
 # Of the table. Shares of 0.08, 0.22, 0.35, 0.49, 0.74 were measured to take 0.37, 0.54, 0.67, 0.65
 # and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
 # other scenes of the same range.
-_MOST_VISITED = 0.5
+_LARGEST_REGION = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +47,9 @@ class Plan:
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m].
-    visited : Visited or None
+    visited : Region or None
         The part of it that a run needs; None: all of it.
-    near : tuple of NearResonance
+    near : tuple of CombinationResonance
         Combination frequencies that come near a carrier during the scene.
     elastic_order : int or None
         Order of the harmonics that are summed in elastic windows; None: nothing is summed.
@@ -57,13 +61,13 @@ class Plan:
     excited: Excited
     schedule: Schedule
     amplitude: tuple[float, ...]
-    visited: Visited | None
-    near: tuple[NearResonance, ...]
+    region: Region | None
+    combinations: tuple[CombinationResonance, ...]
     elastic_order: int | None
     decisions: list[Decision]
 
     def model(
-        self, *, contact: bool = False, visited: bool = False, progress: bool = False
+        self, *, contact: bool = False, region: bool = False, progress: bool = False
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
@@ -73,27 +77,27 @@ class Plan:
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
-            near=self.near,
+            combinations=self.combinations,
             harmonics=self._harmonics(contact),
-            visited=self.visited if visited else None,
+            region=self.region if region else None,
             progress=progress,
         )
 
     def on_whole_table(self, reason: str, level: Level = "info") -> Plan:
         """The plan for a run on all of the table, though the scene asks for its visited part."""
-        if self.visited is None:
+        if self.region is None:
             return self
-        others = [decision for decision in self.decisions if decision.subject != VISITED]
-        decision = Decision(VISITED, "all of the table", reason, level)
-        return replace(self, visited=None, decisions=[*others, decision])
+        others = [decision for decision in self.decisions if decision.subject != REGION]
+        decision = Decision(REGION, "all of the table", reason, level)
+        return replace(self, region=None, decisions=[*others, decision])
 
     def _harmonics(self, contact: bool) -> int:
         """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
         marched = (
             contact or self.scene.contact or (self.scene.elastic and self.elastic_order is None)
         )
-        answering = self.scene.model.formulation == "consistent"
-        return max(ANSWERED_ORDER if marched and answering else 0, self.elastic_order or 0)
+        responding = self.scene.model.formulation == "consistent"
+        return max(RESPONSE_ORDER if marched and responding else 0, self.elastic_order or 0)
 
     def component(self, model: Model) -> Component:
         """A component at t = 0 of the scene."""
@@ -122,34 +126,46 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
-    check_pace(scene, schedule, modes, reduced)
-    near: tuple[NearResonance, ...] = ()
+    check_time_scales(scene, schedule, modes, reduced)
+    combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
         excited = replace(excited, amplitude=_start(excited, schedule))
-        near = near_resonances(schedule.inputs([f"frequency_{mode}" for mode in modes]))
+        combinations = combination_resonances(
+            schedule.inputs([f"frequency_{mode}" for mode in modes])
+        )
     seen = None
     if scene.model.amplitude is None:
-        seen = dry_run(excited, schedule, near, progress=progress)
+        seen = dry_run(excited, schedule, combinations, progress=progress)
         amplitude, reason = seen.amplitude, seen.reason
     else:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
-    visited, visited_decisions = _visited(scene, seen)
-    elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, near)
+    region, region_decisions = _region(scene, seen)
+    elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, combinations)
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
         *mode_decisions,
         _other_modes(excited.reduced),
         Decision("friction table", ranges, reason),
-        *visited_decisions,
-        *_near_decisions(near),
+        *region_decisions,
+        *_combination_decisions(combinations),
         *motion_decisions,
         *_recording_decisions(scene),
         *check_assumptions(structure, excited, seen),
     ]
     return Plan(
-        *(scene, structure, excited, schedule, amplitude, visited, near, elastic_order, decisions)
+        *(
+            scene,
+            structure,
+            excited,
+            schedule,
+            amplitude,
+            region,
+            combinations,
+            elastic_order,
+            decisions,
+        )
     )
 
 
@@ -174,32 +190,32 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
     return tuple(modes), decisions
 
 
-def _visited(scene: Scene, seen: DryRun | None) -> tuple[Visited | None, list[Decision]]:
+def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Decision]]:
     """The part of the friction table that a run needs; None: all of it."""
-    if seen is None or seen.visited is None:
+    if seen is None or seen.region is None:
         return None, []
-    share = f"the dry run comes near {seen.visited.share:.0%} of it"
+    share = f"the dry run comes near {seen.region.share:.0%} of it"
     if scene.model.table == "whole":
         reason = f'{share}: model.table = "visited" would do without the rest'
-    elif seen.visited.share > _MOST_VISITED:
+    elif seen.region.share > _LARGEST_REGION:
         reason = f"{share}: to tabulate that alone would save little"
     else:
         reason = f"{share}; a run that leaves that part is repeated on all of it"
-        return seen.visited, [Decision(VISITED, "alone", reason)]
-    return None, [Decision(VISITED, "all of the table", reason)]
+        return seen.region, [Decision(REGION, "alone", reason)]
+    return None, [Decision(REGION, "all of the table", reason)]
 
 
 def _other_modes(reduced: Reduced) -> Decision:
     """What becomes of the modes that are not retained."""
-    answering = reduced.passive_frequency
+    responding = reduced.nonresonant_frequency
     if reduced.formulation == "paper":
         return Decision("other modes", "follow statically", 'model.formulation is "paper"')
-    if not answering.size:
+    if not responding.size:
         reason = "no harmonic of the contacts makes one of them answer otherwise"
         return Decision("other modes", "follow statically", reason)
-    listed = ", ".join(f"{omega:.3g}" for omega in answering)
+    listed = ", ".join(f"{omega:.3g}" for omega in responding)
     reason = f"those at {listed} rad/s answer to harmonics of the contacts, in the table"
-    return Decision("other modes", f"{answering.size} modelled, without an equation", reason)
+    return Decision("other modes", f"{responding.size} modelled, without an equation", reason)
 
 
 def _law(scene: Scene, contacts: int) -> Friction:
@@ -231,8 +247,8 @@ def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
     reduced, (force, _) = excited.reduced, excited.modal_forces(schedule.first_step())
     frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
-    direct = DirectForce.of(reduced, excited.force)
-    at_rest = direct.free_vibration(reduced, force[0], np.array(frequency))
+    force_response = ForceResponse.of(reduced, excited.force)
+    at_rest = force_response.free_vibration(reduced, force[0], np.array(frequency))
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 
@@ -244,8 +260,8 @@ def _check_outputs(scene: Scene, reduced: Reduced) -> None:
             )
 
 
-def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
-    if not near:
+def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Decision]:
+    if not combinations:
         return [Decision("near resonances", "none", "no combination frequency near a carrier")]
     return [
         Decision(
@@ -254,7 +270,7 @@ def _near_decisions(near: Sequence[NearResonance]) -> list[Decision]:
             f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
             "in its slow flow",
         )
-        for term in near
+        for term in combinations
     ]
 
 
@@ -262,14 +278,14 @@ def _fast_motion(
     scene: Scene,
     excited: Excited,
     amplitude: Sequence[float],
-    near: Sequence[NearResonance],
+    combinations: Sequence[CombinationResonance],
 ) -> tuple[int | None, list[Decision]]:
     """Order of the harmonics summed for elastic motion, if any, and every such decision."""
     if not (scene.contact or scene.elastic):
         reason = "no [[contact]] or [[elastic]] window"
         return None, [Decision("fast motion", "none", reason)]
     dofs, tolerance = scene.output.elastic, scene.model.tolerance
-    truncation = measure_truncation(excited, amplitude, near, dofs)
+    truncation = measure_truncation(excited, amplitude, combinations, dofs)
     order = truncation.order_within(tolerance) if scene.elastic else None
     missed = f"harmonics to order {ORDERS[-1]} miss"
     decisions = [

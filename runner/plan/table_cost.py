@@ -16,38 +16,38 @@ _BATCH = 32  # nodes that are solved to be timed
 _REPEATS = 2  # the least counts
 
 
-def visited_saving(model: Model) -> Decision:
+def region_saving(model: Model) -> Decision:
     """What a table of a visited part leaves unsolved, and the error it was found to have.
 
     The number of contact problems is a lower bound; the seconds, of one processor, are those that
     so many would take which are like nodes of the grid that were left out.
     """
-    table, quality = model.table, model.quality
-    assert table.visited is not None
-    left = np.argwhere(~with_neighbours(corners(table.visited)))
+    table, accuracy = model.table, model.accuracy
+    assert table.region is not None
+    left = np.argwhere(~with_neighbours(corners(table.region)))
     picked = left[np.linspace(0, len(left) - 1, _BATCH).astype(int)]
     amplitudes = np.column_stack((table.node_a[picked[:, 0]], table.node_b[picked[:, 1]]))
     each = min(_seconds(model, amplitudes) for _ in range(_REPEATS)) / _BATCH
-    saved = least_everywhere(table) - quality.solved
+    saved = least_everywhere(table) - accuracy.solved
     return Decision(
         "its tabulation",
-        f"{quality.solved} contact problems",
+        f"{accuracy.solved} contact problems",
         f"the whole table: at least {saved} more, {saved * each:.2g} s of a processor; "
-        f"error found {quality.interpolation:.1g}, model.tolerance is {quality.tolerance:g}",
+        f"error found {accuracy.interpolation:.1g}, model.tolerance is {accuracy.tolerance:g}",
     )
 
 
 def _seconds(model: Model, amplitudes: np.ndarray) -> float:
     """Processor time of the contact problems at amplitudes (points, 2), as in a tabulation."""
-    quality = model.quality
+    accuracy = model.accuracy
     started = time.process_time()
     contact_terms(
         model.reduced,
         model.law,
         amplitudes,
-        Discretisation(quality.steps, quality.lines),
-        0.1 * quality.tolerance,
-        0.1 * model.table.limit,
-        model.near,
+        Discretisation(accuracy.steps, accuracy.lines),
+        0.1 * accuracy.tolerance,
+        0.1 * model.table.amplitude_range,
+        model.combinations,
     )
     return time.process_time() - started

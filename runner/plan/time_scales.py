@@ -19,7 +19,9 @@ _LONGEST_STEP = 1e6  # periods
 _MOST_SAMPLES = 1e8  # of all windows
 
 
-def check_pace(scene: Scene, schedule: Schedule, modes: Sequence[Mode], reduced: Reduced) -> None:
+def check_time_scales(
+    scene: Scene, schedule: Schedule, modes: Sequence[Mode], reduced: Reduced
+) -> None:
     """Refuse what no run could follow.
 
     Raises

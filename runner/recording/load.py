@@ -19,7 +19,7 @@ from slipmode.runner.recording.channels import EVENTS, Channel, Event, Field, de
 from slipmode.runner.recording.mcapfile.chunk import Contents, Messages
 from slipmode.runner.recording.mcapfile.prefetch import Unpacked, take_all
 from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import Tally
+from slipmode.runner.recording.mcapfile.statistics import Statistics
 from slipmode.runner.recording.record import SCENE_FILE, Header
 
 _NANOSECONDS = 1e9
@@ -81,7 +81,7 @@ class RecordingData:
     events: list[Event]
     damage: str = ""
     left_out: tuple[str, ...] = ()
-    foreign: bool = False
+    external: bool = False
 
     @property
     def complete(self) -> bool:
@@ -149,7 +149,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
 class _Gathered:
     """Records of a file, as they are met."""
 
-    tally: Tally = field(default_factory=Tally)
+    statistics: Statistics = field(default_factory=Statistics)
     layouts: dict[int, Channel] = field(default_factory=dict)
     times: dict[int, list[NDArray[np.uint64]]] = field(default_factory=dict)
     values: dict[int, list[Floats]] = field(default_factory=dict)
@@ -158,14 +158,14 @@ class _Gathered:
     def take(self, record: Unpacked) -> None:
         """Keep what a record says, if it belongs to a recording."""
         if isinstance(record, Contents):
-            self.tally.take_contents(record)
+            self.statistics.take_contents(record)
             for number, messages in record.messages.items():
                 self._take_messages(number, messages)
         else:
-            self.tally.take(record)
+            self.statistics.take(record)
 
     def _take_messages(self, number: int, messages: Messages) -> None:
-        record = self.tally.channels[number]
+        record = self.statistics.channels[number]
         stamps = messages.prefix["log_time"]
         if record.topic == EVENTS:
             for data, stamp in zip(messages.each(), stamps.tolist(), strict=True):
@@ -180,7 +180,7 @@ class _Gathered:
     def _layout(self, record: records.Channel) -> Channel | None:
         """Fields of a channel, None for one that holds no samples of ours."""
         if record.id not in self.layouts:
-            found = sample_channel(record, self.tally.schemas.get(record.schema_id))
+            found = sample_channel(record, self.statistics.schemas.get(record.schema_id))
             if found is None:
                 return None
             self.layouts[record.id] = found
@@ -188,27 +188,27 @@ class _Gathered:
 
     def recording(self, damage: str) -> RecordingData:
         """The recording that the records describe."""
-        if "units" not in self.tally.metadata:
+        if "units" not in self.statistics.metadata:
             raise SlipmodeError("no slipmode recording")
-        for complaint in self.tally.mixed_clocks():
+        for complaint in self.statistics.mixed_clocks():
             raise SlipmodeError(complaint)
         channels, left_out = {}, []
-        for number, record in self.tally.channels.items():
+        for number, record in self.statistics.channels.items():
             if record.topic in (EVENTS, overview.TOPIC):
                 continue
             channel = self._layout(record)
             if channel is None:
-                left_out.append(kind_of(record, self.tally.schemas.get(record.schema_id)))
+                left_out.append(kind_of(record, self.statistics.schemas.get(record.schema_id)))
                 continue
             none = np.empty((0, len(channel.fields)))
             time = np.concatenate([none[:, 0], *self.times.get(number, [])])
             values = np.concatenate([none, *self.values.get(number, [])])
             channels[record.topic] = Signals(channel, time / _NANOSECONDS, values)
-        scene = self.tally.metadata.get("scene", {})
+        scene = self.statistics.metadata.get("scene", {})
         header = Header(
             title=scene.get("title", ""),
-            scene_text=self.tally.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
-            run=self.tally.metadata.get("run", {}),
+            scene_text=self.statistics.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
+            run=self.statistics.metadata.get("run", {}),
             scene_name=scene.get("name", ""),
         )
         data = RecordingData(header, channels, self.events, damage, tuple(left_out))

@@ -18,7 +18,7 @@ def describe_run(scene_text: str, model: Model) -> dict[str, str]:
         "scene_hash": hashlib.sha256(scene_text.encode()).hexdigest(),
         "model_hash": model.hash,
         "formulation": model.reduced.formulation,
-        "table_tolerance": f"{model.quality.tolerance:g}",
+        "table_tolerance": f"{model.accuracy.tolerance:g}",
         "slipmode": version("slipmode"),
         "numpy": version("numpy"),
         "rerun-sdk": version("rerun-sdk"),

@@ -13,10 +13,10 @@ from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.envelope import DENSE_SAMPLES
-from slipmode.runner.view.tail import trails
+from slipmode.runner.view.tail import tails
 
 TIMELINE = "time"
-PHASE_PLANE, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
+PHASE_PORTRAIT, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
 AXIS_REACH = 1.3  # half the width of a plane, in units of the largest value
 COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
@@ -28,7 +28,7 @@ _LOOPS = 3  # of the first contacts: more would be too small to read
 # of a channel, to draw paths from; a viewer without a GPU slows down with more
 _KEPT_SAMPLES = 8192
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
-_TRAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
+_TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC, _FIRST = "/elastic", "/contact/0"
 _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
 
@@ -44,7 +44,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Plane:
+class Portrait:
     """One recorded quantity drawn against another.
 
     Parameters
@@ -66,7 +66,7 @@ class Plane:
     x: Axis
     y: Axis
     one_scale: bool
-    trail: int
+    tail: int
 
     def labels(self, scale: Floats) -> list[str]:
         """What the marks on the axes say: the largest values, (2,)."""
@@ -77,7 +77,7 @@ class Plane:
         return [self.x.label if self.one_scale else x, y]
 
 
-def planes(channels: Iterable[Channel]) -> list[Plane]:
+def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     """Phase planes of the modes, the contact trajectory and the first hysteresis loops."""
     by_topic = {channel.topic: channel for channel in channels}
     contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
@@ -87,26 +87,26 @@ def planes(channels: Iterable[Channel]) -> list[Plane]:
         return Axis(topic, field, label, units[field])
 
     found = [
-        Plane(
-            f"{PHASE_PLANE}/{mode}",
+        Portrait(
+            f"{PHASE_PORTRAIT}/{mode}",
             f"Mode {mode}",
             axis("/modes", f"{mode}_re", f"Re {mode}"),
             axis("/modes", f"{mode}_im", f"Im {mode}"),
             one_scale=True,
-            trail=0,
+            tail=0,
         )
         for mode in "AB"
         if "/modes" in by_topic and f"{mode}_re" in by_topic["/modes"].names
     ]
     if len(contacts) > 1:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Plane(TRAJECTORY, "Contacts", x, y, False, _TRAIL_SAMPLES))
+        found.append(Portrait(TRAJECTORY, "Contacts", x, y, False, _TAIL_SAMPLES))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
     for topic in (*contacts[:_LOOPS], *full[:_LOOPS]):
         title = f"Hysteresis of contact {topic.split('/')[-1]}"
         title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
-        found.append(Plane(f"{LOOP}{topic}", title, x, y, False, _TRAIL_SAMPLES))
+        found.append(Portrait(f"{LOOP}{topic}", title, x, y, False, _TAIL_SAMPLES))
     return found
 
 
@@ -118,12 +118,12 @@ class Paths:
     """
 
     def __init__(self, channels: Sequence[Channel]) -> None:
-        self._planes = planes(channels)
+        self._portraits = portraits(channels)
         self._channels = {channel.topic: channel for channel in channels}
         self._samples: dict[str, _Thinned | _Latest] = {
-            axis.topic: _Latest() if plane.trail else _Thinned()
-            for plane in self._planes
-            for axis in (plane.x, plane.y)
+            axis.topic: _Latest() if portrait.tail else _Thinned()
+            for portrait in self._portraits
+            for axis in (portrait.x, portrait.y)
         }
         if _ELASTIC in self._channels:
             self._samples[_ELASTIC] = _Latest()
@@ -138,18 +138,18 @@ class Paths:
     def draw(self, stream: rr.RecordingStream) -> Window | None:
         """Draw every plane that has samples; return the motion to show at first, if any."""
         window = None
-        for plane in self._planes:
-            time_ns, path = self._path(plane)
+        for portrait in self._portraits:
+            time_ns, path = self._path(portrait)
             if len(path) == 0:
                 continue
             scale = np.abs(path).max(axis=0)
-            if plane.one_scale:
+            if portrait.one_scale:
                 scale[:] = scale.max()
             scale[scale == 0.0] = 1.0
-            _draw_axes(stream, plane, scale)
+            _draw_axes(stream, portrait, scale)
             # Rerun's second coordinate points down.
-            _draw_path(stream, plane, time_ns, path / scale * (1.0, -1.0))
-            if plane.trail and self._samples[plane.x.topic].seen <= DENSE_SAMPLES:
+            _draw_path(stream, portrait, time_ns, path / scale * (1.0, -1.0))
+            if portrait.tail and self._samples[portrait.x.topic].seen <= DENSE_SAMPLES:
                 window = _latest_window(time_ns)
         self._draw_torus(stream)
         elastic = self._samples.get(_ELASTIC)
@@ -172,17 +172,17 @@ class Paths:
         index = [time_column(motion[shown, 0].astype(np.int64))]
         x = motion[:, 1 + self._channels[_FIRST].names.index("x")]
         latest = torus[torus[:, 0] == torus[-1, 0], 1:]
-        torus_view.draw(stream, latest, phases, x, index, shown, _TRAIL_SAMPLES)
+        torus_view.draw(stream, latest, phases, x, index, shown, _TAIL_SAMPLES)
 
-    def _path(self, plane: Plane) -> tuple[NDArray[np.int64], Floats]:
+    def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Times and points, shape (n, 2), of samples that both axes have."""
-        samples = [self._samples[axis.topic].rows() for axis in (plane.x, plane.y)]
+        samples = [self._samples[axis.topic].rows() for axis in (portrait.x, portrait.y)]
         count = min(len(kept) for kept in samples)
         if count == 0:
             return np.empty(0, np.int64), np.empty((0, 2))
         columns = [
             kept[:count, 1 + self._channels[axis.topic].names.index(axis.field)]
-            for axis, kept in zip((plane.x, plane.y), samples, strict=True)
+            for axis, kept in zip((portrait.x, portrait.y), samples, strict=True)
         ]
         return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
 
@@ -226,52 +226,56 @@ class _Thinned:
         return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
 
 
-def _draw_axes(stream: rr.RecordingStream, plane: Plane, scale: Floats) -> None:
+def _draw_axes(stream: rr.RecordingStream, portrait: Portrait, scale: Floats) -> None:
     ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
     axes = rr.LineStrips2D(
         ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
     )
-    stream.log(f"{plane.entity}/axes", axes, static=True)
+    stream.log(f"{portrait.entity}/axes", axes, static=True)
     labels = rr.Points2D(
         [(1.0, 0.0), (0.0, -1.0)],
-        labels=plane.labels(scale),
+        labels=portrait.labels(scale),
         show_labels=True,
         colors=_LABEL_COLOR,
         radii=rr.Radius.ui_points(2.5),
     )
-    stream.log(f"{plane.entity}/labels", labels, static=True)
+    stream.log(f"{portrait.entity}/labels", labels, static=True)
 
 
 def _draw_path(
     stream: rr.RecordingStream,
-    plane: Plane,
+    portrait: Portrait,
     time_ns: NDArray[np.int64],
     points: Floats,
 ) -> None:
     """Whole path as a thin line, its recent part as a bright one, its end as a moving point."""
-    color = COLORS[1] if plane.entity.endswith(("B", "1")) else COLORS[0]
+    color = COLORS[1] if portrait.entity.endswith(("B", "1")) else COLORS[0]
     starts = _stretch_starts(time_ns)
     whole = rr.LineStrips2D(
         np.split(points, np.unique(starts)[1:]),
-        colors=_PATH_COLOR if plane.trail else color,
-        radii=rr.Radius.ui_points(0.6 if plane.trail else 1.5),
+        colors=_PATH_COLOR if portrait.tail else color,
+        radii=rr.Radius.ui_points(0.6 if portrait.tail else 1.5),
         draw_order=1.0,
     )
-    stream.log(f"{plane.entity}/path", whole, static=True)
+    stream.log(f"{portrait.entity}/path", whole, static=True)
     shown = _shown(len(points))
     index = [time_column(time_ns[shown])]
-    if plane.trail:
-        strips = trails(points, starts, shown, plane.trail)
+    if portrait.tail:
+        strips = tails(points, starts, shown, portrait.tail)
         style = rr.LineStrips2D.from_fields(
             colors=color, radii=rr.Radius.ui_points(1.5), draw_order=2.0
         )
-        stream.log(f"{plane.entity}/trail", style, static=True)
-        stream.send_columns(f"{plane.entity}/trail", index, rr.LineStrips2D.columns(strips=strips))
+        stream.log(f"{portrait.entity}/tail", style, static=True)
+        stream.send_columns(
+            f"{portrait.entity}/tail", index, rr.LineStrips2D.columns(strips=strips)
+        )
     mark = rr.Points2D.from_fields(
         colors=_POINT_COLOR, radii=rr.Radius.ui_points(5.0), draw_order=3.0
     )
-    stream.log(f"{plane.entity}/now", mark, static=True)
-    stream.send_columns(f"{plane.entity}/now", index, rr.Points2D.columns(positions=points[shown]))
+    stream.log(f"{portrait.entity}/now", mark, static=True)
+    stream.send_columns(
+        f"{portrait.entity}/now", index, rr.Points2D.columns(positions=points[shown])
+    )
 
 
 def _shown(count: int) -> NDArray[np.int64]:

@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.external.recording import as_curves, is_foreign, read_foreign
+from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.mcapfile.source import naming
 from slipmode.runner.recording.selection import Selection
@@ -54,7 +54,7 @@ def replay(
     OSError
         If `save` or `screenshot` cannot be written.
     """
-    data = read_foreign(path) if is_foreign(path) else read(path)
+    data = read_external(path) if is_external(path) else read(path)
     notes = _not_shown(path, data)
     with naming(path):
         data = selection.of(data)
@@ -89,7 +89,7 @@ def _window() -> Viewer:
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:
-    shown = as_curves(data.channels) if data.foreign else data.channels
+    shown = as_curves(data.channels) if data.external else data.channels
     channels = [channel for channel, _, _ in shown.values()]
     with RerunSink(target, data.header, channels, playing) as sink:
         for topic, (_, time, values) in shown.items():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 
 
-def trails(
+def tails(
     points: Floats,
     starts: NDArray[np.int64],
     shown: NDArray[np.int64],

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.tail import trails
+from slipmode.runner.view.tail import tails
 
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
@@ -83,7 +83,7 @@ def draw(
     x: Floats,
     index: Sequence[rr.TimeColumn],
     shown: NDArray[np.int64],
-    trail: int,
+    tail: int,
 ) -> None:
     """Draw the surface, and samples of x [m] at some phases (n, 2) moving on it.
 
@@ -98,19 +98,19 @@ def draw(
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
     upright = (1.0, 1.0, _HEIGHT / scale)
     limit = np.abs(f).max() or 1.0
-    pull = (f / limit)[:, np.newaxis]
-    colors = _STUCK + np.maximum(pull, 0) * (_PULLED - _STUCK)
-    colors = (colors + np.maximum(-pull, 0) * (_PUSHED - _STUCK)).astype(np.uint8)
+    reaction = (f / limit)[:, np.newaxis]
+    colors = _STUCK + np.maximum(reaction, 0) * (_PULLED - _STUCK)
+    colors = (colors + np.maximum(-reaction, 0) * (_PUSHED - _STUCK)).astype(np.uint8)
     mesh = rr.Mesh3D(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
     _draw_frame(stream, scale, limit)
     points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
-    strips = trails(points, _turn_starts(phases), shown, trail)
+    strips = tails(points, _turn_starts(phases), shown, tail)
     style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))
-    stream.log(f"{TORUS}/trail", style, static=True)
-    stream.send_columns(f"{TORUS}/trail", index, rr.LineStrips3D.columns(strips=strips))
+    stream.log(f"{TORUS}/tail", style, static=True)
+    stream.send_columns(f"{TORUS}/tail", index, rr.LineStrips3D.columns(strips=strips))
     mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))

@@ -19,12 +19,12 @@ from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
     COLORS,
     LOOP,
-    PHASE_PLANE,
+    PHASE_PORTRAIT,
     TIMELINE,
     TRAJECTORY,
-    Plane,
+    Portrait,
     Window,
-    planes,
+    portraits,
     time_column,
 )
 
@@ -193,7 +193,7 @@ def blueprint(
     playing : Playing, optional
         By default a viewer does as it does with any recording.
     """
-    drawings = {plane.entity: _drawing(plane) for plane in planes(channels)}
+    drawings = {portrait.entity: _drawing(portrait) for portrait in portraits(channels)}
 
     def drawn(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
@@ -201,7 +201,7 @@ def blueprint(
     motion = _plots(channels, _MOTION_PLOTS, window) + drawn(TRAJECTORY)
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row)
-        for row in map(drawn, (PHASE_PLANE, f"{LOOP}/contact", f"{LOOP}{FULL}"))
+        for row in map(drawn, (PHASE_PORTRAIT, f"{LOOP}/contact", f"{LOOP}{FULL}"))
         if row
     ]
     if torus_view.has_torus(channels):
@@ -280,11 +280,11 @@ def _plots(
     ]
 
 
-def _drawing(plane: Plane) -> rrb.View:
+def _drawing(portrait: Portrait) -> rrb.View:
     reach = (-AXIS_REACH, AXIS_REACH)
     return rrb.Spatial2DView(
-        origin=plane.entity,
-        name=plane.title,
+        origin=portrait.entity,
+        name=portrait.title,
         visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
     )
 

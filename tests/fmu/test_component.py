@@ -23,7 +23,7 @@ from stepping import (
 
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.slow_flow import amplitude_rate, friction_force
 
@@ -289,7 +289,7 @@ def test_the_dissipated_power_is_that_of_friction_alone():
     """The dampers that the contacts share with the modes have their part as well."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=(0.98, 1.65))
     of = rom.tabulate(
-        reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, near=(), harmonics=ANSWERED_ORDER
+        reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 1e-3, combinations=(), harmonics=RESPONSE_ORDER
     )
     durations, held = np.full(2200, 1.0), component(of=of)
     rows = march(held, durations)
@@ -390,7 +390,7 @@ def test_a_step_out_of_the_table_says_so_and_leaves_the_state(mode):
     assert state_of(strong) == before
     leaves = float(re.search(r"at t = ([\d.]+) s; ", str(stop.value))[1])
     strong.do_step(10.0, leaves - 10.0 - 1e-3)
-    limit = strong.model.table.limit["AB".index(mode)]
+    limit = strong.model.table.amplitude_range["AB".index(mode)]
     assert np.abs(amplitude(strong))["AB".index(mode)] == pytest.approx(limit, rel=1e-2)
     strong.set_state(np.array(before[0]))
     strong.set_inputs(**HELD)

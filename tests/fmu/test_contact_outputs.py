@@ -9,9 +9,9 @@ from stepping import FORCE, HELD, component, march, model
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
-from slipmode.rom.slow.response_surface import answer_plane
+from slipmode.rom.slow.response_surface import response_surface
 from slipmode.runner.report.cases.structures import six_dofs
 
 
@@ -20,7 +20,7 @@ def model_at_the_forcing(structure, modes=(0, 1)):
     """With its contact problem at the forcing frequencies, where it is exact."""
     reduced = rom.reduce(structure(), modes).at_carrier((0.98, 1.65)[: len(modes)])
     amplitude = (4.0, 2.0)[: len(modes)]
-    return rom.tabulate(reduced, rom.Tanh(2.0, 0.02), amplitude, 1e-3, harmonics=ANSWERED_ORDER)
+    return rom.tabulate(reduced, rom.Tanh(2.0, 0.02), amplitude, 1e-3, harmonics=RESPONSE_ORDER)
 
 
 def errors_of_motion(of, dofs, durations, measure, steps_per_period):
@@ -82,14 +82,14 @@ def test_errors_of_contact_motion_at_a_communication_step_of_1_s(structure, dofs
 
 def test_contact_motion_needs_the_harmonics_that_the_modes_answer_to():
     reduced, law = rom.reduce(rom.two_mass(), (0,)), rom.Tanh(2.0, 0.02)
-    silent = rom.tabulate(reduced, law, (1.0,), tolerance=1e-2)
-    Component(silent)
+    excluded = rom.tabulate(reduced, law, (1.0,), tolerance=1e-2)
+    Component(excluded)
     with pytest.raises(rom.SlipmodeError, match=r"contact: .* tabulate it with harmonics=5"):
-        Component(silent, contact=True)
+        Component(excluded, contact=True)
 
 
 def test_harmonics_without_an_answer_that_matters_are_left_out():
     of = model_at_the_forcing(rom.two_mass)
-    kept = {tuple(order) for order in answer_plane(of).orders.tolist()}
+    kept = {tuple(order) for order in response_surface(of).orders.tolist()}
     assert {(1, 0), (0, 1), (2, -1), (3, -2)} < kept < set(of.harmonics.orders)
-    assert answer_plane(model(formulation="paper")).orders.shape == (0, 2)
+    assert response_surface(model(formulation="paper")).orders.shape == (0, 2)

@@ -7,7 +7,7 @@ import pytest
 from slow_time import slow_trajectory
 
 from slipmode.rom import Tanh, full, reduce, tabulate, two_mass
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
 
 LAW = Tanh(limit=2.0, alpha=0.02)
@@ -26,8 +26,8 @@ def full_order(scene):
     """x (times, 4) of the structure itself, whose own error is 2e-5 to 5e-5."""
     F, Omega = SCENES[scene]
     force = tuple({dof: amplitude} for dof, amplitude in enumerate(F))
-    drive = full.Drive.harmonic(two_mass(), force, Omega)
-    return full.integrate(two_mass(), LAW, drive, TIMES, step=0.02).displacement
+    excitation = full.Excitation.harmonic(two_mass(), force, Omega)
+    return full.integrate(two_mass(), LAW, excitation, TIMES, step=0.02).displacement
 
 
 def reduced_order(model, scene):
@@ -47,13 +47,18 @@ def relative_rms(found, exact):
     return np.sqrt(((found - exact) ** 2).mean(axis=0) / (exact**2).mean(axis=0))
 
 
-def model_for(scene, near=None):
+def model_for(scene, combinations=None):
     """Contact problem at the frequencies of the forcing, with the harmonics for the motion."""
     _, Omega = SCENES[scene]
     modes = tuple(range(len(Omega)))
     reduced = reduce(two_mass(), modes, carrier=Omega)
     return tabulate(
-        reduced, LAW, (4.0, 2.0)[: len(modes)], 1e-3, near=near, harmonics=ANSWERED_ORDER
+        reduced,
+        LAW,
+        (4.0, 2.0)[: len(modes)],
+        1e-3,
+        combinations=combinations,
+        harmonics=RESPONSE_ORDER,
     )
 
 
@@ -70,8 +75,8 @@ def model_for(scene, near=None):
     ],
     ids=["both modes", "near-commensurate", "near-commensurate, treated as if it were not"],
 )
-def test_signals_are_those_of_the_full_order(scene, near, bounds):
-    found, exact = reduced_order(model_for(scene, near), scene), full_order(scene)
+def test_signals_are_those_of_the_full_order(scene, combinations, bounds):
+    found, exact = reduced_order(model_for(scene, combinations), scene), full_order(scene)
     assert np.all(100 * relative_rms(found, exact) < bounds)
 
 

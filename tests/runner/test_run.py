@@ -312,7 +312,7 @@ def test_what_harmonics_cannot_sum_to_the_tolerance_is_marched():
 
 def test_the_table_reaches_no_further_than_the_amplitudes(tmp_path):
     recording = runner.run(changed(("[run]", FORCING_B)), tmp_path)
-    for limit, mode in zip(recording.model.table.limit, "AB", strict=True):
+    for limit, mode in zip(recording.model.table.amplitude_range, "AB", strict=True):
         peak = column(recording.read(), "/modes", f"{mode}_abs").max()
         assert peak < limit < 1.3 * peak
 

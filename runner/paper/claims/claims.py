@@ -9,7 +9,7 @@ from slipmode.runner.paper.claims.claim import Claim
 from slipmode.runner.paper.study import Study
 
 _CLAIMS: tuple[Callable[[Study], Claim], ...] = (
-    motion_claims.bonded_modes,
+    motion_claims.fixed_interface_modes,
     motion_claims.contact_inertia,
     motion_claims.small_contact_motion,
     motion_claims.two_periods,

@@ -21,7 +21,7 @@ _TWO_PERIOD_STEPS = 100
 _TWO_PERIOD_BOUND = 0.05
 
 
-def bonded_modes(study: Study) -> Claim:
+def fixed_interface_modes(study: Study) -> Claim:
     """Natural frequencies and mode shapes with stuck contacts."""
     reduced = study.case.paper.reduced
     off = float(np.abs(reduced.mode_shapes[:2] - np.eye(2)).max())

@@ -14,7 +14,7 @@ from slipmode.runner.recording.load import sample_channel
 from slipmode.runner.recording.mcapfile.chunk import Contents, decompress, walk
 from slipmode.runner.recording.mcapfile.scan import DamagedError, Piece, StoredChunk, scan
 from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import Tally
+from slipmode.runner.recording.mcapfile.statistics import Statistics
 from slipmode.runner.recording.mcapfile.summary import read_summary
 
 _BLOCK = 1024 * 1024
@@ -47,7 +47,7 @@ def doctor(path: str | PathLike[str]) -> list[str]:
         except DamagedError as error:
             examination.complaints.append(str(error))
     complaints = examination.complaints + examination.messages_outside_chunks()
-    return complaints + examination.tally.mixed_clocks()
+    return complaints + examination.statistics.mixed_clocks()
 
 
 class _Examination:
@@ -56,7 +56,7 @@ class _Examination:
     def __init__(self, file: BinaryIO) -> None:
         self.complaints: list[str] = []
         self._file = file
-        self.tally = Tally()
+        self.statistics = Statistics()
         self._starts: list[int] = []
         self._outside: list[int] = []  # messages that no chunk holds
         self._disordered: set[int] = set()
@@ -75,14 +75,14 @@ class _Examination:
                     self.complaints.append("the check sum of the data section does not fit it")
             case records.Message():
                 self._outside.append(piece.offset)
-                self.tally.take(piece.record)
+                self.statistics.take(piece.record)
             case other:
-                self.tally.take(other)
+                self.statistics.take(other)
 
     def _look_at_chunk(self, stored: StoredChunk) -> None:
         contents = walk(decompress(stored.chunk))
-        before = dict(self.tally.last)
-        self.tally.take_contents(contents)
+        before = dict(self.statistics.last)
+        self.statistics.take_contents(contents)
         found = {number: messages.entries for number, messages in contents.messages.items()}
         listed = {index.channel: index.entries for index in stored.indexes if index.entries.size}
         if not stored.cut and (
@@ -99,14 +99,14 @@ class _Examination:
             self._look_at_messages(number, contents, before.get(number, 0))
 
     def _look_at_messages(self, number: int, contents: Contents, before: int) -> None:
-        record, messages = self.tally.channels[number], contents.messages[number]
+        record, messages = self.statistics.channels[number], contents.messages[number]
         time_ns = messages.prefix["log_time"]
         if number not in self._disordered and (
             int(time_ns[0]) < before or np.any(time_ns[1:] < time_ns[:-1])
         ):
             self._disordered.add(number)
             self.complaints.append(f"{record.topic}: time runs backwards")
-        channel = sample_channel(record, self.tally.schemas.get(record.schema_id))
+        channel = sample_channel(record, self.statistics.schemas.get(record.schema_id))
         if channel is not None:
             channel.decode(messages.data())
 
@@ -127,7 +127,7 @@ class _Examination:
         for record in summary:
             if isinstance(record, records.Statistics):
                 counts = {k: n for k, n in record.channel_message_counts.items() if n}
-                if counts != dict(self.tally.counts):
+                if counts != dict(self.statistics.counts):
                     self.complaints.append("the statistics count other messages than there are")
 
     def _check_sum(self, end: int) -> int:

@@ -12,7 +12,7 @@ from slipmode.runner.recording.load import sample_channel
 from slipmode.runner.recording.mcapfile.chunk import unpack
 from slipmode.runner.recording.mcapfile.scan import DamagedError, StoredChunk, scan
 from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import Tally
+from slipmode.runner.recording.mcapfile.statistics import Statistics
 
 _NANOSECONDS = 1e9
 
@@ -106,42 +106,42 @@ def info(path: str | PathLike[str]) -> Info:
     SlipmodeError
         If there is no such file, or it is not MCAP.
     """
-    tally, damage = Tally(), ""
+    statistics, damage = Statistics(), ""
     with opened(path) as file:
         try:
             for piece in scan(file):
                 if isinstance(piece.record, StoredChunk):
-                    _count(tally, piece.record)
+                    _count(statistics, piece.record)
                 else:
-                    tally.take(piece.record)
+                    statistics.take(piece.record)
         except DamagedError as error:
             damage = str(error)
-    scene = tally.metadata.get("scene", {})
+    scene = statistics.metadata.get("scene", {})
     return Info(
         title=scene.get("title", ""),
         scene_name=scene.get("name", ""),
-        run=tally.metadata.get("run", {}),
-        channels=[_describe(tally, number) for number in tally.channels],
-        chunks=tally.chunks,
+        run=statistics.metadata.get("run", {}),
+        channels=[_describe(statistics, number) for number in statistics.channels],
+        chunks=statistics.chunks,
         size=Path(path).stat().st_size,
         damage=damage,
     )
 
 
-def _count(tally: Tally, stored: StoredChunk) -> None:
+def _count(statistics: Statistics, stored: StoredChunk) -> None:
     """Count messages by the index, or, where it does not tell all, by looking at them."""
-    known = all(index.channel in tally.channels for index in stored.indexes)
+    known = all(index.channel in statistics.channels for index in stored.indexes)
     if stored.indexes and known and not stored.cut:
-        tally.chunks += 1
+        statistics.chunks += 1
         for index in stored.indexes:
-            tally.take_times(index.channel, index.entries["log_time"])
+            statistics.take_times(index.channel, index.entries["log_time"])
     else:
-        tally.take_contents(unpack(stored))
+        statistics.take_contents(unpack(stored))
 
 
-def _describe(tally: Tally, number: int) -> ChannelInfo:
-    record = tally.channels[number]
-    schema = tally.schemas.get(record.schema_id)
+def _describe(statistics: Statistics, number: int) -> ChannelInfo:
+    record = statistics.channels[number]
+    schema = statistics.schemas.get(record.schema_id)
     try:
         channel = sample_channel(record, schema)
     except SlipmodeError:  # of another program
@@ -150,7 +150,7 @@ def _describe(tally: Tally, number: int) -> ChannelInfo:
         topic=record.topic,
         message_type="" if schema is None else schema.name,
         units={} if channel is None else {field.name: field.unit for field in channel.fields},
-        count=tally.counts[number],
-        start=tally.first.get(number, 0) / _NANOSECONDS,
-        end=tally.last.get(number, 0) / _NANOSECONDS,
+        count=statistics.counts[number],
+        start=statistics.first.get(number, 0) / _NANOSECONDS,
+        end=statistics.last.get(number, 0) / _NANOSECONDS,
     )

@@ -21,7 +21,7 @@ from slipmode.runner.recording.mcapfile.chunk import unpack
 from slipmode.runner.recording.mcapfile.layout import RECORD_HEADER
 from slipmode.runner.recording.mcapfile.scan import DamagedError, Piece, StoredChunk, scan
 from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import Tally
+from slipmode.runner.recording.mcapfile.statistics import Statistics
 from slipmode.runner.recording.mcapfile.summary import read_summary
 from slipmode.runner.recording.mcapfile.writer import McapWriter
 from slipmode.runner.recording.record import SCENE_FILE
@@ -117,7 +117,7 @@ class _Salvage:
     def __init__(self, file: BinaryIO, writer: McapWriter) -> None:
         self._file = file
         self._writer = writer
-        self._tally = Tally()
+        self._statistics = Statistics()
         self._kept_bytes = 0  # before compression
         self._whole = True  # as far as the file is known
         self._lost = 0
@@ -128,10 +128,10 @@ class _Salvage:
         """Copy all that is whole."""
         for piece in self._pieces():
             self._copy(piece.record)
-        tally = self._tally
-        if not tally.channels:
+        statistics = self._statistics
+        if not statistics.channels:
             raise SlipmodeError("cut before its first channel: nothing can be recovered")
-        kept = tally.counts.total()
+        kept = statistics.counts.total()
         for record in read_summary(self._file):
             if isinstance(record, records.Statistics):
                 self._lost, self._exact = record.message_count - kept, True
@@ -139,9 +139,9 @@ class _Salvage:
             kept=kept,
             lost=self._lost,
             exact=self._exact,
-            end=max(tally.last.values(), default=0) / _NANOSECONDS,
+            end=max(statistics.last.values(), default=0) / _NANOSECONDS,
             lost_seconds=self._lost_ns / _NANOSECONDS,
-            duration=_duration(tally),
+            duration=_duration(statistics),
         )
         if not self._whole:
             self._add_event(found)
@@ -175,18 +175,18 @@ class _Salvage:
                 self._writer.add_metadata(record.name, record.metadata)
             case records.Attachment():
                 self._writer.add_attachment(record)
-            case records.Schema() if record.id not in self._tally.schemas:
+            case records.Schema() if record.id not in self._statistics.schemas:
                 self._writer.add_schema(record)
-            case records.Channel() if record.id not in self._tally.channels:
+            case records.Channel() if record.id not in self._statistics.channels:
                 self._writer.add_channel(record)
-        self._tally.take(record)
+        self._statistics.take(record)
 
     def _copy_chunk(self, stored: StoredChunk) -> None:
         try:
             contents = unpack(stored)
             for record in (*contents.schemas, *contents.channels):
                 self._copy(record)
-            self._tally.take_contents(contents)
+            self._statistics.take_contents(contents)
         except DamagedError:
             self._whole = False
             chunk = stored.chunk
@@ -217,11 +217,11 @@ class _Salvage:
     def _guess(self, size: int) -> int:
         """How many messages took `size` bytes before compression."""
         self._exact = False
-        kept = self._tally.counts.total()
+        kept = self._statistics.counts.total()
         return round(size / (self._kept_bytes / kept if kept else _MESSAGE_BYTES))
 
     def _add_event(self, found: Recovery) -> None:
-        for channel in self._tally.channels.values():
+        for channel in self._statistics.channels.values():
             if channel.topic == EVENTS:
                 time_ns = np.array([round(found.end * _NANOSECONDS)])
                 words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")
@@ -229,10 +229,10 @@ class _Salvage:
                 self._writer.add_messages(channel.id, time_ns, np.array([event], np.void))
 
 
-def _duration(tally: Tally) -> float | None:
+def _duration(statistics: Statistics) -> float | None:
     """How long the scene was to last [s], None if that is not known."""
     try:
-        scene = tomllib.loads(tally.attachments.get(SCENE_FILE, b"").decode())
+        scene = tomllib.loads(statistics.attachments.get(SCENE_FILE, b"").decode())
         return float(scene["run"]["duration"])
     except (ValueError, KeyError, TypeError):
         return None

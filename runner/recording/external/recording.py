@@ -21,13 +21,13 @@ from slipmode.runner.recording.mcapfile.chunk import Contents, Messages
 from slipmode.runner.recording.mcapfile.prefetch import take_all
 from slipmode.runner.recording.mcapfile.scan import DamagedError, scan
 from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import WALL_CLOCK, Tally
+from slipmode.runner.recording.mcapfile.statistics import WALL_CLOCK, Statistics
 from slipmode.runner.recording.record import Header
 
 _NANOSECONDS = 1e9
 
 
-def is_foreign(path: str | PathLike[str]) -> bool:
+def is_external(path: str | PathLike[str]) -> bool:
     """Whether an MCAP file says nothing of being a recording of ours.
 
     Raises
@@ -45,7 +45,7 @@ def is_foreign(path: str | PathLike[str]) -> bool:
             return True
 
 
-def read_foreign(path: str | PathLike[str]) -> RecordingData:
+def read_external(path: str | PathLike[str]) -> RecordingData:
     """Numbers in the JSON and protobuf messages of an MCAP file.
 
     Members of messages are called ``pose.x``, those of short lists ``gains[0]``; a number that a
@@ -109,31 +109,31 @@ class _Gathered:
     """Records of a file, as they are met."""
 
     def __init__(self) -> None:
-        self._tally = Tally()
+        self._statistics = Statistics()
         self._tables: dict[int, _Table] = {}
 
     def take(self, record: object) -> None:
         if not isinstance(record, Contents):
-            self._tally.take(record)
+            self._statistics.take(record)
             return
-        self._tally.take_contents(record)
+        self._statistics.take_contents(record)
         for number, messages in record.messages.items():
             if number not in self._tables:
-                channel = self._tally.channels[number]
-                schema = self._tally.schemas.get(channel.schema_id)
+                channel = self._statistics.channels[number]
+                schema = self._statistics.schemas.get(channel.schema_id)
                 self._tables[number] = _Table(decoder(channel, schema))
             self._tables[number].extend(messages)
 
     def recording(self, title: str, damage: str) -> RecordingData:
-        for complaint in self._tally.mixed_clocks():
+        for complaint in self._statistics.mixed_clocks():
             raise SlipmodeError(complaint)
-        begin = min(self._tally.first.values(), default=0)
+        begin = min(self._statistics.first.values(), default=0)
         origin = begin if begin >= WALL_CLOCK else 0
         channels: dict[str, Signals] = {}
         left_out = []
         for number, table in self._tables.items():
-            record = self._tally.channels[number]
-            kind = kind_of(record, self._tally.schemas.get(record.schema_id))
+            record = self._statistics.channels[number]
+            kind = kind_of(record, self._statistics.schemas.get(record.schema_id))
             left_out += [f"{count} of {kind}: {fault}" for fault, count in table.refused.items()]
             if signals := _signals(table, record, origin):
                 again = f" ({number})" if record.topic in channels else ""
@@ -147,7 +147,7 @@ class _Gathered:
         if origin:
             words += f"; t = 0 is {datetime.fromtimestamp(origin / _NANOSECONDS, UTC).isoformat()}"
         data = RecordingData(
-            Header(title, ""), channels, [], damage, tuple(left_out), foreign=True
+            Header(title, ""), channels, [], damage, tuple(left_out), external=True
         )
         data.events.append(Event(0.0, "info", words))
         data.events.extend(Event(0.0, "warning", f"not shown: {each}") for each in left_out)

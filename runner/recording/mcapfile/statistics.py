@@ -17,7 +17,7 @@ WALL_CLOCK = 10**18  # [ns], of 2001; no simulation lasts for thirty years
 
 
 @dataclass
-class Tally:
+class Statistics:
     """What has been met of a file.
 
     Attributes

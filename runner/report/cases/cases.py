@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from slipmode import rom
 from slipmode.rom import Structure
 from slipmode.rom.arrays import Floats
-from slipmode.rom.full import Drive
+from slipmode.rom.full import Excitation
 from slipmode.runner.report.cases.structures import Chain, damped_between_modes, six_dofs
 
 Force = Mapping[int, float] | ArrayLike
@@ -58,9 +58,9 @@ class Case:
         return self.times > self.duration - WINDOW
 
     @property
-    def drive(self) -> Drive:
+    def excitation(self) -> Excitation:
         """The force for the full-order integration."""
-        return Drive.harmonic(self.structure, self.force, self.frequency)
+        return Excitation.harmonic(self.structure, self.force, self.frequency)
 
 
 def two_mode() -> Case:

@@ -84,8 +84,8 @@ class Chain:
         """Friction limits: each contact begins to slip at amplitude 1 of the mode that pulls it
         harder.
         """
-        pull = np.abs(self._reduced.spring).max(axis=0)
-        return [float(value) for value in 2.0 * pull]
+        reaction = np.abs(self._reduced.spring).max(axis=0)
+        return [float(value) for value in 2.0 * reaction]
 
     @property
     def alpha(self) -> float:

@@ -90,7 +90,7 @@ def _attempt(name: str, run: Callable[[], Floats], exact: Floats) -> Attempt:
 
 def _full_order(case: Case) -> Floats:
     return full.integrate(
-        *(case.structure, case.law, case.drive, case.times),
+        *(case.structure, case.law, case.excitation, case.times),
         outputs=case.observed,
         steps_per_period=_FULL_STEPS,
     ).displacement

@@ -69,7 +69,7 @@ _USUAL: dict[str, object] = {
 def reference(case: Case) -> Floats:
     """Displacement of the observed DOFs by full order at a small step, (samples, observed)."""
     return full.integrate(
-        *(case.structure, case.law, case.drive, case.times),
+        *(case.structure, case.law, case.excitation, case.times),
         outputs=case.observed,
         steps_per_period=_REFERENCE_STEPS,
     ).displacement

@@ -47,7 +47,7 @@ def _steady_error(slow: SlowCase) -> float:
     case, model = slow.case, slow.model
     to_modal = as_dense(case.structure.mass @ model.reduced.mode_shapes).T
     exact = full.steady_amplitude(
-        *(case.structure, case.law, case.drive), outputs=to_modal, tolerance=3e-5
+        *(case.structure, case.law, case.excitation), outputs=to_modal, tolerance=3e-5
     )
     found = rom.steady(model, case.frequency, case.force)
     return float(np.abs(found / np.diag(exact.amplitude) - 1.0).max())

@@ -43,18 +43,18 @@ def contact_solves() -> ContactSolves:
     """Measure the paper's structure with its feedback from the modes, |A|, |B| <= 4."""
     reduced = rom.reduce(rom.two_mass(beta=0.01))
     model = rom.tabulate(reduced, _LAW, _LARGEST, _TOLERANCE)
-    grid = Discretisation(model.quality.steps, model.quality.lines)
+    grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
     axes = np.meshgrid(*model.table.axes, indexing="ij")
     nodes = np.stack(axes, axis=-1).reshape(-1, 2)
     smallest = 0.1 * np.array(_LARGEST)
-    orders = contact_orders(reduced, model.near)
+    orders = contact_orders(reduced, model.combinations)
 
     def tabulate() -> None:
         rom.tabulate(reduced, _LAW, _LARGEST, _TOLERANCE, threads=1)
 
     def march() -> int:
         terms = contact_terms(
-            *(reduced, _LAW, nodes, grid, 0.1 * _TOLERANCE, smallest, model.near)
+            *(reduced, _LAW, nodes, grid, 0.1 * _TOLERANCE, smallest, model.combinations)
         )
         return int(terms.marched.sum()) * 2 * grid.lines * reduced.n_contacts
 

@@ -52,7 +52,7 @@ class Figure:
 
 def figures() -> list[Figure]:
     """Measure all of them."""
-    return [*table_figures(), *visited_figures(), *slow_flow_figures(), *memory_figures()]
+    return [*table_figures(), *region_figures(), *slow_flow_figures(), *memory_figures()]
 
 
 def table_figures() -> list[Figure]:
@@ -77,19 +77,24 @@ def table_figures() -> list[Figure]:
     ]
 
 
-def visited_figures() -> list[Figure]:
+def region_figures() -> list[Figure]:
     """The friction table of the shipped two-mode scene, and what of it the scene visits."""
     scene = load_scene("two-mode")
     plan = make_plan(replace(scene, model=replace(scene.model, table="visited")))
     reduced, law = plan.excited.reduced, plan.excited.law
     build = partial(
-        rom.tabulate, reduced, law, plan.amplitude, scene.model.tolerance, near=plan.near
+        rom.tabulate,
+        reduced,
+        law,
+        plan.amplitude,
+        scene.model.tolerance,
+        combinations=plan.combinations,
     )
     return [
         Figure("table of the two-mode scene: time to build", timed(build, 5)[0], "s"),
         Figure(
             "table of the two-mode scene, the visited part: time to build",
-            timed(partial(build, visited=plan.visited), 5)[0],
+            timed(partial(build, region=plan.region), 5)[0],
             "s",
         ),
     ]

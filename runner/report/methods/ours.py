@@ -12,8 +12,8 @@ from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Model, SlowTrajectory
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics
-from slipmode.rom.reduction.force_response import DirectForce
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Formulation
 from slipmode.rom.slow.motion import Motion
 from slipmode.runner.report.cases.cases import Case
@@ -53,7 +53,7 @@ class SlowCase:
             case.law,
             reached,
             tolerance,
-            harmonics=ANSWERED_ORDER if formulation == "consistent" else 0,
+            harmonics=RESPONSE_ORDER if formulation == "consistent" else 0,
         )
         return cls(case, model, time.perf_counter() - started)
 
@@ -78,7 +78,7 @@ class Marcher:
         self._case, self._model = slow.case, slow.model
         self._component = Component(slow.model, slow.case.force, tolerance=tolerance)
         self._durations = np.full(round(slow.case.duration / step), step)
-        self._direct = DirectForce.of(slow.model.reduced, slow.case.force, slow.case.structure)
+        self._direct = ForceResponse.of(slow.model.reduced, slow.case.force, slow.case.structure)
         self._start = self._direct.free_vibration(
             slow.model.reduced, self._modal_force(), np.asarray(slow.case.frequency)
         )
@@ -112,7 +112,7 @@ class Marcher:
             frequency_rate=np.zeros(shape),
             force=np.broadcast_to(self._modal_force(), shape),
             force_rate=np.zeros(shape, dtype=complex),
-            direct=self._direct,
+            force_response=self._direct,
         )
 
     def _modal_force(self) -> Complexes:
@@ -146,7 +146,7 @@ def steady_displacement(model: Model, case: Case, amplitude: Complexes) -> Compl
 
 
 def _grid(model: Model) -> Discretisation:
-    return Discretisation(model.quality.steps, model.quality.lines)
+    return Discretisation(model.accuracy.steps, model.accuracy.lines)
 
 
 def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:

@@ -51,7 +51,9 @@ class Reference:
         is_large = case.structure.n_dofs > _LARGE
         step = SAMPLING / _REFERENCE_REFINEMENT * (4 if is_large else 1)
         found = full.converged(
-            *(case.structure, case.law, case.drive, case.times), step=step, outputs=case.observed
+            *(case.structure, case.law, case.excitation, case.times),
+            step=step,
+            outputs=case.observed,
         )
         return cls(case, found.motion, float(found.displacement_error.max()))
 
@@ -152,7 +154,12 @@ def _integrated(
     per_period = 2.0 * np.pi / max(case.frequency) / SAMPLING
     for refinement in refinements:
         make: Callable[[], Integrator] = partial(
-            Integrator, case.structure, case.law, case.drive, outputs, step=SAMPLING / refinement
+            Integrator,
+            case.structure,
+            case.law,
+            case.excitation,
+            outputs,
+            step=SAMPLING / refinement,
         )
         prepare, integrator = timed(make, 1)
         seconds, motion = timed(partial(integrator.run, case.times))

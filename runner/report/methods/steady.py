@@ -50,7 +50,7 @@ class SteadyReference:
         amplitudes, errors = [], []
         for case in cases:
             found = full.steady_amplitude(
-                *(case.structure, case.law, case.drive), outputs=case.observed, tolerance=3e-6
+                *(case.structure, case.law, case.excitation), outputs=case.observed, tolerance=3e-6
             )
             own = np.diag(found.amplitude)
             amplitudes.append(own)
@@ -70,7 +70,7 @@ class SteadyReference:
 
 def forced(case: Case) -> NDArray[np.intp]:
     """Modes that a force acts on."""
-    return np.flatnonzero(np.any(case.drive.patterns != 0.0, axis=1))
+    return np.flatnonzero(np.any(case.excitation.patterns != 0.0, axis=1))
 
 
 def slow_rows(
@@ -118,7 +118,7 @@ def full_rows(
 
         def settle(case: Case, h: float = step, tol: float = tolerance) -> Complexes:
             found = full.steady_amplitude(
-                *(case.structure, case.law, case.drive),
+                *(case.structure, case.law, case.excitation),
                 outputs=case.observed,
                 tolerance=tol,
                 step=h,

@@ -62,15 +62,15 @@ def bare_march(
     stages = h * (np.arange(steps)[:, np.newaxis] + (1.0 - np.sqrt(0.5), 1.0))
     turn = np.exp(1j * stages[..., np.newaxis] * (np.array(orders) @ reduced.carrier))
     phases = np.exp(2j * np.pi * np.arange(_LANES) / _LANES)
-    pull = np.zeros((len(orders), _CONTACTS, 2, _LANES))
+    reaction = np.zeros((len(orders), _CONTACTS, 2, _LANES))
     for j, each in enumerate((np.ones(_LANES), phases)):
         force = -2.0 * amplitude[j] * reduced.coupling[j][:, np.newaxis] * each
-        pull[j] = np.stack((force.real, force.imag), axis=1)
-    sums, x = np.zeros_like(pull), np.zeros((_CONTACTS, _LANES))
+        reaction[j] = np.stack((force.real, force.imag), axis=1)
+    sums, x = np.zeros_like(reaction), np.zeros((_CONTACTS, _LANES))
     started = time.process_time()
     status = library().peer_bare_contacts(
         *(ctypes.byref(problem), h, count, steps, len(orders)),
-        *(turn.ctypes.data, pull.ctypes.data, sums.ctypes.data, x.ctypes.data),
+        *(turn.ctypes.data, reaction.ctypes.data, sums.ctypes.data, x.ctypes.data),
     )
     seconds = time.process_time() - started
     _kernel.check(status, "bare contacts")

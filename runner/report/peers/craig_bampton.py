@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.reduction.fixed_interface import bonded_modes
+from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
 
@@ -24,7 +24,7 @@ def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:
         x = basis y.
     """
     parts = case.structure.partition()
-    _, phi = bonded_modes(parts, modes)
+    _, phi = fixed_interface_modes(parts, modes)
     static = -np.linalg.solve(as_dense(parts.K_ee), parts.K_ec)
     basis = np.hstack([as_dense(parts.E @ phi), as_dense(parts.R) + as_dense(parts.E @ static)])
     M, C, K = (
@@ -34,5 +34,5 @@ def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:
     )
     contacts = range(modes, basis.shape[1])
     structure = rom.Structure(M, K, C, contact=tuple(contacts))
-    force = tuple(basis.T @ pattern for pattern in case.drive.patterns)
+    force = tuple(basis.T @ pattern for pattern in case.excitation.patterns)
     return replace(case, structure=structure, force=force), basis

@@ -47,8 +47,10 @@ class FirstOrder:
         nothing = np.zeros((W.shape[1], n))
         self._slip = np.hstack([nothing, W.T]) / case.law.alpha
         self._friction = np.vstack([nothing.T, -inverse @ (W * limits(case.law, W.shape[1]))])
-        patterns = np.hstack([np.zeros_like(case.drive.patterns), case.drive.patterns @ inverse])
-        self._drive = [
+        patterns = np.hstack(
+            [np.zeros_like(case.excitation.patterns), case.excitation.patterns @ inverse]
+        )
+        self._excitation_of = [
             (int(dof), float(row[dof]), frequency)
             for row, frequency in zip(patterns, case.frequency, strict=True)
             for dof in np.flatnonzero(row)
@@ -60,7 +62,7 @@ class FirstOrder:
         """f(t, y)."""
         self.calls += 1
         f: Floats = self._linear @ y + self._friction @ np.tanh(self._slip @ y)
-        for dof, force, frequency in self._drive:
+        for dof, force, frequency in self._excitation_of:
             f[dof] += force * math.cos(frequency * t)
         return f
 

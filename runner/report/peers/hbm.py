@@ -62,7 +62,7 @@ class HarmonicBalance:
 
     def __init__(self, case: Case, highest: int) -> None:
         assert isinstance(case.law, rom.Tanh)
-        patterns, frequency = case.drive.patterns, np.array(case.frequency)
+        patterns, frequency = case.excitation.patterns, np.array(case.frequency)
         self.forced = np.flatnonzero(np.any(patterns != 0.0, axis=1))
         self._alpha = case.law.alpha
         self._limit = limits(case.law, case.structure.n_contacts)
@@ -80,9 +80,9 @@ class HarmonicBalance:
         Z = K - np.multiply.outer(self._nu**2, M) + 1j * np.multiply.outer(self._nu, C)
         answers = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
         contacts = W.shape[1]
-        self._answer, drive = answers[..., :contacts], answers[..., contacts:]
+        self._answer, excitation = answers[..., :contacts], answers[..., contacts:]
         carriers = np.arange(len(patterns))  # the first harmonics are those of the forces
-        self._driven = drive[carriers, :, carriers]
+        self._driven = excitation[carriers, :, carriers]
         self._stiffness = np.linalg.inv(W.T @ self._answer)
         self._linear = np.zeros((self._nu.size, contacts), dtype=complex)
         self._linear[carriers] = self._driven @ W

@@ -25,7 +25,7 @@ def structure():
 
 
 def drive_of(structure):
-    return full.Drive.harmonic(structure, FORCE, FREQUENCY, phase=(0.3, -1.0))
+    return full.Excitation.harmonic(structure, FORCE, FREQUENCY, phase=(0.3, -1.0))
 
 
 def chain(contacts=2):
@@ -84,9 +84,9 @@ def linear_solution(structure, times):
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     forced = np.zeros((len(times), 2 * n))
     for dof, F, Omega, phase in ((0, 0.15, 0.98, 0.3), (1, 0.25, 1.65, -1.0)):
-        answer = np.linalg.solve(K - Omega**2 * M + 1j * Omega * C, F * np.eye(n)[dof])
+        response = np.linalg.solve(K - Omega**2 * M + 1j * Omega * C, F * np.eye(n)[dof])
         wave = np.exp(1j * (Omega * times + phase))[:, np.newaxis]
-        forced += np.real(wave * np.append(answer, 1j * Omega * answer))
+        forced += np.real(wave * np.append(response, 1j * Omega * response))
     values, vectors = np.linalg.eig(A)
     start = np.linalg.solve(vectors, -forced[0].astype(complex))
     free = np.real((np.exp(np.outer(times, values)) * start) @ vectors.T)
@@ -122,9 +122,9 @@ def test_without_friction_the_exact_solution_to_fourth_order(build, coarsest):
 
 def test_fourth_order_with_tanh_friction(structure):
     times, law = np.linspace(0.0, 20.0, 51), rom.Tanh(2.0, 0.05)
-    drive = drive_of(structure)
+    excitation = drive_of(structure)
     runs = [
-        full.integrate(structure, law, drive, times, step=step)
+        full.integrate(structure, law, excitation, times, step=step)
         for step in (0.02, 0.01, 0.005, 0.00125)
     ]
     # the contact velocity is stiff: between the order of the stages plus one, and four
@@ -136,9 +136,11 @@ def test_fourth_order_with_tanh_friction(structure):
 
 def test_beyond_first_order_with_coulomb_friction(structure):
     times = np.linspace(0.0, 60.0, 301)
-    drive = full.Drive.harmonic(structure, ({0: 0.6}, {1: 1.0}), FREQUENCY)
+    excitation = full.Excitation.harmonic(structure, ({0: 0.6}, {1: 1.0}), FREQUENCY)
     steps = (0.04, 0.01, 0.0025, 0.00025)
-    runs = [full.integrate(structure, rom.Coulomb(2.0), drive, times, step=step) for step in steps]
+    runs = [
+        full.integrate(structure, rom.Coulomb(2.0), excitation, times, step=step) for step in steps
+    ]
     exact = runs[-1].displacement
     errors = [np.linalg.norm(run.displacement - exact) for run in runs[:-1]]
     assert np.any(runs[-1].contact_velocity[-100:] != 0.0)
@@ -175,9 +177,9 @@ def test_stored_reference_signals(name):
     structure = rom.two_mass(beta=given["damping_beta"])
     force = ({0: given["force_A"]}, {1: given["force_B"]})
     frequency = (given["omega_A"], given["omega_B"])
-    drive = full.Drive.harmonic(structure, force, frequency)
+    excitation = full.Excitation.harmonic(structure, force, frequency)
     law = rom.Tanh(given["limit"], given["alpha"])
-    result = full.converged(structure, law, drive, stored["t"], step=0.02)
+    result = full.converged(structure, law, excitation, stored["t"], step=0.02)
     difference = relative_rms(result.motion.displacement, stored["x"].astype(float))
     # of a second-order method, a third of its change on halving; single precision
     own_error = np.array(given["relative_rms_change_on_halving_the_step"]) / 3
@@ -208,11 +210,13 @@ def test_a_stuck_coulomb_contact_does_not_move_at_all(structure):
 
 def test_coulomb_is_the_limit_of_tanh(structure):
     times = np.linspace(0.0, 30.0, 151)
-    drive = full.Drive.harmonic(structure, ({0: 0.6}, {1: 1.0}), FREQUENCY)
-    exact = full.integrate(structure, rom.Coulomb(2.0), drive, times, step=2e-3).displacement
+    excitation = full.Excitation.harmonic(structure, ({0: 0.6}, {1: 1.0}), FREQUENCY)
+    exact = full.integrate(structure, rom.Coulomb(2.0), excitation, times, step=2e-3).displacement
     errors = [
         relative_rms(
-            full.integrate(structure, rom.Tanh(2.0, alpha), drive, times, step=2e-3).displacement,
+            full.integrate(
+                structure, rom.Tanh(2.0, alpha), excitation, times, step=2e-3
+            ).displacement,
             exact,
         ).max()
         for alpha in (1e-2, 1e-3, 1e-4)
@@ -224,19 +228,21 @@ def test_coulomb_is_the_limit_of_tanh(structure):
 @pytest.mark.parametrize("alpha", [1.0, 1e-2, 1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("limit", [0.0, [0.0, 3.0], 1e-6, 2.0, 1e6])
 def test_no_step_fails(structure, alpha, limit):
-    drive = full.Drive.harmonic(structure, ({0: 3.0}, {1: 5.0}), FREQUENCY)
-    motion = full.integrate(structure, rom.Tanh(limit, alpha), drive, 100.0, steps_per_period=9)
+    excitation = full.Excitation.harmonic(structure, ({0: 3.0}, {1: 5.0}), FREQUENCY)
+    motion = full.integrate(
+        structure, rom.Tanh(limit, alpha), excitation, 100.0, steps_per_period=9
+    )
     assert np.all(np.isfinite(motion.displacement))
     assert np.all(np.abs(motion.contact_force) <= limit)
 
 
 def test_energy_balance_to_fourth_order(structure):
-    law, drive = rom.Tanh(2.0, 0.05), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.05), drive_of(structure)
     M, C, K = structure.mass, structure.damping, structure.stiffness
 
     def imbalance(step):
         motion = full.integrate(
-            structure, law, drive, np.linspace(0.0, 20.0, round(20 / step) + 1)
+            structure, law, excitation, np.linspace(0.0, 20.0, round(20 / step) + 1)
         )
         x, v, t = motion.displacement, motion.velocity, motion.time
         assert motion.steps == t.size - 1
@@ -270,7 +276,7 @@ def test_diagonal_and_dense_damping_agree_to_rounding(structure, monkeypatch):
 
 def scripted(structure):
     """A ramp and a sweep, then jumps of amplitude, frequency and phase at t = 7.3."""
-    return full.Drive(
+    return full.Excitation(
         patterns=np.eye(structure.n_dofs)[:2],
         start=[0.0, 7.3],
         amplitude=[[0.0, 0.25], [0.3, 0.1]],
@@ -303,10 +309,12 @@ def test_scripted_drive(structure, times):
 
 
 def test_end_state_continues_the_motion(structure):
-    law, drive = rom.Coulomb(0.5), drive_of(structure)
-    whole = full.integrate(structure, law, drive, np.linspace(0.0, 40.0, 81))
-    first = full.integrate(structure, law, drive, np.linspace(0.0, 20.0, 41))
-    second = full.integrate(structure, law, drive, np.linspace(20.5, 40.0, 40), start=first.end)
+    law, excitation = rom.Coulomb(0.5), drive_of(structure)
+    whole = full.integrate(structure, law, excitation, np.linspace(0.0, 40.0, 81))
+    first = full.integrate(structure, law, excitation, np.linspace(0.0, 20.0, 41))
+    second = full.integrate(
+        structure, law, excitation, np.linspace(20.5, 40.0, 40), start=first.end
+    )
     np.testing.assert_allclose(second.displacement, whole.displacement[41:], atol=1e-9)
     total = first.dissipated[-1] + second.dissipated[-1]
     assert total == pytest.approx(whole.dissipated[-1], rel=1e-9)
@@ -324,10 +332,10 @@ def test_every_step_is_a_sample_if_only_the_end_is_given(structure):
 
 
 def test_outputs_may_combine_dofs(structure):
-    law, drive = rom.Tanh(2.0, 0.02), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.02), drive_of(structure)
     rows = [[1.0, 0.0, -1.0, 0.0], [0.0, 2.0, 0.0, 0.5]]
-    combined = full.integrate(structure, law, drive, [5.0], outputs=rows)
-    single = full.integrate(structure, law, drive, [5.0])
+    combined = full.integrate(structure, law, excitation, [5.0], outputs=rows)
+    single = full.integrate(structure, law, excitation, [5.0])
     np.testing.assert_allclose(combined.velocity, single.velocity @ np.transpose(rows), rtol=1e-13)
 
 
@@ -348,20 +356,20 @@ def test_steady_amplitude_without_friction_is_the_frequency_response(structure):
 
 def test_steady_amplitude_of_both_modes(structure):
     """Against amplitudes from a converged TR-BDF2 integration."""
-    drive = full.Drive.harmonic(structure, FORCE, (0.9825, 1.654))
-    result = full.steady_amplitude(structure, rom.Tanh(2.0, 0.02), drive, outputs=(0, 1))
+    excitation = full.Excitation.harmonic(structure, FORCE, (0.9825, 1.654))
+    result = full.steady_amplitude(structure, rom.Tanh(2.0, 0.02), excitation, outputs=(0, 1))
     assert abs(result.amplitude[0, 0]) == pytest.approx(3.1000, abs=2e-3)
     assert abs(result.amplitude[1, 1]) == pytest.approx(1.2541, abs=1e-3)
     assert result.error.max() < 1e-3
     again = full.steady_amplitude(
-        structure, rom.Tanh(2.0, 0.02), drive, outputs=(0, 1), start=result.end
+        structure, rom.Tanh(2.0, 0.02), excitation, outputs=(0, 1), start=result.end
     )
     assert np.all(np.abs(again.amplitude - result.amplitude) < 2 * (result.error + again.error))
 
 
 def test_steady_amplitude_of_one_mode(structure):
-    drive = full.Drive.harmonic(structure, ({0: 0.15}, {1: 0.0}), (0.9825, 1.65))
-    result = full.steady_amplitude(structure, rom.Tanh(2.0, 0.02), drive, outputs=(0, 1))
+    excitation = full.Excitation.harmonic(structure, ({0: 0.15}, {1: 0.0}), (0.9825, 1.65))
+    result = full.steady_amplitude(structure, rom.Tanh(2.0, 0.02), excitation, outputs=(0, 1))
     assert abs(result.amplitude[0, 0]) == pytest.approx(3.1317, abs=1e-3)
     assert np.all(np.abs(result.amplitude[1]) < 1e-6)
 
@@ -375,9 +383,9 @@ def test_a_transient_that_does_not_settle_is_said(structure):
 
 @pytest.mark.parametrize("law", [rom.Coulomb(0.5), rom.Tanh(0.5, 0.005)])
 def test_converged_bounds_its_error(structure, law):
-    times, drive = np.linspace(0.0, 60.0, 301), drive_of(structure)
-    result = full.converged(structure, law, drive, times, steps_per_period=30)
-    exact = full.integrate(structure, law, drive, times, steps_per_period=3000)
+    times, excitation = np.linspace(0.0, 60.0, 301), drive_of(structure)
+    result = full.converged(structure, law, excitation, times, steps_per_period=30)
+    exact = full.integrate(structure, law, excitation, times, steps_per_period=3000)
     motion = result.motion
     for name in ("displacement", "velocity", "contact_displacement", "contact_velocity"):
         error = relative_rms(getattr(motion, name), getattr(exact, name))
@@ -390,10 +398,10 @@ def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts):
 
     def displacement(contacts, joint):
         case = many_contacts(contacts, joint)
-        drive = full.Drive.harmonic(case.structure, ({0: 0.6},), case.frequency)
+        excitation = full.Excitation.harmonic(case.structure, ({0: 0.6},), case.frequency)
         times = np.linspace(0.0, 30.0, 61)
         return full.integrate(
-            case.structure, case.law, drive, times, outputs=(0,), steps_per_period=64
+            case.structure, case.law, excitation, times, outputs=(0,), steps_per_period=64
         ).displacement
 
     single = displacement(1, 0.0)
@@ -408,29 +416,29 @@ def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts):
 
 
 def test_refusals(structure):
-    law, drive = rom.Tanh(2.0, 0.02), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.02), drive_of(structure)
 
     def refused(match, *arguments, **options):
         with pytest.raises(rom.SlipmodeError, match=match):
             full.integrate(*arguments, **options)
 
-    refused("times: must be increasing", structure, law, drive, [1.0, 1.0])
-    refused("times: must be finite", structure, law, drive, [])
-    refused("times: must be finite", structure, law, drive, np.nan)
-    refused("times: must not lie before", structure, law, drive, [-1.0, 1.0])
-    refused("step: must be", structure, law, drive, 1.0, step=0.0)
-    refused("steps_per_period: must be", structure, law, drive, 1.0, steps_per_period=np.inf)
-    refused("outputs: DOFs", structure, law, drive, 1.0, outputs=[4])
-    refused("outputs: must be DOFs, or rows", structure, law, drive, 1.0, outputs=[[1.0]])
-    refused("drive: patterns", chain(), law, drive, 1.0)
-    refused("limit", structure, rom.Tanh([1.0] * 3, 0.1), drive, 1.0)
+    refused("times: must be increasing", structure, law, excitation, [1.0, 1.0])
+    refused("times: must be finite", structure, law, excitation, [])
+    refused("times: must be finite", structure, law, excitation, np.nan)
+    refused("times: must not lie before", structure, law, excitation, [-1.0, 1.0])
+    refused("step: must be", structure, law, excitation, 1.0, step=0.0)
+    refused("steps_per_period: must be", structure, law, excitation, 1.0, steps_per_period=np.inf)
+    refused("outputs: DOFs", structure, law, excitation, 1.0, outputs=[4])
+    refused("outputs: must be DOFs, or rows", structure, law, excitation, 1.0, outputs=[[1.0]])
+    refused("drive: patterns", chain(), law, excitation, 1.0)
+    refused("limit", structure, rom.Tanh([1.0] * 3, 0.1), excitation, 1.0)
     short = full.State(0.0, np.zeros(3), np.zeros(4))
-    refused("start.displacement", structure, law, drive, 1.0, start=short)
+    refused("start.displacement", structure, law, excitation, 1.0, start=short)
     early = full.State(-1.0, np.zeros(4), np.zeros(4))
-    refused("start: must not lie before", structure, law, drive, 1.0, start=early)
+    refused("start: must not lie before", structure, law, excitation, 1.0, start=early)
     with pytest.raises(rom.SlipmodeError, match="frequency: must stay > 0"):
-        full.Drive.harmonic(structure, FORCE, (0.98, 0.0))
+        full.Excitation.harmonic(structure, FORCE, (0.98, 0.0))
     with pytest.raises(rom.SlipmodeError, match="frequency: must be 2 numbers"):
-        full.Drive.harmonic(structure, FORCE, (0.98, 1.0, 2.0))
+        full.Excitation.harmonic(structure, FORCE, (0.98, 1.0, 2.0))
     with pytest.raises(rom.SlipmodeError, match="drive: must be constant"):
         full.steady_amplitude(structure, law, scripted(structure))

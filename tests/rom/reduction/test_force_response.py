@@ -10,8 +10,8 @@ from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom import Tanh, full
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.rom.reduction.force_response import DirectForce
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.runner.report.cases import cases
 from slipmode.runner.report.methods.ours import SlowCase
 
@@ -25,7 +25,7 @@ def viscous_chain():
     force = ({3: 0.02}, {3: 0.03})
     reduced = rom.reduce(case.structure, carrier=case.frequency)
     model = rom.tabulate(
-        reduced, Tanh(2.0, 20.0), (0.8, 0.4), tolerance=1e-4, harmonics=ANSWERED_ORDER
+        reduced, Tanh(2.0, 20.0), (0.8, 0.4), tolerance=1e-4, harmonics=RESPONSE_ORDER
     )
     return case, force, model, rom.steady(model, case.frequency, force)
 
@@ -43,7 +43,7 @@ def linear_answer(case, force, times):
     return x, x @ s.directions
 
 
-def steady_trajectory(case, model, amplitude, force, direct):
+def steady_trajectory(case, model, amplitude, force, force_response):
     """Constant amplitudes under constant forces."""
     modal = [model.reduced.modal_force(j, pattern) for j, pattern in enumerate(force)]
     ends = TIMES[[0, -1]]
@@ -55,14 +55,14 @@ def steady_trajectory(case, model, amplitude, force, direct):
         frequency_rate=np.zeros((1, 2)),
         force=np.array([modal], dtype=complex),
         force_rate=np.zeros((1, 2), dtype=complex),
-        direct=direct,
+        force_response=force_response,
     )
 
 
-def errors(way, direct):
+def errors(way, force_response):
     """Worst relative RMS of x and x_c, the contacts having forgotten where they began."""
     case, force, model, a = viscous_chain()
-    motion = way(model, steady_trajectory(case, model, a, force, direct), TIMES)
+    motion = way(model, steady_trajectory(case, model, a, force, force_response), TIMES)
     late = TIMES > 30.0
     found = motion.elastic(model, range(case.structure.n_dofs)), motion.displacement
     exact = linear_answer(case, force, TIMES)
@@ -72,14 +72,14 @@ def errors(way, direct):
 @pytest.mark.parametrize("way", [rom.reconstruct, rom.sum_harmonics])
 def test_every_dof_moves_as_in_a_direct_solve_where_contacts_are_linear(way):
     case, force, model, _ = viscous_chain()
-    x, x_c = errors(way, DirectForce.of(model.reduced, force, case.structure))
+    x, x_c = errors(way, ForceResponse.of(model.reduced, force, case.structure))
     assert x < 8e-5  # the table's 1e-4; measured 7.1e-5
     assert x_c < 4e-5  # measured 3.5e-5
 
 
 def test_the_structure_is_wanted_for_the_static_part_alone():
     _, force, model, _ = viscous_chain()
-    x, x_c = errors(rom.reconstruct, DirectForce.of(model.reduced, force))
+    x, x_c = errors(rom.reconstruct, ForceResponse.of(model.reduced, force))
     assert 2.2e-3 < x < 2.4e-3  # measured 2.3e-3
     assert x_c < 4e-5
     x, x_c = errors(rom.reconstruct, None)
@@ -87,17 +87,19 @@ def test_the_structure_is_wanted_for_the_static_part_alone():
     assert x_c > 0.15  # measured 0.190
 
 
-def held_apart(reduced, force, jump, angle, amplitude):
+def held_apart(reduced, force, discontinuity, angle, amplitude):
     """Displacement and velocity of the modes by amplitudes and by what the forces maintain."""
     nu, D = reduced.carrier, reduced.modal_stiffness(reduced.carrier)[:, range(2), range(2)]
-    wave = jump * np.exp(1j * angle)
-    shares = DirectForce.of(reduced, force).modal[:, :2]  # [j, k]
-    answer = 0.5 * wave[:, np.newaxis] * shares / D
+    wave = discontinuity * np.exp(1j * angle)
+    shares = ForceResponse.of(reduced, force).modal[:, :2]  # [j, k]
+    response = 0.5 * wave[:, np.newaxis] * shares / D
     free = 1j * np.sqrt(reduced.frequency**2 - 0.25 * reduced.modal_damping**2)
     free -= 0.5 * reduced.modal_damping
-    decaying = amplitude * np.exp(1j * angle) - np.diag(answer)  # the slow amplitude has the other
-    displacement = answer.sum(axis=0) + decaying
-    velocity = (1j * nu[:, np.newaxis] * answer).sum(axis=0) + free * decaying
+    decaying = amplitude * np.exp(1j * angle) - np.diag(
+        response
+    )  # the slow amplitude has the other
+    displacement = response.sum(axis=0) + decaying
+    velocity = (1j * nu[:, np.newaxis] * response).sum(axis=0) + free * decaying
     return displacement.real, velocity.real
 
 
@@ -107,11 +109,11 @@ def test_modes_go_on_as_they_were_where_forces_jump(angle):
     _, force, model, _ = viscous_chain()
     reduced = replace(model.reduced, damping_coupling=0.0 * model.reduced.damping_coupling)
     modal = np.array([reduced.modal_force(j, f) for j, f in enumerate(force)])
-    jump = modal * np.exp([0.3j, -1.1j])
-    direct = DirectForce.of(reduced, force)
-    a = direct.free_vibration(reduced, jump, reduced.carrier, angle)
+    discontinuity = modal * np.exp([0.3j, -1.1j])
+    force_response = ForceResponse.of(reduced, force)
+    a = force_response.free_vibration(reduced, discontinuity, reduced.carrier, angle)
     assert np.all(np.abs(a) > 1e-3)
-    for left in held_apart(reduced, force, jump, angle, a):
+    for left in held_apart(reduced, force, discontinuity, angle, a):
         np.testing.assert_allclose(left, 0.0, atol=1e-15)
 
 
@@ -135,9 +137,11 @@ def test_a_component_goes_on_as_it_was_where_forces_jump():
     after, _ = step(1e-9, force_A=0.25, force_B=1.0, phase_B=2.0)
     reduced = model.reduced
     modal = [reduced.modal_force(j, f) for j, f in enumerate(force)]
-    jump = modal * np.array([-0.75, np.exp(2j) - 1.0])
-    direct = DirectForce.of(reduced, force)
-    added = direct.free_vibration(reduced, jump, np.array(case.frequency), np.array(angle))
+    discontinuity = modal * np.array([-0.75, np.exp(2j) - 1.0])
+    force_response = ForceResponse.of(reduced, force)
+    added = force_response.free_vibration(
+        reduced, discontinuity, np.array(case.frequency), np.array(angle)
+    )
     np.testing.assert_allclose(after - before, added, rtol=1e-6)
     again, _ = step(1e-9, force_A=0.25)
     np.testing.assert_allclose(again, after, rtol=1e-7)
@@ -145,9 +149,9 @@ def test_a_component_goes_on_as_it_was_where_forces_jump():
 
 def test_no_more_than_the_shift_where_a_force_has_the_shape_of_its_mode():
     case = cases.chain(20)
-    direct = DirectForce.of(rom.reduce(case.structure), case.force, case.structure)
-    np.testing.assert_allclose(direct.modal[:, :2], np.eye(2), atol=1e-12)
-    np.testing.assert_allclose(direct.static, 0.0, atol=1e-12)
+    force_response = ForceResponse.of(rom.reduce(case.structure), case.force, case.structure)
+    np.testing.assert_allclose(force_response.modal[:, :2], np.eye(2), atol=1e-12)
+    np.testing.assert_allclose(force_response.static, 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +167,7 @@ def test_signals_are_those_of_the_full_order(make, bounds):
     """From rest, friction and all; the full order's own error is 1e-5."""
     case = replace(make(), duration=300.0)
     exact = full.integrate(
-        *(case.structure, case.law, case.drive, case.times), step=0.02, outputs=case.observed
+        *(case.structure, case.law, case.excitation, case.times), step=0.02, outputs=case.observed
     )
     march = SlowCase.tabulate(case, 3e-3).march(10.0)
     motion = march.motion(march(), case.times)
@@ -179,7 +183,7 @@ def test_steady_amplitudes_under_forces_on_both_modes():
     """Reciprocity weighs what the direct forces do; along L_j alone: 1.16 %, 0.58 %."""
     case = cases.shared_forces()
     exact = full.steady_amplitude(
-        *(case.structure, case.law, case.drive), outputs=np.eye(4)[:2], tolerance=3e-5
+        *(case.structure, case.law, case.excitation), outputs=np.eye(4)[:2], tolerance=3e-5
     )
     reduced = rom.reduce(case.structure, carrier=case.frequency)
     model = rom.tabulate(reduced, case.law, (3.6, 1.5), 1e-3)

@@ -9,7 +9,7 @@ import scipy.sparse
 
 from slipmode.rom import SlipmodeError, Structure, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.reduction.nonresonant import nothing_passive
+from slipmode.rom.reduction.nonresonant import no_nonresonant_modes
 from slipmode.rom.slow.steady import steady
 
 N_CHAIN = 6
@@ -198,14 +198,14 @@ def contact_stiffness(structure, nu):
 def test_contacts_feel_the_structure_at_every_harmonic_that_modes_answer_to(damping):
     structure = far_and_near(damping)
     reduced = reduce(structure)
-    assert 1 <= reduced.passive_frequency.size < 8
-    without = replace(reduced, **nothing_passive(2, 10, 2))
+    assert 1 <= reduced.nonresonant_frequency.size < 8
+    without = replace(reduced, **no_nonresonant_modes(2, 10, 2))
     errors = []
     for nu in reduced.frequency @ np.array(harmonic_orders(5, 2)).T:
         exact = contact_stiffness(structure, nu)
         scale = np.abs(exact).max()
         inert = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * reduced.mass
-        found = (inert - each.feedback(nu, ()) for each in (reduced, without))
+        found = (inert - each.reaction(nu, ()) for each in (reduced, without))
         errors.append([np.abs(each - exact).max() / scale for each in found])
     assert np.max(errors, axis=0)[0] < 1e-10  # the modes left out do not move the contacts
     assert np.max(errors, axis=0)[1] > 0.2
@@ -213,7 +213,7 @@ def test_contacts_feel_the_structure_at_every_harmonic_that_modes_answer_to(damp
 
 def test_a_structure_without_further_modes_has_none_that_are_passive():
     reduced = reduce(two_mass())
-    assert reduced.passive_frequency.size == 0
+    assert reduced.nonresonant_frequency.size == 0
     assert not reduced.carried_mass.any() and not reduced.damping_coupling.any()
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError, Tanh
-from slipmode.rom.reduction.stiffness_margin import contact_softness
+from slipmode.rom.reduction.stiffness_margin import stiffness_loss
 
 LAW = Tanh(2.0, 0.02)
 
@@ -18,7 +18,7 @@ def softened(factor):
 def test_softness_is_one_where_the_free_contacts_resonate_with_the_mode_held():
     """Mode A held, modes and contacts together have a natural frequency at its carrier."""
     factor = 27.4
-    share, order = contact_softness(softened(factor))
+    share, order = stiffness_loss(softened(factor))
     structure = rom.two_mass(k_c1=20 / factor, k_c2=40 / factor, k_p=5 / factor, contact_mass=1e-9)
     held = np.ix_([1, 2, 3], [1, 2, 3])  # x_e1 is mode A
     squares = np.linalg.eigvals(np.linalg.solve(structure.mass[held], structure.stiffness[held]))
@@ -28,7 +28,7 @@ def test_softness_is_one_where_the_free_contacts_resonate_with_the_mode_held():
 
 
 def test_stiff_contacts_are_not_soft():
-    share, _ = contact_softness(softened(1))
+    share, _ = stiffness_loss(softened(1))
     assert share == pytest.approx(0.104, abs=0.001)
 
 

@@ -6,7 +6,7 @@ from conftest import LAW
 from slow_time import slow_trajectory
 
 from slipmode.rom import SlipmodeError, reduce, tabulate, two_mass
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct, sum_harmonics
 from slipmode.rom.slow.slow_flow import amplitude_rate, linear_part
 from slipmode.rom.slow.trajectory import SlowTrajectory
@@ -163,7 +163,9 @@ def steady_signals():
     """Marched and summed motion of both modes once it is steady, to two orders."""
 
     def signals(order):
-        model = tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 2.0), near=(), harmonics=order)
+        model = tabulate(
+            reduce(two_mass()), LAW, amplitude=(4.0, 2.0), combinations=(), harmonics=order
+        )
         trajectory = slow_trajectory(
             *(model, FORCE, np.linspace(0, 600, 301)),
             **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
@@ -172,14 +174,14 @@ def steady_signals():
         marched = reconstruct(model, trajectory, times)
         return model, trajectory, marched, sum_harmonics(model, trajectory, times)
 
-    return {order: signals(order) for order in (ANSWERED_ORDER, 9)}
+    return {order: signals(order) for order in (RESPONSE_ORDER, 9)}
 
 
-@pytest.mark.parametrize("order", [ANSWERED_ORDER, 9])
+@pytest.mark.parametrize("order", [RESPONSE_ORDER, 9])
 def test_the_truncation_is_what_the_sum_misses(steady_signals, order):
     model, trajectory, marched, summed = steady_signals[order]
     missed = np.sqrt(((summed.displacement - marched.displacement) ** 2).mean(axis=0))
-    late = trajectory.felt(model)[trajectory.time >= 400.0]
+    late = trajectory.effective(model)[trajectory.time >= 400.0]
     stated = np.sqrt((model.harmonics.truncation(late) ** 2).mean(axis=0))
     np.testing.assert_allclose(missed, stated, rtol=0.03)  # measured 2 %
 
@@ -196,7 +198,7 @@ def test_more_harmonics_miss_less_of_everything(steady_signals):
         ("velocity", 0.23, 0.18),
         ("force", 0.05, 0.025),
     ):
-        assert missed(9, quantity) < missed(ANSWERED_ORDER, quantity) < few
+        assert missed(9, quantity) < missed(RESPONSE_ORDER, quantity) < few
         assert missed(9, quantity) < many
 
 
@@ -219,7 +221,7 @@ def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
 def model_with_harmonics():
     """So that the marched contacts feel the modes' answer, as those of the table do."""
     return tabulate(
-        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), near=(), harmonics=ANSWERED_ORDER
+        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), combinations=(), harmonics=RESPONSE_ORDER
     )
 
 

@@ -9,8 +9,10 @@ from slow_time import slow_trajectory
 
 from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
-from slipmode.rom.reduction.combination import near_resonances
-from slipmode.rom.slow.slow_flow import coupling_turn, felt_shift, linear_part
+from slipmode.rom.reduction.combination import combination_resonances
+from slipmode.rom.reduction.coupling import coupling_factor
+from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.slow.slow_flow import linear_part
 from slipmode.rom.slow.steady import steady
 
 FORCE = ({0: 1.0}, {1: 1.0})
@@ -72,19 +74,22 @@ class Forcing:
 
 
 def felt_by_contacts(model, a, now):
-    turn = coupling_turn(model.reduced, now.frequency)
-    return turn * (a + felt_shift(model.reduced, FORCE) * now.force)
+    factor = coupling_factor(model.reduced, now.frequency)
+    return factor * (a + off_resonance_shift(model.reduced, FORCE) * now.force)
 
 
 def contact_force(model, a, now):
     """Q_j a_j and the near resonances, straight from the table."""
-    turn, felt = coupling_turn(model.reduced, now.frequency), felt_by_contacts(model, a, now)
-    terms, unit = model.table.terms(np.abs(felt)), felt / np.abs(felt)
+    factor, effective = (
+        coupling_factor(model.reduced, now.frequency),
+        felt_by_contacts(model, a, now),
+    )
+    terms, unit = model.table.terms(np.abs(effective)), effective / np.abs(effective)
     force = terms[: model.modes] * unit
-    for term, T in zip(model.near, terms[model.modes :], strict=False):
+    for term, T in zip(model.combinations, terms[model.modes :], strict=False):
         angle = term.n * now.angle[0] + term.m * now.angle[1] - now.angle[term.mode]
         force[term.mode] += T * unit[0] ** term.n * unit[1] ** term.m * np.exp(1j * angle)
-    return turn * force
+    return factor * force
 
 
 def rate_of(model, t, a, forcing):
@@ -102,20 +107,26 @@ def rate_of(model, t, a, forcing):
         return v
     h = 1e-3
     after, before = (without_second_derivative(t + s, a + s * v) for s in (h, -h))
-    felt_after, felt, felt_before = (
+    felt_after, effective, felt_before = (
         felt_by_contacts(model, a + s * v, forcing(t + s)) for s in (h, 0.0, -h)
     )
     growth = (np.abs(felt_after) - np.abs(felt_before)) / (2 * h)
     frequency = forcing(t).frequency
-    behind = model.table.lag_at(np.abs(felt)) @ growth * felt / np.abs(felt)
-    lag = coupling_turn(model.reduced, frequency) * behind
-    return v - ((after - before) / (2 * h) - lag) / linear_part(model.reduced, frequency).mass
+    behind = (
+        model.table.rate_correction_at(np.abs(effective)) @ growth * effective / np.abs(effective)
+    )
+    rate_correction = coupling_factor(model.reduced, frequency) * behind
+    return (
+        v
+        - ((after - before) / (2 * h) - rate_correction)
+        / linear_part(model.reduced, frequency).mass
+    )
 
 
 @pytest.mark.parametrize("name", ["paper_model", "two_mode_model"])
 def test_agrees_with_an_independent_integrator(name, request):
     model = request.getfixturevalue(name)
-    assert bool(model.near) == (name == "two_mode_model")
+    assert bool(model.combinations) == (name == "two_mode_model")
     time, start = np.linspace(0, 150, 4), (0.3 - 0.2j, 0.1j)
     # a phase that turns is no straight line of the force: left to the test of its own
     scripted = steps_and_sweeps(time) | {"phase_A": 0.4, "phase_rate_A": 0.0}
@@ -201,7 +212,7 @@ def test_the_phases_of_the_forces_turn_the_amplitudes(paper_model, psi):
 @pytest.mark.parametrize("s", [0.7, -2.0])
 def test_near_resonances_leave_one_turn_of_both_phases(two_mode_model, s):
     """Both terms carry 5 t_A - 3 t_B: it must stay as it is, whatever t_A and t_B are."""
-    assert {(term.mode, term.n, term.m) for term in two_mode_model.near} == {
+    assert {(term.mode, term.n, term.m) for term in two_mode_model.combinations} == {
         (0, -4, 3),
         (1, 5, -2),
     }
@@ -276,6 +287,6 @@ def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_
 @pytest.mark.parametrize(("off", "expected"), [(0.0, True), (0.008, True), (0.02, False)])
 def test_the_ninth_order_counts_only_close_to_a_carrier(off, expected):
     """Near 1:3, 7 A - 2 B is `off` above A, and -5 A + 2 B, of the seventh, as much below."""
-    terms = {(term.n, term.m) for term in near_resonances((1.0, 3.0 - 0.5 * off))}
+    terms = {(term.n, term.m) for term in combination_resonances((1.0, 3.0 - 0.5 * off))}
     assert (-5, 2) in terms
     assert ((7, -2) in terms) == expected

@@ -35,7 +35,9 @@ def carrier_amplitudes(model, frequency, F):
     forced = list(reduced.modes)
     a = steady(model, frequency, [forces(F)[mode] for mode in forced])
     orders, grid = harmonic_orders(1, len(forced)), Discretisation(256, 16)
-    solved = contact_harmonics(reduced, model.law, [np.abs(a)], grid, orders, near=model.near)
+    solved = contact_harmonics(
+        reduced, model.law, [np.abs(a)], grid, orders, combinations=model.combinations
+    )
     found = np.zeros(2)
     for j, mode in enumerate(forced):
         P = solved.P[0, j] * np.exp(1j * np.angle(a[j]))
@@ -109,7 +111,7 @@ def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, detuning)
 def test_near_resonances_make_the_amplitudes_beat_about_the_steady_state(two_mode_model, detuning):
     Omega = NATURAL + detuning
     beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
-    assert {(term.n, term.m) for term in two_mode_model.near} == {(-4, 3), (5, -2)}
+    assert {(term.n, term.m) for term in two_mode_model.combinations} == {(-4, 3), (5, -2)}
     time = np.append(0.0, 4000.0 + beat * np.linspace(0, 1, 65))
     amplitude = driven_from_rest(two_mode_model, Omega, time)[1:]
     np.testing.assert_allclose(amplitude[-1], amplitude[0], rtol=1e-7)

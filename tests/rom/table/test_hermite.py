@@ -72,7 +72,7 @@ def test_a_kink_between_midpoints_is_not_lost_sight_of():
     """The slip threshold of A under sharp friction, in a range whose midpoints pass beside it."""
     law, high = Tanh(LIMIT, 0.002), (1.4, 0.13)
     model = tabulate(BOTH, law, high, tolerance=1e-3)
-    grid = Discretisation(model.quality.steps, model.quality.lines)
+    grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
     points = quasi_random(200, (0.98, 0.0), (1.02, 0.13))
     # measured: 0.6e-3; 4.5e-3 unless intervals beside a poor one are halved with it
     assert table_error(model, law, points, grid) < 1e-3
@@ -114,11 +114,11 @@ def test_a_mode_alone_is_the_edge_of_the_table_for_two(two_mode_model, one_mode_
 
 
 def test_the_surface_goes_through_direct_solves_at_the_nodes(two_mode_model):
-    table, quality = two_mode_model.table, two_mode_model.quality
+    table, accuracy = two_mode_model.table, two_mode_model.accuracy
     nodes = np.array([(a, b) for a in table.node_a[1::7] for b in table.node_b[1::7]])
-    grid = Discretisation(quality.steps, quality.lines)
+    grid = Discretisation(accuracy.steps, accuracy.lines)
     error = table_error(two_mode_model, two_mode_model.law, nodes, grid)
-    assert error < 0.2 * quality.tolerance  # measured 0.1: what the march may lack of periodicity
+    assert error < 0.2 * accuracy.tolerance  # measured 0.1: what the march may lack of periodicity
 
 
 @given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
@@ -149,8 +149,8 @@ def test_friction_takes_power_between_the_nodes(coarse_model, amplitude):
     reduced, table, a = coarse_model.reduced, coarse_model.table, np.array(amplitude)
     terms = table.terms(a)
     leaving = -2 * reduced.carrier * a * terms[: coarse_model.modes].imag
-    most = 2 * reduced.carrier @ (table.limit * largest_term(table))
-    assert leaving.sum() + terms[-1].real >= -coarse_model.quality.tolerance * most
+    most = 2 * reduced.carrier @ (table.amplitude_range * largest_term(table))
+    assert leaving.sum() + terms[-1].real >= -coarse_model.accuracy.tolerance * most
 
 
 @pytest.mark.parametrize("outside", [(4.0001, 1.0), (1.0, 4.0001), (np.inf, 1.0), (np.nan, 1.0)])

@@ -40,7 +40,7 @@ def assert_same_model(first, second):
             values = [getattr(getattr(model, part), field.name) for model in (first, second)]
             np.testing.assert_array_equal(*values)
             assert np.asarray(values[0]).dtype == np.asarray(values[1]).dtype
-    assert first.quality == second.quality
+    assert first.accuracy == second.accuracy
     assert first.hash == second.hash
 
 

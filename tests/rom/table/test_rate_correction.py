@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 from slipmode.rom import Coulomb, Tanh, reduce, tabulate, two_mass
+from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.torus import Discretisation
-from slipmode.rom.table.rate_correction import friction_lag
-from slipmode.rom.table.region import Visited
+from slipmode.rom.table.region import Region
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.signals import error_of
 from slipmode.runner.report.methods.ours import SlowCase
@@ -44,7 +44,9 @@ def test_one_contact_lags_as_the_play_operator_does(beyond_threshold):
     reduced = reduce(two_mass(), modes=(0,), formulation="paper")
     k, K = abs(reduced.coupling[0, 0]), reduced.stiffness[0, 0]
     a = beyond_threshold * LIMIT / (2.0 * k)
-    found = friction_lag(reduced, Coulomb(LIMIT), np.array([[a]]), np.array([4.0]), FINE)
+    found = friction_rate_correction(
+        reduced, Coulomb(LIMIT), np.array([[a]]), np.array([4.0]), FINE
+    )
     exact = play_operator_lag(k, K, reduced.carrier[0], a)
     # measured at the worst, nearest to the threshold: 8e-4
     assert found[0, 0, 0] == pytest.approx(exact, rel=1e-3)
@@ -54,10 +56,10 @@ def test_what_sticks_or_slips_all_the_time_does_not_lag():
     reduced = reduce(two_mass(), formulation="paper")  # whose contacts have no inertia
     both, limit = np.array([[0.3, 0.4], [2.0, 1.0]]), np.array([4.0, 4.0])
     grid = Discretisation(64, 16)
-    usual = np.abs(friction_lag(reduced, Coulomb(LIMIT), both[1:], limit, grid)).max()
+    usual = np.abs(friction_rate_correction(reduced, Coulomb(LIMIT), both[1:], limit, grid)).max()
     for mu_N in (1e6, 1e-6):
-        lag = friction_lag(reduced, Coulomb(mu_N), both, limit, grid)
-        assert np.abs(lag).max() < 1e-5 * usual
+        rate_correction = friction_rate_correction(reduced, Coulomb(mu_N), both, limit, grid)
+        assert np.abs(rate_correction).max() < 1e-5 * usual
 
 
 @pytest.mark.parametrize(
@@ -69,31 +71,33 @@ def test_what_sticks_or_slips_all_the_time_does_not_lag():
 def test_the_table_has_the_lag_of_the_points_between_its_nodes(law, bound):
     table = tabulate(TWO_MODES, law, RANGE, 1e-3).table
     points = np.random.default_rng(4).random((100, 2)) * RANGE
-    exact = friction_lag(TWO_MODES, law, points, RANGE, Discretisation(256, 32))
-    assert rms(table.lag_at(points) - exact) < bound * rms(exact)
+    exact = friction_rate_correction(TWO_MODES, law, points, RANGE, Discretisation(256, 32))
+    assert rms(table.rate_correction_at(points) - exact) < bound * rms(exact)
 
 
 def test_the_lag_of_a_visited_part_is_that_of_the_whole_table():
     path = np.array([(0.0, 0.0), (3.0, 0.0), (2.95, 0.5), (2.9, 0.8), (3.1, 1.25)])
-    visited = Visited.along(path, RANGE, RANGE / 32)
+    region = Region.along(path, RANGE, RANGE / 32)
     points = np.random.default_rng(5).random((2000, 2)) * RANGE
-    points = points[visited.holds(points)]
+    points = points[region.holds(points)]
     whole, part = (
-        tabulate(TWO_MODES, Tanh(LIMIT, 0.02), RANGE, 1e-3, visited=where).table.lag_at(points)
-        for where in (None, visited)
+        tabulate(TWO_MODES, Tanh(LIMIT, 0.02), RANGE, 1e-3, region=where).table.rate_correction_at(
+            points
+        )
+        for where in (None, region)
     )
     assert rms(part - whole) < 0.1 * rms(whole)  # measured 0.083: other grid lines
 
 
 def test_the_paper_has_none():
     model = tabulate(reduce(two_mass(), formulation="paper"), Tanh(LIMIT, 0.02), (2.0, 1.0), 1e-2)
-    assert model.table.lag is None
-    assert not model.table.lag_at(np.array([[1.0, 0.5]])).any()
+    assert model.table.rate_correction is None
+    assert not model.table.rate_correction_at(np.array([[1.0, 0.5]])).any()
 
 
 def test_with_it_a_run_from_rest_is_closer_to_full_order():
     slow = SlowCase.tabulate(two_mode(), 3e-3)
-    steady_friction = replace(slow.model, table=replace(slow.model.table, lag=None))
+    steady_friction = replace(slow.model, table=replace(slow.model.table, rate_correction=None))
     # measured: 0.81e-3, 3.2e-3
     assert error_of(slow) < 1e-3
     assert error_of(replace(slow, model=steady_friction)) > 3e-3

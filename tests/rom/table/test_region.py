@@ -10,10 +10,10 @@ import pytest
 from slipmode import fmu, runner
 from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.contact.torus import Discretisation, contact_terms
-from slipmode.rom.errors import UnvisitedError
-from slipmode.rom.reduction.nonresonant import ANSWERED_ORDER
+from slipmode.rom.errors import OutsideRegionError
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Visited, corners, with_neighbours
+from slipmode.rom.table.region import Region, corners, with_neighbours
 from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
 from slipmode.runner.plan import amplitude_range
@@ -28,16 +28,16 @@ LAW = Tanh(2.0, 0.02)
 
 
 def visited_tiles(path=PATH, reach=REACH):
-    return Visited.along(path, LIMIT, reach)
+    return Region.along(path, LIMIT, reach)
 
 
 def tabulated(law=LAW, **arguments):
-    return tabulate(BOTH, law, LIMIT, 1e-3, harmonics=ANSWERED_ORDER, **arguments)
+    return tabulate(BOTH, law, LIMIT, 1e-3, harmonics=RESPONSE_ORDER, **arguments)
 
 
 @pytest.fixture(scope="module")
 def part():
-    return tabulated(visited=visited_tiles())
+    return tabulated(region=visited_tiles())
 
 
 @pytest.fixture(scope="module")
@@ -45,30 +45,30 @@ def whole():
     return tabulated()
 
 
-def points_inside(visited, count):
+def points_inside(region, count):
     points = np.random.default_rng(3).random((20 * count, 2)) * LIMIT
-    return points[visited.holds(points)][:count]
+    return points[region.holds(points)][:count]
 
 
 # Which part
 
 
 def test_all_that_is_within_reach_of_the_path_is_marked():
-    visited = visited_tiles()
+    region = visited_tiles()
     share = np.linspace(0, 1, 200)[:, np.newaxis]
     along = np.concatenate([a + share * (b - a) for a, b in pairwise(PATH)])
     for side in ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-        near = along + 0.999 * REACH * side
-        near = near[np.all((near >= 0) & (near <= LIMIT), axis=1)]
-        assert visited.holds(near).all()
-    assert not visited.holds(np.array([(1.0, 1.0), (2.0, 0.2), (0.5, 0.1)])).any()
+        combinations = along + 0.999 * REACH * side
+        combinations = combinations[np.all((combinations >= 0) & (combinations <= LIMIT), axis=1)]
+        assert region.holds(combinations).all()
+    assert not region.holds(np.array([(1.0, 1.0), (2.0, 0.2), (0.5, 0.1)])).any()
 
 
 def test_a_cell_is_visited_where_a_tile_in_it_is():
-    visited = visited_tiles()
+    region = visited_tiles()
     for halvings in range(3, 7):
         node = np.linspace(0, 1, 2**halvings + 1)
-        cells = visited.cells(node * LIMIT[0], node * LIMIT[1])
+        cells = region.cells(node * LIMIT[0], node * LIMIT[1])
         for a, b in np.ndindex(cells.shape):
             inside = (
                 np.stack(
@@ -79,7 +79,7 @@ def test_a_cell_is_visited_where_a_tile_in_it_is():
                 ).reshape(-1, 2)
                 * LIMIT
             )
-            assert cells[a, b] == visited.holds(inside).any()
+            assert cells[a, b] == region.holds(inside).any()
 
 
 def test_the_nodes_around_cells():
@@ -94,9 +94,9 @@ def test_the_nodes_around_cells():
 
 @pytest.mark.parametrize("law", [Tanh(2.0, 0.1), LAW, Tanh(2.0, 0.005), Coulomb(2.0)], ids=str)
 def test_it_holds_to_the_tolerance_where_it_was_visited(law):
-    part = tabulated(law, visited=visited_tiles())
+    part = tabulated(law, region=visited_tiles())
     points = points_inside(visited_tiles(), 200)
-    grid = Discretisation(part.quality.steps, part.quality.lines)
+    grid = Discretisation(part.accuracy.steps, part.accuracy.lines)
     S = contact_terms(BOTH, law, points, grid, 1e-4, np.array(LIMIT) / 10).S
     apart = np.abs(part.table(points) - S) / np.abs(part.table.nodes()[..., :2]).max(axis=(0, 1))
     # asked for: 1e-3; measured, also along other paths: 0.64e-3 at the worst
@@ -104,7 +104,7 @@ def test_it_holds_to_the_tolerance_where_it_was_visited(law):
 
 
 def test_it_takes_less_than_half_of_the_contact_problems(part, whole):
-    assert part.quality.solved < 0.4 * whole.quality.solved  # measured: 0.26
+    assert part.accuracy.solved < 0.4 * whole.accuracy.solved  # measured: 0.26
 
 
 def test_its_harmonics_are_those_of_the_whole(part, whole):
@@ -116,9 +116,7 @@ def test_its_harmonics_are_those_of_the_whole(part, whole):
 
 
 def test_it_does_not_depend_on_the_threads():
-    hashes = {
-        tabulated(Tanh(2.0, 0.1), visited=visited_tiles(), threads=n).hash for n in (1, 2, 3)
-    }
+    hashes = {tabulated(Tanh(2.0, 0.1), region=visited_tiles(), threads=n).hash for n in (1, 2, 3)}
     assert len(hashes) == 1
 
 
@@ -127,11 +125,11 @@ def test_it_does_not_depend_on_the_threads():
 
 def test_it_is_refused_elsewhere(part):
     elsewhere = np.array([1.0, 1.0])
-    with pytest.raises(UnvisitedError, match="outside the visited part of the friction table"):
+    with pytest.raises(OutsideRegionError, match="outside the visited part of the friction table"):
         part.table(elsewhere)
-    with pytest.raises(UnvisitedError):
+    with pytest.raises(OutsideRegionError):
         part.harmonics.at(elsewhere[np.newaxis].astype(complex))
-    with pytest.raises(UnvisitedError):
+    with pytest.raises(OutsideRegionError):
         part.harmonics.truncation(elsewhere[np.newaxis].astype(complex))
     with pytest.raises(SlipmodeError, match="whose limit is"):
         part.table((3.7, 1.0))
@@ -141,7 +139,7 @@ def test_it_is_refused_elsewhere(part):
 
 def test_a_component_stops_where_it_would_leave_it(part):
     component = fmu.Component(part, ({0: 1.0}, {1: 1.0}))
-    with pytest.raises(UnvisitedError):
+    with pytest.raises(OutsideRegionError):
         component.reset(amplitude=(1.0, 1.0))
     component.set_inputs(force_A=0.15, force_B=0.25, frequency_A=0.98, frequency_B=1.65)
     with pytest.raises(
@@ -153,16 +151,16 @@ def test_a_component_stops_where_it_would_leave_it(part):
 
 def test_the_path_must_be_of_the_same_range():
     with pytest.raises(SlipmodeError, match="visited: must be a part of the same range"):
-        tabulate(BOTH, Tanh(2.0, 0.1), (4.0, 1.5), visited=visited_tiles())
+        tabulate(BOTH, Tanh(2.0, 0.1), (4.0, 1.5), region=visited_tiles())
 
 
 def test_a_file_keeps_the_part(part, tmp_path):
     part.save(tmp_path / "part.rom")
     loaded = Model.load(tmp_path / "part.rom")
     assert loaded.hash == part.hash
-    np.testing.assert_array_equal(loaded.table.visited, part.table.visited)
-    for unfit in (part.table.visited[1:], part.table.visited.astype(float)):
-        replace(part, table=replace(part.table, visited=unfit)).save(tmp_path / "unfit.rom")
+    np.testing.assert_array_equal(loaded.table.region, part.table.region)
+    for unfit in (part.table.region[1:], part.table.region.astype(float)):
+        replace(part, table=replace(part.table, region=unfit)).save(tmp_path / "unfit.rom")
         with pytest.raises(SlipmodeError, match="visited: does not fit"):
             Model.load(tmp_path / "unfit.rom")
 
@@ -171,11 +169,11 @@ def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
     monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path))
     arguments = (BOTH, Tanh(2.0, 0.1), LIMIT, 1e-2)
     small = visited_tiles(PATH[:2])
-    sources = [cached_model(*arguments, visited=v)[1] for v in (None, small, visited_tiles())]
+    sources = [cached_model(*arguments, region=v)[1] for v in (None, small, visited_tiles())]
     assert sources == [False, False, False]
-    model, cached = cached_model(*arguments, visited=small)
+    model, cached = cached_model(*arguments, region=small)
     assert cached
-    assert model.hash == tabulate(*arguments, near=(), visited=small).hash
+    assert model.hash == tabulate(*arguments, combinations=(), region=small).hash
 
 
 # Runs
@@ -206,9 +204,9 @@ def signals(recording):
 
 def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path):
     on_part = runner.run(scene("part"), tmp_path)
-    assert on_part.model.table.visited is not None
+    assert on_part.model.table.region is not None
     on_whole = on_whole_table(tmp_path)
-    assert on_whole.model.table.visited is None
+    assert on_whole.model.table.region is None
     found, expected = signals(on_part), signals(on_whole)
     for topic in ("/modes", "/energy", "/contact/0", "/contact/1"):
         scale = np.abs(expected[topic]).max(axis=0)
@@ -218,8 +216,8 @@ def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path):
 def test_a_run_that_starts_elsewhere_needs_only_what_it_visits(tmp_path):
     moving = SCENE.replace("[run]", "[initial]\nA = [2.0, 1.0]\nB = [0.3, 0.9]\n[run]")
     recording = runner.run(scene("moving", moving), tmp_path)
-    assert recording.model.table.visited is not None
-    with pytest.raises(UnvisitedError):
+    assert recording.model.table.region is not None
+    with pytest.raises(OutsideRegionError):
         recording.model.table((0.6, 1.2))
 
 
@@ -233,7 +231,7 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
 
     monkeypatch.setattr(amplitude_range, "_path", half)
     again = runner.run(scene("again"), tmp_path)
-    assert again.model.table.visited is None
+    assert again.model.table.region is None
     (warning,) = (d for d in again.plan.decisions if d.level == "warning")
     assert warning.subject == "visited part"
     assert "leave the visited part of the friction table at t = " in warning.reason
@@ -257,7 +255,7 @@ def test_the_plan_measures_what_is_saved(tmp_path, capsys):
     )
     plan = runner.make_plan(runner.load_scene(path))
     whole, _ = plan.model()
-    assert whole.quality.solved >= solved + more > 1.3 * solved
+    assert whole.accuracy.solved >= solved + more > 1.3 * solved
     assert 1e-5 * more < seconds < 1e-2 * more  # measured: 0.5 ms each
     assert 0 < error <= 1e-3
 
@@ -275,22 +273,22 @@ def test_the_plan_says_what_is_tabulated(change, choice, reason):
     (decision,) = (d for d in plan.decisions if d.subject == "visited part")
     assert decision.choice == choice
     assert re.search(reason, decision.reason)
-    assert (plan.visited is not None) == (choice == "alone")
+    assert (plan.region is not None) == (choice == "alone")
 
 
 def test_an_fmu_does_the_steps_on_the_whole_table(tmp_path):
     path = export_fmu(scene("part"), tmp_path / "part.fmu")
     through = runner.run(scene("through"), tmp_path, fmu=path)
-    assert through.model.table.visited is None
+    assert through.model.table.region is None
     assert "an FMU has all of it" in [d.reason for d in through.plan.decisions]
     expected = signals(on_whole_table(tmp_path))
     np.testing.assert_array_equal(signals(through)["/modes"], expected["/modes"])
 
 
 def test_where_most_is_visited_all_of_it_is_tabulated(monkeypatch):
-    monkeypatch.setattr("slipmode.runner.plan.plan._MOST_VISITED", 0.1)
+    monkeypatch.setattr("slipmode.runner.plan.plan._LARGEST_REGION", 0.1)
     plan = runner.make_plan(scene("planned"))
-    assert plan.visited is None
+    assert plan.region is None
     (decision,) = (d for d in plan.decisions if d.subject == "visited part")
     assert "would save little" in decision.reason
 

@@ -64,7 +64,7 @@ def mixed_clocks(folder):
     return path, "mixed clocks: /modes has times from 1970, /contact/0 from the run's start"
 
 
-def foreign(folder):
+def external(folder):
     return rewritten(folder / "foreign.mcap", units=False), "no slipmode recording"
 
 
@@ -74,7 +74,7 @@ def foreign(folder):
         *((p, c) for p in (missing, directory, empty, text, magic_cut) for c in COMMANDS),
         *((cut_in_the_header, c) for c in COMMANDS if c != "info"),
         *((p, c) for p in (wrong_schema, wrong_layout, mixed_clocks) for c in OF_SAMPLES),
-        (foreign, "export"),
+        (external, "export"),
     ],
 )
 def test_refused_in_one_line(tmp_path, capsys, monkeypatch, prepare, command):

@@ -14,7 +14,7 @@ from rrd import RERUN, verified
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.recording.external.recording import as_curves, is_foreign, read_foreign
+from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
 from slipmode.runner.recording.selection import Selection
 
 COUNT = 50
@@ -87,8 +87,8 @@ def written(path, begin=0, publish=0, compression=CompressionType.ZSTD, chunked=
 
 def test_numbers_of_json_and_protobuf_are_found(tmp_path):
     path = written(tmp_path / "plant.mcap")
-    assert is_foreign(path)
-    data = read_foreign(path)
+    assert is_external(path)
+    data = read_external(path)
     number = np.arange(COUNT)
     arm, robot = data.channels["/contact/0"], data.channels["/plant robot"]
     assert arm.channel.names == ("angle", "pose.x", "pose.on", "gains[0]", "gains[1]", "late")
@@ -109,9 +109,9 @@ def test_numbers_of_json_and_protobuf_are_found(tmp_path):
 @pytest.mark.parametrize("compression", list(CompressionType))
 @pytest.mark.parametrize("chunked", [True, False])
 def test_however_the_file_is_packed(tmp_path, compression, chunked):
-    plain = read_foreign(written(tmp_path / "plain.mcap"))
+    plain = read_external(written(tmp_path / "plain.mcap"))
     path = written(tmp_path / "packed.mcap", compression=compression, chunked=chunked)
-    packed = read_foreign(path)
+    packed = read_external(path)
     assert packed.damage == ""
     for topic, signals in plain.channels.items():
         np.testing.assert_array_equal(packed.channels[topic].time, signals.time)
@@ -119,7 +119,7 @@ def test_however_the_file_is_packed(tmp_path, compression, chunked):
 
 
 def test_wall_time_counts_from_the_first_message(tmp_path):
-    data = read_foreign(written(tmp_path / "wall.mcap", WALL))
+    data = read_external(written(tmp_path / "wall.mcap", WALL))
     assert data.channels["/plant robot"].time[[0, -1]].tolist() == [0.0, 0.1 * (COUNT - 1)]
     begin = datetime.fromtimestamp(WALL / 1e9, UTC).isoformat()
     assert data.events[0].message.endswith(f"t = 0 is {begin}")
@@ -142,7 +142,7 @@ def test_replay_shows_the_numbers_and_says_what_it_does_not(tmp_path, capsys):
 
 
 def test_a_part_of_a_foreign_recording(tmp_path):
-    data = read_foreign(written(tmp_path / "plant.mcap"))
+    data = read_external(written(tmp_path / "plant.mcap"))
     part = Selection(["/plant robot"], start=1.0, end=2.0).of(data)
     assert part.channels["/plant robot"].column("speed").tolist() == list(range(10, 21))
     assert list(as_curves(part.channels)) == [
@@ -232,6 +232,6 @@ def test_bits_turned_over_never_end_in_a_traceback(tmp_path):
     positions = np.random.default_rng(8).integers(8, whole.stat().st_size, 150)
     for position in positions:
         try:
-            read_foreign(damaged(whole, tmp_path, flip(position)))
+            read_external(damaged(whole, tmp_path, flip(position)))
         except SlipmodeError as error:
             assert "\n" not in str(error)

@@ -21,7 +21,7 @@ from slipmode.runner.recording.load import read
 from slipmode.runner.recording.mcapfile import writer
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
-from slipmode.runner.view import phase_portraits as planes
+from slipmode.runner.view import phase_portraits as portraits
 from slipmode.runner.view.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e", "started": "now"}, "two")
@@ -303,21 +303,24 @@ def test_rerun_file_holds_legends_with_units_and_scales(tmp_path):
 
 def test_views_exist_only_for_what_is_recorded():
     one = [channels.modes(("A",)), channels.contact(0)]
-    assert [plane.entity for plane in planes.planes(one)] == ["/phase_plane/A", "/loop/contact/0"]
+    assert [portrait.entity for portrait in portraits.portraits(one)] == [
+        "/phase_plane/A",
+        "/loop/contact/0",
+    ]
     many = [channels.contact(number) for number in range(6)]
-    drawn = [plane.entity for plane in planes.planes(many)]
+    drawn = [portrait.entity for portrait in portraits.portraits(many)]
     assert drawn == ["/trajectory", *(f"/loop/contact/{number}" for number in range(3))]
 
 
 def test_of_long_motion_the_latest_is_drawn():
-    samples = planes._Latest()
+    samples = portraits._Latest()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     np.testing.assert_array_equal(samples.rows()[:, 0], np.arange(200_000)[-8192:])
 
 
 def test_long_paths_are_thinned_evenly():
-    samples = planes._Thinned()
+    samples = portraits._Thinned()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     (kept,) = samples.rows().T

@@ -51,7 +51,7 @@ def within_a_factor_of_two(found, measured):
 def test_harmonic_balance_comes_to_the_full_order(number, order, measured):
     case = steady_cases()[number]
     exact = full.steady_amplitude(
-        case.structure, case.law, case.drive, outputs=(0, 1), tolerance=1e-5
+        case.structure, case.law, case.excitation, outputs=(0, 1), tolerance=1e-5
     )
     balance = HarmonicBalance(case, order)
     found = balance.solve().displacement
@@ -169,8 +169,8 @@ def test_general_purpose_integrators_agree(name):
 def test_craig_bampton_with_all_modes_is_the_full_order():
     case = replace(two_mode(), duration=20.0)
     reduced, basis = craig_bampton(case, 2)
-    exact = full.integrate(case.structure, case.law, case.drive, case.times, step=0.05)
-    found = full.integrate(reduced.structure, case.law, reduced.drive, case.times, step=0.05)
+    exact = full.integrate(case.structure, case.law, case.excitation, case.times, step=0.05)
+    found = full.integrate(reduced.structure, case.law, reduced.excitation, case.times, step=0.05)
     np.testing.assert_allclose(found.displacement @ basis.T, exact.displacement, atol=1e-9)
 
 

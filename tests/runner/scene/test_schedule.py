@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipmode.rom.reduction.combination import near_resonances
+from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.scene.schedule import make_schedule
 
@@ -34,4 +34,4 @@ def test_largest_force_is_that_of_all_ends_of_steps(schedule):
 
 def test_near_resonances_do_not_depend_on_how_long_a_frequency_is_held():
     path = np.array([[0.98, 1.65], [1.0, 1.66], [1.0, 2.98], [0.98, 1.65]])
-    assert near_resonances(np.repeat(path, 3, axis=0)) == near_resonances(path) != ()
+    assert combination_resonances(np.repeat(path, 3, axis=0)) == combination_resonances(path) != ()

@@ -135,10 +135,10 @@ def test_damage_within_a_chunk_is_noticed(long_recording, tmp_path):
 
 
 def test_files_that_are_no_recordings(tmp_path):
-    empty, text, foreign = (tmp_path / name for name in ("empty.mcap", "text.mcap", "other.mcap"))
+    empty, text, external = (tmp_path / name for name in ("empty.mcap", "text.mcap", "other.mcap"))
     empty.touch()
     text.write_text("not a recording at all")
-    with foreign.open("wb") as file:
+    with external.open("wb") as file:
         writer = Writer(file)
         writer.start()
         writer.finish()
@@ -147,7 +147,7 @@ def test_files_that_are_no_recordings(tmp_path):
         tmp_path / "missing.mcap": "No such file",
         empty: "an empty file",
         text: "not an MCAP file",
-        foreign: ": no slipmode recording",
+        external: ": no slipmode recording",
     }
     for path, complaint in complaints.items():
         with pytest.raises(SlipmodeError, match=complaint) as refusal:

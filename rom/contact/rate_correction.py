@@ -1,0 +1,74 @@
+"""How far friction lags behind that of steady motion while amplitudes grow.
+
+A contact that sticks holds what the last reversal left, and that was as large as the amplitude
+was then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where
+contacts slip all the time nothing lags. It is a hundredth of S_j in a fast transient.
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+
+from slipmode.rom import _kernel
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.laws import Friction
+from slipmode.rom.contact.torus import Discretisation, contact_problem
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.reduced import Reduced
+
+_GROWTH = 0.02  # of an amplitude in a period of mode A: small against it, large against rounding
+_LEAST_GROWTH = 0.002  # of the largest amplitude
+
+
+def friction_rate_correction(
+    reduced: Reduced,
+    law: Friction,
+    amplitudes: Floats,
+    amplitude_range: Floats,
+    grid: Discretisation,
+) -> Complexes:
+    """dS_j / d(d|a_k|/dt) [N kg^-1 s/m], (points, modes, modes) by j and k.
+
+    Parameters
+    ----------
+    amplitudes : (points, modes) ndarray
+        Modal amplitudes |a_j| [kg^1/2 m], >= 0.
+    limit : (modes,) ndarray
+        Of the table: the scale of the growth where an amplitude is small.
+    grid : Discretisation
+    """
+    modes = amplitude_range.size
+    growth = np.maximum(_GROWTH * amplitudes, _LEAST_GROWTH * amplitude_range)
+    rate_correction = np.empty((len(amplitudes), modes, modes), dtype=complex)
+    for k in range(modes):
+        along = np.where(np.arange(modes) == k, growth, 0.0)
+        S_up, S_down = (
+            _growing(reduced, law, amplitudes, sign * along, grid) for sign in (1.0, -1.0)
+        )
+        rate_correction[:, :, k] = (S_up - S_down) / (2.0 * growth[:, k : k + 1])
+    rate_correction *= 2.0 * np.pi / reduced.carrier[0]
+    # of one mode by the growth of the other: odd in both amplitudes
+    of_other = ~np.eye(modes, dtype=bool)
+    rate_correction[(amplitudes == 0.0).any(axis=1)[:, np.newaxis, np.newaxis] & of_other] = 0.0
+    return rate_correction
+
+
+def _growing(
+    reduced: Reduced, law: Friction, amplitudes: Floats, growth: Floats, grid: Discretisation
+) -> Complexes:
+    """S_j (points, modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
+    problem = contact_problem(reduced, law)
+    problem.response = None
+    rates = _kernel.contiguous(reduced.carrier)
+    orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
+    points, growth = _kernel.contiguous(amplitudes), _kernel.contiguous(growth)
+    P = np.empty((len(points), rates.size, reduced.n_contacts), dtype=complex)
+    status = _kernel.lib.sm_torus_growing(
+        *(ctypes.byref(problem), rates.ctypes.data, grid.steps, grid.lines),
+        *(len(points), points.ctypes.data, growth.ctypes.data),
+        *(len(orders), orders.ctypes.data, P.ctypes.data),
+    )
+    _kernel.check(status, "contact problem of growing amplitudes")
+    return np.asarray(-np.einsum("jc,pjc->pj", reduced.coupling, P))
