@@ -125,7 +125,7 @@ class Component:
                 raise OutsideRegionError
             raise SlipmodeError(
                 f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
-                f"whose limit is {limit}"
+                f"whose range is {limit}"
             )
         _kernel.check(status, "reset")
 
@@ -269,14 +269,14 @@ class Component:
         self.set_state(state)
         if self.model.table.region is not None:
             when = f"at t = {last['time']:g} s"
-            return f"the amplitudes leave the visited part of the friction table {when}"
+            return f"the amplitudes leave the tabulated region of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
         limit = scale * self.model.table.amplitude_range
         mode = int(np.argmax(reached[: self.model.modes] / limit))
         name = self._named.mode_names[mode]
         return (
-            f"amplitude |{name}| leaves the friction table, whose limit is "
+            f"amplitude |{name}| leaves the friction table, whose range is "
             f"{limit[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
             "tabulate a larger range or lower the force"
         )

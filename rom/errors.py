@@ -14,6 +14,6 @@ class OutsideRegionError(SlipmodeError):
 
     def __init__(self) -> None:
         super().__init__(
-            "amplitude: outside the visited part of the friction table, the only one that holds; "
-            "tabulate all of it"
+            "amplitude: outside the tabulated region of the friction table, the only part that "
+            "holds; tabulate all of it"
         )

@@ -34,7 +34,7 @@ class Recording:
     ----------
     plan : Plan
     model : Model
-        Where `plan.visited` is set, its table holds in that part only.
+        Where `plan.region` is set, its table holds in that part only.
     mcap, rrd : Path or None
         The files, where the scene's [log] asks for them.
     steps : int

@@ -103,7 +103,7 @@ def _other_array(array, random):
 
 def _other_header(header, random):
     header = json.loads(json.dumps(header))
-    accuracy = header.get("quality")
+    accuracy = header.get("accuracy")
     owner = accuracy if isinstance(accuracy, dict) and random.random() < 0.2 else header
     key = str(random.choice(list(owner) or ["none"]))
     values = (None, -1, 0, 3, 10**30, 1e-300, "x", [], [0, 1], [[0, 1]], [[0, 5, 10**6]], {}, True)

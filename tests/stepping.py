@@ -25,7 +25,7 @@ def model(modes=(0, 1), formulation="consistent", combinations=None):
 
 
 def model_with_steady_states(modes=(0, 1), formulation="consistent"):
-    """Without near resonances, which beat for ever."""
+    """Without combination resonances, which beat for ever."""
     return model(modes, formulation, combinations=())
 
 

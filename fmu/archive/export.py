@@ -90,7 +90,7 @@ def export(
     if fmi not in (2, 3):
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
     if model.table.region is not None:
-        raise SlipmodeError("model: its table holds in its visited part only; tabulate all")
+        raise SlipmodeError("model: its table holds in its tabulated region only; tabulate all")
     for key, value in (("stop_time", stop_time), ("step_size", step_size)):
         if not (isfinite(value) and value > 0):
             raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")

@@ -27,7 +27,7 @@ _VALIDITY = (
     "Contact motion is small against the modal motion; the contacts do not separate.",
     "Amplitudes change little within a cycle. Errors of a transient are of the order of the "
     "relative change of amplitude per cycle; a steady state does not have them.",
-    "Contact outputs leave out the modes' answer to the higher harmonics of the contacts, about "
+    "Contact outputs leave out the modal response to the higher harmonics of the contacts, about "
     "1 % of the motion.",
     "Outside the friction table a step is discarded with a logged reason, and the instance is as "
     "before it; nothing is extrapolated.",
@@ -104,7 +104,7 @@ def _facts(model: Model) -> list[tuple[str, ...]]:
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
         ("Contacts", str(reduced.n_contacts)),
         ("Friction", f"{tanh}; limit {mu_n} N"),
-        ("Near resonances", combinations),
+        ("Combination resonances", combinations),
         (
             "Friction table",
             f"{model.table.node_a.size} x {model.table.node_b.size} amplitudes up to "

@@ -96,7 +96,7 @@ class _Needs:
         self.inputs = tuple(v.name for v in inputs)
         self.amplitudes = tuple(f"{name}_{part}" for name in names for part in ("re", "im"))
         self.angles = tuple(f"theta_{name}" for name in names)
-        # near resonances follow the carrier angles
+        # combination resonances follow the carrier angles
         followed = (*self.amplitudes, *(self.angles if model.combinations else ()))
         # of the amplitudes; and the friction power, which lags as they grow
         self.rate = (*self.inputs, *followed)

@@ -25,7 +25,7 @@ class Harmonics:
         [m]
     left_out : (n_a, [n_b,] N_c) ndarray
         RMS of the contact displacement beyond these harmonics [m]: their truncation error.
-    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+    region : (n_a - 1, n_b - 1) ndarray of bool, optional
         Cells where they hold, and are looked up. Default: all.
     """
 

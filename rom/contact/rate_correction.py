@@ -35,7 +35,7 @@ def friction_rate_correction(
     ----------
     amplitudes : (points, modes) ndarray
         Modal amplitudes |a_j| [kg^1/2 m], >= 0.
-    limit : (modes,) ndarray
+    amplitude_range : (modes,) ndarray
         Of the table: the scale of the growth where an amplitude is small.
     grid : Discretisation
     """

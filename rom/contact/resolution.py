@@ -98,7 +98,7 @@ def choose_resolution(
 
     lines = 1
     if modes == 2:
-        # fewer lines would take one harmonic m for another, and the modes answer to both
+        # fewer lines would take one harmonic m for another, and the modes respond to both
         highest = max(abs(m) for _, m in contact_orders(reduced, combinations))
         enough = [count for count in _LINES if count > 2 * highest]
         lines = _settled(

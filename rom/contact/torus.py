@@ -74,7 +74,7 @@ def contact_problem(
 ) -> _kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
-    The modes answer to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
+    The modes respond to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
     the contacts, or with what comes along with the slow trajectory.
     """
     responded = np.ascontiguousarray(orders, dtype=np.int32)
@@ -141,7 +141,7 @@ def contact_harmonics(
         displacement at the point's amplitudes.
     smallest_scale : (modes,) array_like
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
-    near : sequence of CombinationResonance
+    combinations : sequence of CombinationResonance
         Harmonics that a mode does not answer to here, because its slow flow does.
 
     Notes
@@ -188,7 +188,7 @@ class ContactTerms:
         Q_j |a_j| of Eq. (20), and what comes back through dampers to other modes [N kg^-1/2];
         exactly 0 where |a_j| = 0.
     T : (points, near) complex ndarray
-        -L_j^T P_nm of the near resonances.
+        -L_j^T P_nm of the combination resonances.
     orders : list of (n, m)
         Harmonics in P.
     P : (points, orders, N_c) complex ndarray
@@ -219,7 +219,7 @@ class ContactTerms:
 def contact_orders(
     reduced: Reduced, combinations: Sequence[CombinationResonance] = (), highest: int = 1
 ) -> list[Order]:
-    """Harmonics up to an order, and those that the modes' answer and the near resonances need."""
+    """Harmonics up to an order, and those that modes and combination resonances need."""
     if reduced.formulation == "consistent":
         highest = max(highest, RESPONSE_ORDER)
     orders = harmonic_orders(highest, len(reduced.modes))

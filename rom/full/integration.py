@@ -36,7 +36,7 @@ def integrate(
     ----------
     structure : Structure
     law : Tanh or Coulomb
-    drive : Excitation
+    excitation : Excitation
     times : (samples,) array_like or float
         Increasing times of the samples, from the start on [s]; or the end, for a sample at every
         step. Evenly spaced times are the fastest.

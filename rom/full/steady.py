@@ -60,7 +60,7 @@ def steady_amplitude(
 
     Parameters
     ----------
-    drive : Excitation
+    excitation : Excitation
         Constant.
     outputs : sequence of int, or (outputs, n) array_like, optional
         DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.

@@ -1,3 +1,3 @@
 """From matrices to modes and a contact problem: the reference modes, residual flexibility,
-the modes that answer off resonance, and what the forces do past their own mode.
+the modes that respond off resonance, and what the forces do past their own mode.
 """

@@ -1,7 +1,7 @@
-"""Near resonances: harmonics of the contact motion that drive a mode close to its carrier.
+"""Combination resonances: harmonics of the contact motion that drive a mode close to its carrier.
 
-Where n Omega_A + m Omega_B comes near Omega_j the non-resonant answer of mode j would have a small
-denominator. Such a harmonic is left out of that answer and drives the slow flow of mode j instead,
+Where n Omega_A + m Omega_B comes near Omega_j the nonresonant response of mode j would have a
+small denominator. Such a harmonic is left out of it and drives the slow flow of mode j instead,
 by T exp(i (n t_A + m t_B - theta_j)) with T = -L_j^T P_nm.
 """
 

@@ -28,7 +28,7 @@ class ForceResponse:
 
     Attributes
     ----------
-    modal : (modes, modes + passive) ndarray
+    modal : (modes, modes + nonresonant) ndarray
         Force phi_k^T f_j on every mode [-].
     contact : (modes, N_c) ndarray
         Force X^T f_j on the contacts [kg^1/2].
@@ -91,7 +91,7 @@ class ForceResponse:
 
         Parameters
         ----------
-        jump : (..., modes) complex ndarray
+        discontinuity : (..., modes) complex ndarray
             Of F_j exp(i phase_j), modal [N kg^-1/2].
         frequency, angle : (..., modes) ndarray
             Of the carriers at the jump [rad/s], [rad].

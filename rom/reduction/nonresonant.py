@@ -18,7 +18,7 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
 
-RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes answer to
+RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
 _FAR = 2.0  # times the highest harmonic: above, every mode follows statically
 _DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them
 _SMALLEST = 1e-3  # force that counts, relative to that of the contact stiffness
@@ -32,7 +32,7 @@ def nonresonant_modes(
     contact_shapes: Floats,
     stiffness: Floats,
 ) -> tuple[Floats, Floats]:
-    """Frequencies (passive,) and shapes (n, passive) of the modes that do not follow statically.
+    """Frequencies (nonresonant,) and shapes (n, nonresonant): modes that do not follow statically.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def nonresonant_modes(
 
 
 def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
-    """The arrays of passive modes where there are none."""
+    """The arrays of nonresonant modes where there are none."""
     return {
         "carried_mass": np.zeros((n_contacts, n_contacts)),
         "nonresonant_frequency": np.zeros(0),
@@ -71,7 +71,7 @@ def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, 
 def responding(
     omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
 ) -> Flags:
-    """Which modes answer to some harmonic with a force that counts, (modes,).
+    """Which modes respond to some harmonic with a force that counts, (modes,).
 
     Parameters
     ----------

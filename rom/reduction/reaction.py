@@ -14,7 +14,7 @@ from slipmode.rom.reduction.reduced import Reduced
 def reaction_stiffness(
     reduced: Reduced, order: Order, combinations: Sequence[CombinationResonance] = ()
 ) -> Complexes:
-    """H_nm (N_c, N_c): what the modes answer, as a force on the contacts, to x_c exp(i nu t).
+    """H_nm (N_c, N_c): what the modes respond, as a force on the contacts, to x_c exp(i nu t).
 
     nu = n Omega_A + m Omega_B; a mode in resonance with the harmonic has its slow flow instead.
     Nothing in the paper's formulation.

@@ -1,4 +1,4 @@
-"""The reduced matrices: modes that have a slow flow, modes that only answer, and the contacts."""
+"""The reduced matrices: modes that have a slow flow, modes that only respond, and the contacts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Reduced:
     x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c.,
     and mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
     with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and what the modes
-    answer to each harmonic of x_c. Passive modes do nothing else: no force is near their
+    answer to each harmonic of x_c. Nonresonant modes do nothing else: no force is near their
     resonance. All other modes follow the contacts statically, their inertia being carried_mass.
 
     Attributes
@@ -52,17 +52,17 @@ class Reduced:
         its largest amplitudes. By reciprocity it weighs what a force on each contact does to the
         mode.
     carried_mass : (N_c, N_c) ndarray
-        Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes answer
+        Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes respond
         to: beyond, where those masses stay behind, it would ring against the stiffness.
     spring, damper : (modes, N_c) ndarray
         Coupling of the modes to the contacts. The paper has springs alone.
-    nonresonant_frequency, nonresonant_damping : (passive,) ndarray
-        Natural frequencies [rad/s] and modal damping [1/s] of the passive modes.
-    nonresonant_shapes : (n, passive) ndarray
+    nonresonant_frequency, nonresonant_damping : (nonresonant,) ndarray
+        Natural frequencies [rad/s] and modal damping [1/s] of the nonresonant modes.
+    nonresonant_shapes : (n, nonresonant) ndarray
         Like mode_shapes.
-    nonresonant_inertia, nonresonant_damper : (passive, N_c) ndarray
+    nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
         Their coupling to the contacts, by phi^T M X and phi^T C X.
-    damping_coupling : (modes + passive, modes + passive) ndarray
+    damping_coupling : (modes + nonresonant, modes + nonresonant) ndarray
         phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
     """
 
@@ -106,16 +106,16 @@ class Reduced:
         )
 
     def driven(self, frequency: Floats) -> Complexes:
-        """What other modes do per a_j at nu_j (modes,), by dampers; (modes, modes + passive)."""
+        """What all modes do per a_j at nu_j (modes,), by dampers; (modes, modes + nonresonant)."""
         ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
         for j, nu in enumerate(np.asarray(frequency, dtype=float)):
             ratio[j] = self.others_response(j, nu, -self.modal_stiffness(nu)[:, j])
         return ratio
 
     def others_response(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
-        """Displacement of all modes but one, for which it is 0, (modes + passive,).
+        """Displacement of all modes but one, for which it is 0, (modes + nonresonant,).
 
-        By modal forces (modes + passive,) at a frequency [rad/s], with the dampers between them.
+        By modal forces (modes + nonresonant,) at a frequency [rad/s], with dampers between them.
         """
         other = np.arange(len(force)) != mode
         stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
@@ -142,11 +142,11 @@ class Reduced:
 
     @cached_property
     def all_shapes(self) -> Floats:
-        """Shapes of the retained and of the passive modes, (n, modes + passive)."""
+        """Shapes of the retained and of the nonresonant modes, (n, modes + nonresonant)."""
         return np.hstack((self.mode_shapes, self.nonresonant_shapes))
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
-        """D(nu), (..., modes + passive, modes + passive), at frequencies nu (...) [rad/s].
+        """D(nu), (..., modes + nonresonant, modes + nonresonant), at frequencies nu (...) [rad/s].
 
         omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it.
         """
@@ -162,8 +162,8 @@ class Reduced:
 
         Returns
         -------
-        (..., modes + passive, N_c) complex ndarray
-            The mode answers to x_c exp(i nu t) by q = -D^-1 B x_c, and pulls by -B^T q.
+        (..., modes + nonresonant, N_c) complex ndarray
+            The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and pulls by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         at_rest = np.vstack((self.spring, np.zeros_like(self.nonresonant_damper)))

@@ -37,7 +37,7 @@ def reduce(
     formulation : {"consistent", "paper"}
         "paper": constraint modes alone, damping and inertia of the contacts neglected,
         Eqs. (13), (20). "consistent": residual flexibility of the modes that are not retained,
-        inertia and damping of the contacts, the non-resonant answer to them of these modes and
+        inertia and damping of the contacts, the nonresonant response to them of these modes and
         of all others that move differently from what they would statically.
     carrier : sequence of float, optional
         Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to

@@ -1,6 +1,6 @@
-"""Whether the contacts are stiff enough against the modes that answer to them.
+"""Whether the contacts are stiff enough against the modes that respond to them.
 
-Modes that answer to a harmonic of the contact motion with H make a contact softer than its
+Modes that respond to a harmonic of the contact motion with H make a contact softer than its
 stiffness K where H pulls along with it. At H = K the structure, the resonant modes held, would
 resonate with free contacts at that harmonic: nothing but friction holds them.
 """
@@ -30,7 +30,7 @@ _COARSE = 0.01  # tolerance of the table from which the latter holds
 def stiffness_loss(
     reduced: Reduced, combinations: Sequence[CombinationResonance] = ()
 ) -> tuple[float, Order]:
-    """Largest share of a contact's stiffness that answering modes take away, and the harmonic."""
+    """Largest share of a contact's stiffness that responding modes take away, and the harmonic."""
     shares = []
     for order in harmonic_orders(RESPONSE_ORDER, len(reduced.modes)):
         reaction = reaction_stiffness(reduced, order, combinations).real

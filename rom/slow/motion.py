@@ -1,6 +1,6 @@
 """Contact and elastic motion from the slow amplitudes, in two ways.
 
-Marched: the contact problem (12) along the slow trajectory, pulled also by the modes' answer to
+Marched: the contact problem (12) along the slow trajectory, pulled also by the modal response to
 its harmonics. Right at every corner of the motion; the cost is that of the time marched.
 
 Summed: the tabulated harmonics (14), each with its answer of the modes. Any instant by itself, at
@@ -40,8 +40,8 @@ class Motion:
         [s]
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
-    modal : (n, modes + passive) ndarray
-        Modal displacements q_j [kg^1/2 m], those of passive modes last.
+    modal : (n, modes + nonresonant) ndarray
+        Modal displacements q_j [kg^1/2 m], those of nonresonant modes last.
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray

@@ -1,4 +1,4 @@
-"""The non-resonant answer of the modes to harmonics of the contact motion, and to the forces.
+"""The nonresonant response of the modes to harmonics of the contact motion, and to the forces.
 
 q_nm = D(nu)^-1 (f_nm - B(nu) P_nm),  nu = n Omega_A + m Omega_B
 """
@@ -38,7 +38,7 @@ class ModalResponse:
         Contact displacement [m].
     modal : (points, orders, modes) complex ndarray
         Modal displacement besides the carriers [kg^1/2 m].
-    pull : (points, orders, N_c) complex ndarray
+    reaction : (points, orders, N_c) complex ndarray
         Force on the contacts that comes with it [N].
     """
 
@@ -89,7 +89,7 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
 
 @dataclass(frozen=True, eq=False)
 class _Others:
-    """The modes that answer to a harmonic: all but those whose slow flow has it.
+    """The modes that respond to a harmonic: all but those whose slow flow has it.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class _Others:
         nu [rad/s]
     coupling : (points, others, N_c) complex ndarray
         B
-    all_rows : (points, others, modes + passive) complex ndarray
+    all_rows : (points, others, modes + nonresonant) complex ndarray
         Their rows of D.
     """
 

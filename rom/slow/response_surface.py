@@ -1,4 +1,4 @@
-"""What the modes answer to the harmonics of the contacts, at the nodes of a friction table."""
+"""What the modes respond to the harmonics of the contacts, at the nodes of a friction table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NEGLIGIBLE = 1e-4  # relative to the largest force of the modes on the contacts,
 
 @dataclass(frozen=True, eq=False)
 class ResponseSurface:
-    """Harmonics (n, m) of the modes' answer over the amplitude plane, in a steady motion.
+    """Harmonics (n, m) of the modal response over the amplitude plane, in a steady motion.
 
     A coefficient c_nm stands for Re(c_nm exp(i (n theta_A + m theta_B))).
 
@@ -28,7 +28,7 @@ class ResponseSurface:
     ----------
     orders : (orders, 2) ndarray of int32
         Without those that are negligible at every node.
-    pull : (n_a, n_b, orders, N_c) complex ndarray
+    reaction : (n_a, n_b, orders, N_c) complex ndarray
         Force on the contacts [N].
     elastic : (n_a, n_b, orders, DOFs) complex ndarray
         Displacement of DOFs of the structure [m], besides the carriers and the contacts' part.
@@ -53,7 +53,7 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     Raises
     ------
     SlipmodeError
-        If the modes answer, but the model keeps no harmonics.
+        If the modes respond, but the model keeps no harmonics.
     """
     reduced, rows = model.reduced, list(dofs)
     nodes = model.table.node_a.size, model.table.node_b.size
@@ -93,7 +93,7 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
 
 
 def _responding(model: Model, order: Order) -> tuple[NDArray[np.intp], Complexes, float]:
-    """Modes that answer to a harmonic, their D(nu), and nu."""
+    """Modes that respond to a harmonic, their D(nu), and nu."""
     reduced = model.reduced
     nu = float(np.dot(order[: model.modes], reduced.carrier))
     excluded = resonant_modes(model.modes, order, model.combinations)

@@ -81,7 +81,7 @@ def amplitude_rate(
     shift: Complexes | float = 0.0,
     force_rate: Complexes | float = 0.0,
 ) -> Complexes:
-    """da/dt (..., modes) at amplitudes (..., modes), without near resonances.
+    """da/dt (..., modes) at amplitudes (..., modes), without combination resonances.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def friction_force(
 ) -> Complexes:
     """Q_j a_j (..., modes) at forcing frequencies (..., modes), tending to 0 with a_j.
 
-    Without the near resonances, whose mean over time is zero. `shift` is what the contacts feel
-    on top of the amplitude: off_resonance_shift times the modal force.
+    Without the combination resonances, whose mean over time is zero. `shift` is what the contacts
+    feel on top of the amplitude: off_resonance_shift times the modal force.
     """
     factor = coupling_factor(model.reduced, np.asarray(frequency))
     effective = factor * (amplitude + shift)

@@ -29,9 +29,9 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    direct : ForceResponse, optional
+    force_response : ForceResponse, optional
         What the forces do past their own mode. Default: nothing.
-    jump : (steps, modes) complex ndarray, optional
+    discontinuity : (steps, modes) complex ndarray, optional
         What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
     """
 

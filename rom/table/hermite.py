@@ -32,14 +32,14 @@ class Table:
         Amplitudes |a_B|; the single entry 0 in a one-mode table.
     values : (n_a, n_b, 4, 2 k) ndarray
         Value, d/da, d/db, d2/dadb at the nodes; real and imaginary part of S_j of every mode,
-        of the terms T of the near resonances, and of the friction power less what
+        of the terms T of the combination resonances, and of the friction power less what
         leaves the modes (its imaginary part 0).
     modes : int
         Number of modes.
-    lag : (n_a, n_b, 4, 2 modes^2) ndarray, optional
+    rate_correction : (n_a, n_b, 4, 2 modes^2) ndarray, optional
         Likewise dS_j / d(d|a_k|/dt) [N kg^-1 s/m], by j and k: see `rate_correction`.
         Default: friction is at any time what it is in steady motion.
-    visited : (n_a - 1, n_b - 1) ndarray of bool, optional
+    region : (n_a - 1, n_b - 1) ndarray of bool, optional
         Cells where the surface holds, and is looked up. Default: all.
     """
 

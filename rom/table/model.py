@@ -20,7 +20,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_header
 
-FORMAT = 12  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 13  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -47,8 +47,8 @@ class Model:
     table : Table
     harmonics : Harmonics or None
         Of the contact displacement, where they were asked for.
-    near : tuple of CombinationResonance
-    quality : Accuracy
+    combinations : tuple of CombinationResonance
+    accuracy : Accuracy
     """
 
     reduced: Reduced
@@ -121,11 +121,11 @@ class Model:
             modes=tuple(header["modes"]),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        rate_correction, region = content.get("lag"), content.get("visited")
+        rate_correction, region = content.get("rate_correction"), content.get("region")
         surface = (content["node_a"], content["node_b"], content["values"])
         table = Table(*surface, len(reduced.modes), rate_correction, region)
-        combinations = tuple(CombinationResonance(*term) for term in header["near"])
-        accuracy = Accuracy(**header["quality"])
+        combinations = tuple(CombinationResonance(*term) for term in header["combinations"])
+        accuracy = Accuracy(**header["accuracy"])
         harmonics = None
         if header["orders"]:
             orders = tuple((n, m) for n, m in header["orders"])
@@ -140,9 +140,9 @@ class Model:
             "modes": list(self.reduced.modes),
             "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
             "alpha": self.law.alpha,
-            "near": [list(astuple(term)) for term in self.combinations],
+            "combinations": [list(astuple(term)) for term in self.combinations],
             "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],
-            "quality": asdict(self.accuracy),
+            "accuracy": asdict(self.accuracy),
         }
 
     def _content(self) -> dict[str, np.ndarray]:
@@ -150,9 +150,9 @@ class Model:
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
         if self.table.rate_correction is not None:
-            arrays |= {"lag": self.table.rate_correction}
+            arrays |= {"rate_correction": self.table.rate_correction}
         if self.table.region is not None:
-            arrays |= {"visited": self.table.region}
+            arrays |= {"region": self.table.region}
         return arrays | {
             "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,

@@ -31,15 +31,16 @@ def check_header(header: Mapping[str, Any]) -> None:
         "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
         "law": header.get("law") in ("tanh", "coulomb"),
         "alpha": isinstance(header.get("alpha"), float),
-        "near": _are_rows(header.get("near"), 3) and len(header["near"]) <= MOST,
+        "combinations": _are_rows(header.get("combinations"), 3)
+        and len(header["combinations"]) <= MOST,
         "orders": _are_rows(header.get("orders"), 2),
-        "quality": _is_accuracy(header.get("quality")),
+        "accuracy": _is_accuracy(header.get("accuracy")),
     }
     for name, holds in valid.items():
         if not holds:
             raise SlipmodeError(f"{name}: is no such entry of a model")
-    if not all(term[0] in range(len(modes)) for term in header["near"]):
-        raise SlipmodeError("near: names a mode that is not there")
+    if not all(term[0] in range(len(modes)) for term in header["combinations"]):
+        raise SlipmodeError("combinations: names a mode that is not there")
 
 
 def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -> None:
@@ -50,7 +51,9 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     SlipmodeError
         Naming the array.
     """
-    modes, combinations, orders = (len(header[name]) for name in ("modes", "near", "orders"))
+    modes, combinations, orders = (
+        len(header[name]) for name in ("modes", "combinations", "orders")
+    )
     sizes = {
         axis: len(content[name])
         for axis, name in _MEASURED.items()
@@ -58,7 +61,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
-    corrected = {"lag": "ab4l"} if header["formulation"] == "consistent" else {}
+    corrected = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
     for name, layout in (_ARRAYS | corrected | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
@@ -74,17 +77,17 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
             raise SlipmodeError(f"{name}: must rise from 0")
     if modes == 1 and content["node_b"].tolist() != [0.0]:
         raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
-    if "visited" in content:
-        region = content["visited"]
+    if "region" in content:
+        region = content["region"]
         cells = tuple(content[name].size - 1 for name in ("node_a", "node_b"))
         if modes != 2 or region.dtype != bool or region.shape != cells:
-            raise SlipmodeError("visited: does not fit the cells of a table for two modes")
+            raise SlipmodeError("region: does not fit the cells of a table for two modes")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
 
 
-# The axes of each array: n DOFs, m modes, c contacts, p passive modes, q all modes, a and b nodes,
-# k columns, l of the lag; and the arrays that some are measured by.
+# The axes of each array: n DOFs, m modes, c contacts, p nonresonant modes, q all, a and b nodes,
+# k columns, l of the rate correction; and the arrays that some are measured by.
 _MEASURED = {
     **{"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"},
     **{"a": "node_a", "b": "node_b"},

@@ -33,7 +33,7 @@ def with_rate_correction(
     grid: Discretisation,
     spread: Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]],
 ) -> Table:
-    """The table with its lag.
+    """The table with its rate correction.
 
     Parameters
     ----------

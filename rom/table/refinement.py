@@ -134,7 +134,7 @@ class Axis:
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
-    `visited` is the part of the plane where they are wanted; None: everywhere.
+    `region` is the part of the plane where they are wanted; None: everywhere.
     """
 
     at: Callable[[Floats], Complexes]
@@ -150,7 +150,7 @@ class Sampling:
         return ends, with_neighbours(ends)
 
     def check_points(self, amplitude_range: Floats) -> Floats:
-        """Where the error of a table over [0, limit] is measured, (points, modes)."""
+        """Where the error of a table over [0, amplitude_range] is measured, (points, modes)."""
         if self.region is None:
             return _halton(_CHECK_POINTS, amplitude_range.size) * amplitude_range
         count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.region.share))
@@ -176,12 +176,12 @@ class Sampling:
 def refine(
     sampling: Sampling, amplitude_range: Floats, tolerance: float
 ) -> tuple[Table, Complexes, float]:
-    """Tabulate over [0, limit] to a tolerance relative to the largest |S_j|.
+    """Tabulate over [0, amplitude_range] to a tolerance relative to the largest |S_j|.
 
     Parameters
     ----------
     sampling : Sampling
-    limit : (modes,) ndarray
+    amplitude_range : (modes,) ndarray
     tolerance : float
 
     Returns

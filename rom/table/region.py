@@ -20,12 +20,12 @@ _TILES = 32  # per amplitude
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """Marked tiles of [0, limit_A] x [0, limit_B].
+    """Marked tiles of [0, range_A] x [0, range_B].
 
     Attributes
     ----------
     tiles : (n, n) ndarray of bool
-    limit : (2,) ndarray
+    amplitude_range : (2,) ndarray
         Largest amplitudes of the plane [kg^1/2 m].
     """
 

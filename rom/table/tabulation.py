@@ -63,13 +63,13 @@ def tabulate(
     tolerance : float
         Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
         contact problem, the whole for the interpolation.
-    near : sequence of CombinationResonance, optional
+    combinations : sequence of CombinationResonance, optional
         Combination frequencies that the slow flow is to treat as resonant. Default: those near
         the carriers of `reduced`; none in the paper's formulation.
     harmonics : int
         Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
-        motion; 0: none. A march needs those that the modes answer to, `RESPONSE_ORDER`.
-    visited : Region, optional
+        motion; 0: none. A march needs those that the modes respond to, `RESPONSE_ORDER`.
+    region : Region, optional
         Where the table of two modes has to hold; it is not looked up elsewhere. Default:
         everywhere.
     threads : int, optional
@@ -94,7 +94,7 @@ def tabulate(
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
     if region is not None and not np.array_equal(region.amplitude_range, amplitude_range):
         raise SlipmodeError(
-            f"visited: must be a part of the same range, got {region.amplitude_range}"
+            f"region: must be a part of the same range, got {region.amplitude_range}"
         )
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
     if combinations is None:

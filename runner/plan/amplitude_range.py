@@ -40,7 +40,7 @@ class Excited:
     initial : tuple of complex
         Motion of the modes at t = 0, as amplitudes.
     amplitude : tuple of complex
-        Amplitudes at t = 0: `initial` less what the modes answer to forces that then act.
+        Amplitudes at t = 0: `initial` less what the modes respond to forces that then act.
     """
 
     modes: tuple[Mode, ...]
@@ -80,7 +80,7 @@ class DryRun:
     amplitude : tuple of float
         Range that the friction table needs [kg^1/2 m].
     reason : str
-    visited : Region or None
+    region : Region or None
         The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake

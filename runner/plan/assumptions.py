@@ -82,7 +82,7 @@ def _contact(excited: Excited, seen: DryRun | None) -> list[Decision]:
 
 
 def _stiffness_loss(excited: Excited) -> list[Decision]:
-    """The contacts must be stiff against what the modes answer to their motion."""
+    """The contacts must be stiff against what the modes respond to their motion."""
     reduced = excited.reduced
     share, _ = stiffness_loss(reduced, combination_resonances(reduced.carrier))
     if share <= STRAINED:

@@ -27,7 +27,7 @@ from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
-REGION = "visited part"  # what the plan calls it
+REGION = "tabulated region"  # what the plan calls it
 # Of the table. Shares of 0.08, 0.22, 0.35, 0.49, 0.74 were measured to take 0.37, 0.54, 0.67, 0.65
 # and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
 # other scenes of the same range.
@@ -47,9 +47,9 @@ class Plan:
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m].
-    visited : Region or None
+    region : Region or None
         The part of it that a run needs; None: all of it.
-    near : tuple of CombinationResonance
+    combinations : tuple of CombinationResonance
         Combination frequencies that come near a carrier during the scene.
     elastic_order : int or None
         Order of the harmonics that are summed in elastic windows; None: nothing is summed.
@@ -71,7 +71,7 @@ class Plan:
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
-        `contact` asks for one that has contact motion whatever the scene wants of it, `visited`
+        `contact` asks for one that has contact motion whatever the scene wants of it, `region`
         for one that has to hold no further than the scene is expected to go.
         """
         return cached_model(
@@ -84,7 +84,7 @@ class Plan:
         )
 
     def on_whole_table(self, reason: str, level: Level = "info") -> Plan:
-        """The plan for a run on all of the table, though the scene asks for its visited part."""
+        """The plan for a run on all of the table, though the scene asks for a region."""
         if self.region is None:
             return self
         others = [decision for decision in self.decisions if decision.subject != REGION]
@@ -92,7 +92,7 @@ class Plan:
         return replace(self, region=None, decisions=[*others, decision])
 
     def _harmonics(self, contact: bool) -> int:
-        """Order up to which the model keeps harmonics; a march wants what the modes answer to."""
+        """Order up to which the model keeps harmonics; a march wants what the modes respond to."""
         marched = (
             contact or self.scene.contact or (self.scene.elastic and self.elastic_order is None)
         )
@@ -196,7 +196,7 @@ def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Deci
         return None, []
     share = f"the dry run comes near {seen.region.share:.0%} of it"
     if scene.model.table == "whole":
-        reason = f'{share}: model.table = "visited" would do without the rest'
+        reason = f'{share}: model.table = "region" would do without the rest'
     elif seen.region.share > _LARGEST_REGION:
         reason = f"{share}: to tabulate that alone would save little"
     else:
@@ -262,7 +262,7 @@ def _check_outputs(scene: Scene, reduced: Reduced) -> None:
 
 def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Decision]:
     if not combinations:
-        return [Decision("near resonances", "none", "no combination frequency near a carrier")]
+        return [Decision("combination resonances", "none", "no combination frequency is near")]
     return [
         Decision(
             "near resonance",

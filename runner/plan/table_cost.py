@@ -17,7 +17,7 @@ _REPEATS = 2  # the least counts
 
 
 def region_saving(model: Model) -> Decision:
-    """What a table of a visited part leaves unsolved, and the error it was found to have.
+    """What a table of a tabulated region leaves unsolved, and the error it was found to have.
 
     The number of contact problems is a lower bound; the seconds, of one processor, are those that
     so many would take which are like nodes of the grid that were left out.

@@ -256,14 +256,14 @@ def _run(table: Table) -> Run:
 def _model(table: Table, modes: Modes) -> ModelOptions:
     n_modes = len(modes.numbers)
     formulation = table.choice("formulation", ("consistent", "paper"), default="consistent")
-    extent = table.choice("table", ("whole", "visited"), default="whole")
-    if extent == "visited" and "amplitude" in table:
-        raise table.error("table", '"visited" is where a dry run goes; leave out model.amplitude')
+    extent = table.choice("table", ("whole", "region"), default="whole")
+    if extent == "region" and "amplitude" in table:
+        raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
-        table=cast(Literal["whole", "visited"], extent),
+        table=cast(Literal["whole", "region"], extent),
     )
 
 

@@ -116,7 +116,7 @@ class ModelOptions:
     tolerance: float
     formulation: Literal["consistent", "paper"]
     amplitude: tuple[float, ...] | None
-    table: Literal["whole", "visited"]
+    table: Literal["whole", "region"]
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ class Portrait:
         The two quantities, y upwards.
     one_scale : bool
         Whether both axes share a scale, so that angles are true.
-    trail : int
+    tail : int
         How many samples trail the moving point.
     """
 

@@ -91,7 +91,7 @@ def draw(
     ----------
     index : sequence of TimeColumn
         Times of the samples `shown`.
-    trail : int
+    tail : int
         How many samples trail the moving point.
     """
     vertices, f, triangles = surface(torus)

@@ -391,7 +391,7 @@ def test_a_second_ctrl_c_does_not_wait():
 
 def test_a_run_that_leaves_its_table_is_readable_and_says_so(tmp_path):
     error, data = run_to_failure(changed(SMALL_RANGE), tmp_path, SlipmodeError)
-    assert "amplitude |A| leaves the friction table, whose limit is 2.5" in str(error)
+    assert "amplitude |A| leaves the friction table, whose range is 2.5" in str(error)
     assert data.complete
     assert data.events[-1].message == str(error)
     assert data.events[-1].time == data.channels["/modes"][1][-1] < 700.0

@@ -80,7 +80,7 @@ def table_figures() -> list[Figure]:
 def region_figures() -> list[Figure]:
     """The friction table of the shipped two-mode scene, and what of it the scene visits."""
     scene = load_scene("two-mode")
-    plan = make_plan(replace(scene, model=replace(scene.model, table="visited")))
+    plan = make_plan(replace(scene, model=replace(scene.model, table="region")))
     reduced, law = plan.excited.reduced, plan.excited.law
     build = partial(
         rom.tabulate,
@@ -93,7 +93,7 @@ def region_figures() -> list[Figure]:
     return [
         Figure("table of the two-mode scene: time to build", timed(build, 5)[0], "s"),
         Figure(
-            "table of the two-mode scene, the visited part: time to build",
+            "table of the two-mode scene, the tabulated region: time to build",
             timed(partial(build, region=plan.region), 5)[0],
             "s",
         ),

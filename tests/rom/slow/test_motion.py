@@ -124,7 +124,7 @@ def test_between_communication_points_the_motion_is_that_of_fine_steps(two_mode_
     times = np.linspace(60.0, 100.0, 400)
     expected = reconstruct(two_mode_model, fine, times)
     found = reconstruct(two_mode_model, coarse, times)
-    # cubic interpolation over steps of 4 s, where near resonances make them beat: measured 1.8e-5
+    # cubic interpolation over steps of 4 s, beating by combination resonances: measured 1.8e-5
     assert relative_difference(found.modal, expected.modal) < 4e-5
     # 64 steps per period, taken elsewhere: measured 0.4 %
     assert relative_difference(found.displacement, expected.displacement) < 8e-3
@@ -219,7 +219,7 @@ def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
 
 @pytest.fixture(scope="module")
 def model_with_harmonics():
-    """So that the marched contacts feel the modes' answer, as those of the table do."""
+    """So that the marched contacts feel the modal response, as those of the table do."""
     return tabulate(
         reduce(two_mass()), LAW, amplitude=(4.0, 4.0), combinations=(), harmonics=RESPONSE_ORDER
     )

@@ -79,7 +79,7 @@ def felt_by_contacts(model, a, now):
 
 
 def contact_force(model, a, now):
-    """Q_j a_j and the near resonances, straight from the table."""
+    """Q_j a_j and the combination resonances, straight from the table."""
     factor, effective = (
         coupling_factor(model.reduced, now.frequency),
         felt_by_contacts(model, a, now),
@@ -255,7 +255,7 @@ def test_an_unforced_mode_stays_exactly_at_rest(two_mode_model):
 
 
 def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_model):
-    """The energy of the modes, |v|^2 + omega^2 |a|^2, comes and goes with the near resonances."""
+    """The energy of the modes, |v|^2 + omega^2 |a|^2, comes and goes with combinations."""
     model, Omega = two_mode_model, np.array([0.98, 1.65])
     beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
     component = Component(model, FORCE, tolerance=1e-10)

@@ -101,7 +101,7 @@ def driven_from_rest(model, Omega, time):
 
 @pytest.mark.parametrize("detuning", DETUNINGS)
 def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, detuning):
-    """Without near resonances."""
+    """Without combination resonances."""
     Omega = NATURAL + detuning
     end = driven_from_rest(paper_model, Omega, np.array([0.0, 5000.0]))[-1]
     np.testing.assert_allclose(end, steady(paper_model, Omega, BOTH), rtol=1e-6)

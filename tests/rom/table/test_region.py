@@ -1,4 +1,4 @@
-"""Tables of the visited part of the amplitude plane: as exact there, refused elsewhere."""
+"""Tables of the tabulated region of the amplitude plane: as exact there, refused elsewhere."""
 
 import re
 from dataclasses import replace
@@ -27,7 +27,7 @@ REACH = np.array(LIMIT) / 32
 LAW = Tanh(2.0, 0.02)
 
 
-def visited_tiles(path=PATH, reach=REACH):
+def region_tiles(path=PATH, reach=REACH):
     return Region.along(path, LIMIT, reach)
 
 
@@ -37,7 +37,7 @@ def tabulated(law=LAW, **arguments):
 
 @pytest.fixture(scope="module")
 def part():
-    return tabulated(region=visited_tiles())
+    return tabulated(region=region_tiles())
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def points_inside(region, count):
 
 
 def test_all_that_is_within_reach_of_the_path_is_marked():
-    region = visited_tiles()
+    region = region_tiles()
     share = np.linspace(0, 1, 200)[:, np.newaxis]
     along = np.concatenate([a + share * (b - a) for a, b in pairwise(PATH)])
     for side in ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
@@ -65,7 +65,7 @@ def test_all_that_is_within_reach_of_the_path_is_marked():
 
 
 def test_a_cell_is_visited_where_a_tile_in_it_is():
-    region = visited_tiles()
+    region = region_tiles()
     for halvings in range(3, 7):
         node = np.linspace(0, 1, 2**halvings + 1)
         cells = region.cells(node * LIMIT[0], node * LIMIT[1])
@@ -94,8 +94,8 @@ def test_the_nodes_around_cells():
 
 @pytest.mark.parametrize("law", [Tanh(2.0, 0.1), LAW, Tanh(2.0, 0.005), Coulomb(2.0)], ids=str)
 def test_it_holds_to_the_tolerance_where_it_was_visited(law):
-    part = tabulated(law, region=visited_tiles())
-    points = points_inside(visited_tiles(), 200)
+    part = tabulated(law, region=region_tiles())
+    points = points_inside(region_tiles(), 200)
     grid = Discretisation(part.accuracy.steps, part.accuracy.lines)
     S = contact_terms(BOTH, law, points, grid, 1e-4, np.array(LIMIT) / 10).S
     apart = np.abs(part.table(points) - S) / np.abs(part.table.nodes()[..., :2]).max(axis=(0, 1))
@@ -108,7 +108,7 @@ def test_it_takes_less_than_half_of_the_contact_problems(part, whole):
 
 
 def test_its_harmonics_are_those_of_the_whole(part, whole):
-    points = points_inside(visited_tiles(), 100).astype(complex)
+    points = points_inside(region_tiles(), 100).astype(complex)
     P, expected = part.harmonics.at(points), whole.harmonics.at(points)
     scale = np.abs(expected).max()
     # linear between the nodes: coarser where the grid is
@@ -116,7 +116,7 @@ def test_its_harmonics_are_those_of_the_whole(part, whole):
 
 
 def test_it_does_not_depend_on_the_threads():
-    hashes = {tabulated(Tanh(2.0, 0.1), region=visited_tiles(), threads=n).hash for n in (1, 2, 3)}
+    hashes = {tabulated(Tanh(2.0, 0.1), region=region_tiles(), threads=n).hash for n in (1, 2, 3)}
     assert len(hashes) == 1
 
 
@@ -125,15 +125,15 @@ def test_it_does_not_depend_on_the_threads():
 
 def test_it_is_refused_elsewhere(part):
     elsewhere = np.array([1.0, 1.0])
-    with pytest.raises(OutsideRegionError, match="outside the visited part of the friction table"):
+    with pytest.raises(OutsideRegionError, match="outside the tabulated region"):
         part.table(elsewhere)
     with pytest.raises(OutsideRegionError):
         part.harmonics.at(elsewhere[np.newaxis].astype(complex))
     with pytest.raises(OutsideRegionError):
         part.harmonics.truncation(elsewhere[np.newaxis].astype(complex))
-    with pytest.raises(SlipmodeError, match="whose limit is"):
+    with pytest.raises(SlipmodeError, match="whose range is"):
         part.table((3.7, 1.0))
-    with pytest.raises(SlipmodeError, match="model: its table holds in its visited part only"):
+    with pytest.raises(SlipmodeError, match="model: its table holds in its tabulated region only"):
         fmu.export(part, "part.fmu")
 
 
@@ -143,15 +143,15 @@ def test_a_component_stops_where_it_would_leave_it(part):
         component.reset(amplitude=(1.0, 1.0))
     component.set_inputs(force_A=0.15, force_B=0.25, frequency_A=0.98, frequency_B=1.65)
     with pytest.raises(
-        fmu.StoppedError, match="leave the visited part of the friction table"
+        fmu.StoppedError, match="leave the tabulated region of the friction table"
     ) as stop:
         component.do_step(0.0, 1000.0)
     assert stop.value.left_table
 
 
 def test_the_path_must_be_of_the_same_range():
-    with pytest.raises(SlipmodeError, match="visited: must be a part of the same range"):
-        tabulate(BOTH, Tanh(2.0, 0.1), (4.0, 1.5), region=visited_tiles())
+    with pytest.raises(SlipmodeError, match="region: must be a part of the same range"):
+        tabulate(BOTH, Tanh(2.0, 0.1), (4.0, 1.5), region=region_tiles())
 
 
 def test_a_file_keeps_the_part(part, tmp_path):
@@ -161,15 +161,15 @@ def test_a_file_keeps_the_part(part, tmp_path):
     np.testing.assert_array_equal(loaded.table.region, part.table.region)
     for unfit in (part.table.region[1:], part.table.region.astype(float)):
         replace(part, table=replace(part.table, region=unfit)).save(tmp_path / "unfit.rom")
-        with pytest.raises(SlipmodeError, match="visited: does not fit"):
+        with pytest.raises(SlipmodeError, match="region: does not fit"):
             Model.load(tmp_path / "unfit.rom")
 
 
 def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
     monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path))
     arguments = (BOTH, Tanh(2.0, 0.1), LIMIT, 1e-2)
-    small = visited_tiles(PATH[:2])
-    sources = [cached_model(*arguments, region=v)[1] for v in (None, small, visited_tiles())]
+    small = region_tiles(PATH[:2])
+    sources = [cached_model(*arguments, region=v)[1] for v in (None, small, region_tiles())]
     assert sources == [False, False, False]
     model, cached = cached_model(*arguments, region=small)
     assert cached
@@ -181,7 +181,7 @@ def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
 PARTS = {
     "duration = 1500.0": "duration = 600.0",
     "window = [1400.0, 1450.0]": "window = [580.0, 600.0]",
-    'formulation = "consistent"': 'table = "visited"',
+    'formulation = "consistent"': 'table = "region"',
     "rerun = true": "rerun = false",
 }
 SCENE = shipped_scenes()["two-mode"].read_text(encoding="utf-8")
@@ -195,7 +195,7 @@ def scene(name, text=SCENE):
 
 
 def on_whole_table(folder):
-    return runner.run(scene("whole", SCENE.replace('"visited"', '"whole"')), folder)
+    return runner.run(scene("whole", SCENE.replace('"region"', '"whole"')), folder)
 
 
 def signals(recording):
@@ -233,8 +233,8 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
     again = runner.run(scene("again"), tmp_path)
     assert again.model.table.region is None
     (warning,) = (d for d in again.plan.decisions if d.level == "warning")
-    assert warning.subject == "visited part"
-    assert "leave the visited part of the friction table at t = " in warning.reason
+    assert warning.subject == "tabulated region"
+    assert "leave the tabulated region of the friction table at t = " in warning.reason
     monkeypatch.setattr(amplitude_range, "_path", real)
     expected = signals(on_whole_table(tmp_path))
     for topic, values in signals(again).items():
@@ -264,13 +264,13 @@ def test_the_plan_measures_what_is_saved(tmp_path, capsys):
     ("change", "choice", "reason"),
     [
         ((), "alone", "comes near 1.% of it; a run that leaves that part is repeated"),
-        (('"visited"', '"whole"'), "all of the table", 'table = "visited" would do without'),
+        (('"region"', '"whole"'), "all of the table", 'table = "region" would do without'),
         (("[[0, 0.0], [200, 0.0], [200, 0.25]]", "[[0, 0.0], [600, 0.25]]"), "alone", "near"),
     ],
 )
 def test_the_plan_says_what_is_tabulated(change, choice, reason):
     plan = runner.make_plan(scene("planned", SCENE.replace(*change) if change else SCENE))
-    (decision,) = (d for d in plan.decisions if d.subject == "visited part")
+    (decision,) = (d for d in plan.decisions if d.subject == "tabulated region")
     assert decision.choice == choice
     assert re.search(reason, decision.reason)
     assert (plan.region is not None) == (choice == "alone")
@@ -289,14 +289,14 @@ def test_where_most_is_visited_all_of_it_is_tabulated(monkeypatch):
     monkeypatch.setattr("slipmode.runner.plan.plan._LARGEST_REGION", 0.1)
     plan = runner.make_plan(scene("planned"))
     assert plan.region is None
-    (decision,) = (d for d in plan.decisions if d.subject == "visited part")
+    (decision,) = (d for d in plan.decisions if d.subject == "tabulated region")
     assert "would save little" in decision.reason
 
 
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        (('"visited"', '"part"'), 'model.table: must be one of "whole", "visited"'),
+        (('"region"', '"part"'), 'model.table: must be one of "whole", "region"'),
         (("[[contact]]", "amplitude = [3.6, 1.5]\n[[contact]]"), "leave out model.amplitude"),
     ],
 )

@@ -27,8 +27,8 @@ _JUMPS: dict[str, object] = {
 def change_cases() -> list[HardCase]:
     """Scenes whose forcing does not stand still."""
     scenes: dict[str, tuple[dict[str, object], str]] = {
-        "sweep up through both peaks": ({**_SWEEP, **_UP}, "lag, or a jump missed"),
-        "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "lag, or a jump missed"),
+        "sweep up through both peaks": ({**_SWEEP, **_UP}, "delay, or a jump missed"),
+        "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "delay, or a jump missed"),
         "abrupt steps of force": (_STEPS, "friction that lags behind that of steady motion"),
         "phase jumps": (_JUMPS, "friction that lags behind that of steady motion"),
         "steps of force, no slip": (_STEPS | _STUCK, "free vibrations that jumps leave behind"),
