@@ -63,7 +63,7 @@ def model_for(scene, combinations=None):
 
 
 @pytest.mark.parametrize(
-    ("scene", "near", "bounds"),
+    ("scene", "combinations", "bounds"),
     # of x_e1, x_e2, x_c1, x_c2 [%], an eighth above what was measured:
     [
         # 0.053, 0.082, 0.076, 0.104

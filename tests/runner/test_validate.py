@@ -8,7 +8,7 @@ from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.validate import validate
-from slipmode.runner.view.phase_portraits import planes
+from slipmode.runner.view.phase_portraits import portraits
 
 # relative errors as measured, with a tenth to spare
 BOUNDS = {
@@ -138,7 +138,7 @@ def test_from_rest_under_a_force_on_both_modes(tmp_path):
 def test_both_motions_are_shown_side_by_side(tmp_path):
     found = validate("one-mode", tmp_path)
     recorded = read(next(path for path in found.recordings if path.suffix == ".mcap"))
-    shown = [plane.entity for plane in planes([s.channel for s in recorded.channels.values()])]
+    shown = [plane.entity for plane in portraits([s.channel for s in recorded.channels.values()])]
     assert shown == [
         "/trajectory",
         *(f"/loop{full}/contact/{number}" for full in ("", "/full") for number in range(2)),
