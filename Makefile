@@ -12,7 +12,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-CORE   := CMakeLists.txt pyproject.toml $(wildcard rom/kernel/*.[ch] fmu/src/*.[ch] runner/report/peers/*.c)
+CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
 .PHONY: run fmu report paper bench-table bench-recordings gallery test test-all lint clean
 
@@ -62,17 +62,18 @@ $(VENV)/.installed: $(CORE) | $(BIN)/python
 	$(PIP) --editable .
 	@touch $@
 
-# Other importers of FMUs are not there for every platform; their tests are skipped then.
+# By its name slipmode is there already: only the packages of an extra are installed, nothing is
+# built. Other importers of FMUs are not there for every platform; their tests are skipped then.
 $(VENV)/.installed-test: $(VENV)/.installed
-	$(PIP) --editable ".[test,importers]" || $(PIP) --editable ".[test]"
+	$(PIP) "slipmode[test,importers]" || $(PIP) "slipmode[test]"
 	@touch $@
 
 $(VENV)/.installed-report: $(VENV)/.installed
-	$(PIP) --editable ".[report]"
+	$(PIP) "slipmode[report]"
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed
-	$(PIP) --editable ".[lint]"
+	$(PIP) "slipmode[lint]"
 	@touch $@
 
 clean:

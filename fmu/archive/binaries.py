@@ -11,13 +11,11 @@ from slipmode.rom import SlipmodeError
 
 _PACKAGE = Path(__file__).parents[1]
 _KERNEL = _PACKAGE.parent / "rom" / "kernel"
+INCLUDE_FOLDERS = (_PACKAGE / "src", _KERNEL)  # in an FMU one folder, sources/
 
-# What the FMU does not need of the core, here and in CMakeLists.txt: it makes no friction tables
-# and computes nothing in full order.
-_LEFT_OUT = {
-    *("torus", "torus_check", "torus_group", "torus_march", "torus_growth", "smooth_stage"),
-    *("periodicity", "acceleration", "harmonics", "full"),
-}
+# Rooms of the kernel that the FMU has no use for: it makes no friction tables and computes nothing
+# in full order.
+_ROOMS_LEFT_OUT = ("torus/", "full/")
 
 EXTENSIONS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
@@ -58,9 +56,15 @@ def extension(platform_tuple: str) -> str:
 
 
 def source_files() -> dict[str, Path]:
-    """C sources and headers by name; the standard's own headers are not among them."""
-    own = sorted((_PACKAGE / "src").glob("*.[ch]"))
-    core = [path for path in sorted(_KERNEL.glob("*.[ch]")) if path.stem not in _LEFT_OUT]
-    if not own or not core:
+    """C sources and headers by their place in sources/, without the standard's own headers.
+
+    No two have the same file name, for importers that put all objects into one folder.
+    """
+    found = {
+        path.relative_to(folder).as_posix(): path
+        for folder in INCLUDE_FOLDERS
+        for path in sorted(folder.rglob("*.[ch]"))
+    }
+    if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
         raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
-    return {path.name: path for path in (*own, *core)}
+    return {name: path for name, path in found.items() if not name.startswith(_ROOMS_LEFT_OUT)}

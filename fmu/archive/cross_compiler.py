@@ -75,12 +75,11 @@ def _key(sources: Mapping[str, Path], flags: tuple[str, ...]) -> str:
 
 
 def _compile(sources: Mapping[str, Path], flags: tuple[str, ...], suffix: str) -> bytes:
-    folders = {str(path.parent) for path in sources.values()}
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / f"library{suffix}"
         command = [
             *(sys.executable, "-m", "ziglang", "cc", *flags),
-            *(f"-I{path}" for path in sorted(folders)),
+            *(f"-I{path}" for path in binaries.INCLUDE_FOLDERS),
             *("-isystem", str(fmi_headers())),
             *(str(path) for path in sources.values() if path.suffix == ".c"),
             *("-lm", "-o", str(target)),

@@ -1,4 +1,4 @@
-"""The files of resources/: what fmu/src/model.c reads, as .npy arrays."""
+"""The files of resources/: what fmu/src/resources/model.c reads, as .npy arrays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipmode.rom.contact.laws import limits
 from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 
-FORMAT = 4  # FMU_FORMAT in fmu/src/model.h
+FORMAT = 4  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
@@ -72,7 +72,7 @@ def _arrays(
     elastic: Sequence[int],
     variables: Sequence[Variable],
 ) -> dict[str, np.ndarray]:
-    """The arrays in the order of checksums.npy, which is that of fmu/src/model.c."""
+    """The arrays in the order of checksums.npy, which is that of fmu/src/resources/model.c."""
     reduced, table = model.reduced, model.table
     chosen = list(elastic)
     inertia = reduced.formulation == "consistent"
@@ -117,7 +117,7 @@ def _arrays(
 
 
 def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.ndarray:
-    """The struct `constants` of fmu/src/model.c."""
+    """The struct `constants` of fmu/src/resources/model.c."""
     flow = slow_flow(model, force)
     parameters = np.zeros(PARAMETERS)
     amplitude = np.zeros(2 * _kernel.MODES)

@@ -62,5 +62,6 @@ def build_description(sources: Sequence[str]) -> bytes:
     files = SubElement(configuration, "SourceFileSet", language="C99")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
+    SubElement(files, "IncludeDirectory", name=".")
     SubElement(configuration, "Library", name="m", description="libm, where it is one apart")
     return to_bytes(root)

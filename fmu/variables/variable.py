@@ -10,7 +10,7 @@ from slipmode.rom import _kernel
 
 
 class Type(IntEnum):
-    """Data type of a variable, as fmu/src/model.h counts them."""
+    """Data type of a variable, as fmu/src/resources/model.h counts them."""
 
     REAL = 0
     ENUMERATION = 1
@@ -18,7 +18,7 @@ class Type(IntEnum):
 
 
 class Kind(IntEnum):
-    """What a variable is, as fmu/src/model.h counts them; what its slot counts."""
+    """What a variable is, as fmu/src/resources/model.h counts them; what its slot counts."""
 
     OUTPUT = 0  # outputs of sm_component_outputs
     START = 1  # likewise, an amplitude, which may be set before the start

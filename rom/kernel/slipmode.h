@@ -13,10 +13,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(SM_HIDDEN) /* in a library that is not the core itself */
+#if defined(SM_HIDDEN) || defined(_WIN32) /* there what to export is said to the linker */
 #define SM_API
-#elif defined(_WIN32)
-#define SM_API __declspec(dllexport)
 #else
 #define SM_API __attribute__((visibility("default")))
 #endif

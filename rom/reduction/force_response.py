@@ -87,7 +87,7 @@ class ForceResponse:
         """Amplitudes (..., modes) that jumps of the forces add: the modes go on as they were.
 
         From rest they hold the modes at rest as forces set in. It is what the core does in a step
-        that begins with other forces than those it had: see rom/kernel/jump.h.
+        that begins with other forces than those it had: see rom/kernel/slow/discontinuity.h.
 
         Parameters
         ----------

@@ -3,7 +3,7 @@
 #define TEST_DRIVER_H
 
 #include "calls.h"
-#include "model.h"
+#include "resources/model.h"
 
 extern const calls *fmi; /* of this sequence: FMI 2.0 or 3.0 */
 extern message_log messages;

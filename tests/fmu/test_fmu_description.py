@@ -135,7 +135,11 @@ def test_the_archive_has_all_parts(fmus, fmi):
     icon = "model.png" if fmi == 2 else "terminalsAndIcons/icon.png"
     assert {
         *("modelDescription.xml", "documentation/index.html", icon),
-        *("documentation/licenses/license.txt", "sources/component.c", "sources/slipmode.h"),
+        *(
+            "documentation/licenses/license.txt",
+            "sources/slow/component/component.c",
+            "sources/slipmode.h",
+        ),
         "extra/org.fmi-standard.fmi-ls-ref/reference.csv",
     } <= names
     assert ("sources/buildDescription.xml" in names) == (fmi == 3)

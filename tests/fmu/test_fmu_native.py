@@ -9,7 +9,7 @@ import pytest
 from test_kernel import OPENMP_SIMD, SANITIZERS, WARNINGS, compile_all, compiler, compiles, run
 
 from slipmode import fmu, rom
-from slipmode.fmu.archive.binaries import source_files
+from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
 from slipmode.fmu.archive.cross_compiler import fmi_headers
 
 DRIVER = Path(__file__).parent
@@ -26,8 +26,8 @@ def driver(compiler, tmp_path_factory):
     simd = OPENMP_SIMD if compiles(compiler, folder, *OPENMP_SIMD) else ()
     sources = [path for path in source_files().values() if path.suffix == ".c"]
     sources += sorted(DRIVER.glob("*.c"))
-    includes = {f"-I{path.parent}" for path in sources} | {f"-isystem{fmi_headers()}"}
-    flags = (*WARNINGS, *SANITIZERS, *simd, *sorted(includes))
+    includes = (*(f"-I{path}" for path in INCLUDE_FOLDERS), f"-isystem{fmi_headers()}")
+    flags = (*WARNINGS, *SANITIZERS, *simd, *includes)
     program = folder / "driver"
     objects = compile_all(compiler, folder, dict.fromkeys(sources, flags))
     linked = run(compiler, *SANITIZERS, *objects, "-lm", "-o", program)

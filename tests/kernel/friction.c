@@ -2,8 +2,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "contact/friction.h"
+#include "contact/slipping.h"
+#include "contact/stage/chebyshev.h"
+#include "contact/stage/warm_chebyshev.h"
 #include "driver.h"
-#include "smooth_stage.h"
 #include "fixtures.h"
 
 #define STEPS 48
@@ -81,53 +84,69 @@ static void check_stage(const sm_contact *contact, double h, const double *u, co
     }
 }
 
+/* Contacts in one lane, and the memory that they are in. */
+typedef struct {
+    sm_stepper stepper;
+    sm_lanes lane;
+    sm_warm warm;
+    double *memory;
+} one_lane;
+
+/* At rest, to be released by free(memory). Stages are solved to rounding. */
+static one_lane new_lane(const sm_contact *contact, double h) {
+    const int n = contact->contacts;
+    const size_t size = sm_stepper_size(n) + sm_lanes_size(n, 1) + sm_warm_size(n);
+    one_lane m = {.memory = new_doubles(size)};
+    sm_stepper_place(&m.stepper, n, m.memory);
+    sm_lanes_place(&m.lane, n, 1, m.memory + sm_stepper_size(n));
+    sm_warm_place(&m.warm, n, m.memory + sm_stepper_size(n) + sm_lanes_size(n, 1));
+    CHECK_STATUS(sm_stepper_set(&m.stepper, contact, h), SM_OK);
+    sm_warm_start(&m.stepper, &m.warm, m.lane.v, m.lane.x); /* both are 0 */
+    m.warm.tolerance = 1e-13;
+    return m;
+}
+
+static sm_status stage_of(one_lane *m, int stage) {
+    return sm_stage_one(&m->stepper, &m->warm, &m->lane, stage);
+}
+
 /* A period under forces that make contacts slip and stick; `spread` tells them apart. */
 static void check_steps(const sm_contact *contact, double spread) {
     const int n = contact->contacts;
     const double h = TWO_PI / STEPS;
-    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
     double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
-    sm_stepper stepper;
-    sm_lanes lane;
-    sm_stepper_place(&stepper, n, memory);
-    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
-    CHECK_STATUS(sm_stepper_set(&stepper, contact, h), SM_OK);
+    one_lane m = new_lane(contact, h);
+    sm_lanes *lane = &m.lane;
     int slips = 0, sticks = 0;
     for (int k = 0; k < 2 * STEPS; k++) {
         const int stage = k % 2;
         for (int i = 0; i < n; i++)
-            lane.u[i] = u[i] = 3.0 * (1.0 + spread * i)
+            lane->u[i] = u[i] = 3.0 * (1.0 + spread * i)
                                * sin(h * (k / 2 + (stage ? 1.0 : SM_GAMMA)) + spread * i);
-        memcpy(x, stage ? lane.base : lane.x, (size_t)n * sizeof(double));
-        CHECK_STATUS(sm_stage(1, &stepper, &lane, stage), SM_OK);
-        check_stage(contact, h, u, x, lane.v);
+        memcpy(x, stage ? lane->base : lane->x, (size_t)n * sizeof(double));
+        CHECK_STATUS(stage_of(&m, stage), SM_OK);
+        check_stage(contact, h, u, x, lane->v);
         for (int i = 0; i < n; i++) {
-            const int stuck = fabs(lane.v[i]) <= 1e-4 * contact->alpha;
+            const int stuck = fabs(lane->v[i]) <= 1e-4 * contact->alpha;
             slips += !stuck;
             sticks += stuck;
         }
     }
     CHECK(slips > 0);
     CHECK(contact->law == SM_TANH || sticks > 0);
-    free(memory);
+    free(m.memory);
     free(u);
     free(x);
 }
 
 /* One stage from rest under forces u; its status, and its velocities if that is good. */
 static sm_status solve_stage(const sm_contact *contact, double h, const double *u, double *v) {
-    const int n = contact->contacts;
-    const size_t size = (size_t)n * sizeof(double);
-    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
-    sm_stepper stepper;
-    sm_lanes lane;
-    sm_stepper_place(&stepper, n, memory);
-    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
-    CHECK_STATUS(sm_stepper_set(&stepper, contact, h), SM_OK);
-    memcpy(lane.u, u, size);
-    const sm_status status = sm_stage(1, &stepper, &lane, 0);
-    memcpy(v, lane.v, size);
-    free(memory);
+    const size_t size = (size_t)contact->contacts * sizeof(double);
+    one_lane m = new_lane(contact, h);
+    memcpy(m.lane.u, u, size);
+    const sm_status status = stage_of(&m, 0);
+    memcpy(v, m.lane.v, size);
+    free(m.memory);
     return status;
 }
 
@@ -242,7 +261,7 @@ static int check_many_contacts(int n, double joint, double alpha) {
             forces[i] = (i % SM_LANES) * sin(t + 0.02 * (i / SM_LANES));
         memcpy(lanes.u, forces, (size_t)n * SM_LANES * sizeof(double));
         memcpy(base, k % 2 ? lanes.base : lanes.x, (size_t)n * SM_LANES * sizeof(double));
-        CHECK_STATUS(sm_stage(SM_LANES, &stepper, &lanes, k % 2), SM_OK);
+        CHECK_STATUS(sm_stage_lanes(&stepper, &lanes, k % 2), SM_OK);
         enough &= lanes.factors_for == 0;
         for (int l = 0; l < SM_LANES; l++) {
             for (int i = 0; i < n; i++) {
@@ -279,22 +298,17 @@ static void check_many(void) {
 static void check_any_forces(int n, double joint) {
     problem p = new_problem(n, 1, SM_COULOMB);
     const double h = 1.0;
-    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, 1));
     double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
     join(&p, joint);
     for (int i = 2; i < n; i += 3) p.limit[i] = 0.0;
-    sm_stepper stepper;
-    sm_lanes lane;
-    sm_stepper_place(&stepper, n, memory);
-    sm_lanes_place(&lane, n, 1, memory + sm_stepper_size(n));
-    CHECK_STATUS(sm_stepper_set(&stepper, &p.contact, h), SM_OK);
+    one_lane m = new_lane(&p.contact, h);
     for (int k = 0; k < 200; k++) {
-        for (int i = 0; i < n; i++) lane.u[i] = u[i] = 20.0 * random_number() - 10.0;
-        memset(lane.x, 0, (size_t)n * sizeof(double));
-        CHECK_STATUS(sm_stage(1, &stepper, &lane, 0), SM_OK);
-        check_stage(&p.contact, h, u, x, lane.v);
+        for (int i = 0; i < n; i++) m.lane.u[i] = u[i] = 20.0 * random_number() - 10.0;
+        memset(m.lane.x, 0, (size_t)n * sizeof(double));
+        CHECK_STATUS(stage_of(&m, 0), SM_OK);
+        check_stage(&p.contact, h, u, x, m.lane.v);
     }
-    free(memory);
+    free(m.memory);
     free(u);
     free(x);
     free_problem(&p);

@@ -1,5 +1,5 @@
 /* The slow flow: its right-hand side and its integration step. */
-#include "slow_flow.h"
+#include "slow/slow_flow.h"
 
 #include <complex.h>
 #include <math.h>

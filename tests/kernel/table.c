@@ -5,7 +5,7 @@
 
 #include "driver.h"
 #include "fixtures.h"
-#include "table.h"
+#include "table/table.h"
 
 /* Everywhere the polynomial of the fixture, which a bicubic surface holds exactly. */
 static void check_values(int modes, int count_a, int count_b) {

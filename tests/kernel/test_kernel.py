@@ -51,7 +51,7 @@ def compile_all(compiler: str, folder: Path, commands: dict[Path, tuple[str, ...
     """Compile each source with its flags, side by side."""
 
     def compile_one(source: Path) -> Path:
-        target = folder / f"{source.parent.parent.name}-{source.stem}.o"
+        target = folder / f"{'-'.join(source.parts[-4:])}.o"
         result = run(compiler, *commands[source], "-c", source, "-o", target)
         assert result.returncode == 0, result.stderr
         return target
@@ -75,7 +75,7 @@ def driver(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip(f"{compiler} has no sanitizer runtime")
     simd = OPENMP_SIMD if compiles(compiler, folder, *OPENMP_SIMD) else ()
     flags = (*WARNINGS, *SANITIZERS, *simd, f"-I{CORE}")
-    sources = dict.fromkeys(sorted(CORE.glob("*.c")), (*flags, FAIL_TO_ALLOCATE))
+    sources = dict.fromkeys(sorted(CORE.rglob("*.c")), (*flags, FAIL_TO_ALLOCATE))
     sources |= dict.fromkeys(sorted(DRIVER.glob("*.c")), flags)
     program = folder / "driver"
     linked = run(
@@ -101,4 +101,5 @@ def test_core_compiles_without_warnings_when_optimised(name: str, tmp_path: Path
     compiler = shutil.which(name)
     if compiler is None:
         pytest.skip(f"no {name}")
-    compile_all(compiler, tmp_path, dict.fromkeys(sorted(CORE.glob("*.c")), (*WARNINGS, "-O3")))
+    flags = (*WARNINGS, "-O3", f"-I{CORE}")
+    compile_all(compiler, tmp_path, dict.fromkeys(sorted(CORE.rglob("*.c")), flags))

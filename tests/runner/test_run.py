@@ -356,7 +356,7 @@ def test_an_interrupted_run_is_readable_and_says_so(tmp_path, monkeypatch):
         return run(self, durations, inputs)
 
     monkeypatch.setattr(Component, "run", interrupted)
-    monkeypatch.setattr("runner.slow_pass._STEPS_PER_BLOCK", 256)
+    monkeypatch.setattr("slipmode.runner.slow_pass._STEPS_PER_BLOCK", 256)
     _, data = run_to_failure(changed(LARGE_RANGE), tmp_path, KeyboardInterrupt)
     assert data.complete
     assert data.channels["/modes"][1].size == len(taken) + 1 < 700

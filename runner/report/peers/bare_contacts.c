@@ -4,7 +4,7 @@
  */
 #include <math.h>
 
-#include "contact.h"
+#include "contact/sdirk2.h"
 
 #define STEPS_OF_CHEBYSHEV 3 /* what the core needs most often */
 

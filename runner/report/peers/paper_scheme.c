@@ -10,7 +10,7 @@
  */
 #include <stdlib.h>
 
-#include "smooth_stage.h"
+#include "contact/stage/chebyshev.h"
 
 #define HARMONICS 2 /* P_10 and P_01 */
 #define PI 3.14159265358979323846
@@ -78,7 +78,7 @@ SM_INLINE sm_status solve_point(scheme *s, const point_rule *rule, const double 
         lane->base[k] = rule->from_a * x[k] + rule->from_b * left[k];
     load(s->contact, amplitudes, angle, lane);
     sm_stage_load(SM_LANES, &rule->stepper, lane, lane->base);
-    const sm_status status = sm_smooth_solve(SM_LANES, &rule->stepper, lane);
+    const sm_status status = sm_solve_lanes(&rule->stepper, lane);
     for (size_t k = 0; k < size; k++) x[k] = lane->base[k] + rule->per_c * lane->v[k];
     return status;
 }

@@ -11,7 +11,7 @@
 #include <time.h>
 
 #include "../component.h"
-#include "table.h"
+#include "table/table.h"
 
 #define STEPS 20000
 #define LOOK_UPS 6 /* of a Dormand-Prince step */

@@ -14,7 +14,7 @@ FLAGS = (
 
 def main():
     """Build the program with the core, and run it."""
-    sources = [HERE / "slow_step.c", HERE.parent / "fixtures.c", *sorted(CORE.glob("*.c"))]
+    sources = [HERE / "slow_step.c", HERE.parent / "fixtures.c", *sorted(CORE.rglob("*.c"))]
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "slow_step"
         command = ["cc", *FLAGS, f"-I{CORE}", *map(str, sources), "-lm", "-o", str(program)]

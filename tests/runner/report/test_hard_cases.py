@@ -112,7 +112,7 @@ def test_other_integrators_say_whether_they_finish(monkeypatch):
 def test_the_command_prints_the_table(monkeypatch, capsys, tmp_path):
     case = HardCase("fine", "nothing", "seconds", 1.0, lambda: 0.5)
     monkeypatch.setattr(
-        "runner.report.hard.hard_report", lambda *_, **__: hard_report(None, [case])
+        "slipmode.runner.report.hard.hard_report", lambda *_, **__: hard_report(None, [case])
     )
     assert main(["report", "--hard", "-o", str(tmp_path)]) == 0
     assert "fine" in capsys.readouterr().out

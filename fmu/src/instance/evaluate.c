@@ -1,0 +1,196 @@
+/* From what was set to what is read: start values, inputs, outputs, derivatives, steps. */
+#include "instance/instance.h"
+
+#include <string.h>
+
+/* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
+ * a shorter step; a wrong value cannot. */
+static fmu_status answer(const fmu_instance *instance, sm_status status, const char *doing) {
+    if (status == SM_OK) return FMU_OK;
+    const int retry = status == SM_OUTSIDE_TABLE || status == SM_STEP_TOO_SMALL ||
+                      status == SM_NOT_CONVERGED;
+    return fmu_say(instance, retry ? FMU_DISCARD : FMU_ERROR, "%s at t = %g s: %s", doing,
+                   instance->outputs[0], sm_message(status));
+}
+
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] *= instance->model.force_factor[j];
+        inputs->force_rate[j] *= instance->model.force_factor[j];
+    }
+}
+
+/* The inputs as the core takes them: modal forces. */
+static sm_inputs modal_inputs(const fmu_instance *instance) {
+    sm_inputs inputs = instance->inputs;
+    fmu_scale_forces(instance, &inputs);
+    return inputs;
+}
+
+/* A component with the present parameters. */
+static fmu_status build(fmu_instance *instance) {
+    fmu_model *model = &instance->model;
+    const size_t size = sizeof instance->built_with;
+    if (instance->component && memcmp(instance->built_with, instance->parameters, size) == 0)
+        return FMU_OK;
+    sm_component *built;
+    memcpy(model->flow.damping, instance->parameters + FMU_DAMPING, sizeof model->flow.damping);
+    model->motion.wanted = instance->parameters[FMU_CONTACT_WANTED] != 0.0;
+    const sm_status status =
+        sm_component_create(&model->flow, &model->contact, &model->motion,
+                            instance->parameters[FMU_TOLERANCE], &built);
+    if (status != SM_OK) return answer(instance, status, "model");
+    sm_component_free(instance->component);
+    instance->component = built;
+    memcpy(instance->built_with, instance->parameters, size);
+    return FMU_OK;
+}
+
+/* Brings the start values into effect. */
+static fmu_status start(fmu_instance *instance) {
+    if (instance->started) return FMU_OK;
+    memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
+    instance->outputs[0] = instance->start;
+    memcpy(instance->outputs + 1, instance->amplitude, sizeof instance->amplitude);
+    const fmu_status built = build(instance);
+    if (built != FMU_OK) return built;
+    const sm_inputs inputs = modal_inputs(instance);
+    sm_status status = sm_component_set_inputs(instance->component, &inputs);
+    if (status == SM_OK)
+        status = sm_component_reset(instance->component, instance->start, instance->amplitude);
+    if (status != SM_OK) return answer(instance, status, "start values");
+    instance->started = instance->inputs_current = 1;
+    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
+static sm_status pass_inputs(fmu_instance *instance) {
+    if (instance->inputs_current) return SM_OK;
+    const sm_inputs inputs = modal_inputs(instance);
+    const sm_status status = sm_component_set_inputs(instance->component, &inputs);
+    instance->inputs_current = status == SM_OK;
+    return status;
+}
+
+static fmu_status apply_inputs(fmu_instance *instance) {
+    return answer(instance, pass_inputs(instance), "inputs");
+}
+
+sm_inputs fmu_inputs_now(const fmu_instance *instance) {
+    sm_inputs inputs = modal_inputs(instance);
+    memcpy(inputs.angle, instance->outputs + 5, sizeof inputs.angle);
+    return inputs;
+}
+
+/* Rates of amplitudes become those of all states. */
+static void complete_rates(int modes, const double *frequency, double dissipated, double *rates) {
+    for (int j = 0; j < modes; j++) rates[2 * modes + j] = frequency[j];
+    rates[3 * modes] = dissipated;
+}
+
+fmu_status fmu_evaluate_rates(fmu_instance *instance) {
+    fmu_status status = start(instance);
+    if (status != FMU_OK || instance->rates_current) return status;
+    double *outputs = instance->outputs, power[2];
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    status = answer(instance,
+                    sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
+                                      instance->rates, &power[0], &power[1]),
+                    "derivatives");
+    if (status != FMU_OK) return status;
+    complete_rates(instance->model.modes, inputs.frequency, power[1], instance->rates);
+    if (instance->interface == FMU_MODEL_EXCHANGE) memcpy(outputs + 7, power, sizeof power);
+    instance->rates_current = 1;
+    return FMU_OK;
+}
+
+fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
+                                    const sm_inputs *d_inputs, double *d_rates,
+                                    double d_power[2]) {
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    const fmu_status status =
+        answer(instance,
+               sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
+                                        instance->outputs + 1, d_amplitude, d_inputs, d_rates,
+                                        &d_power[0], &d_power[1]),
+               "directional derivative");
+    if (status == FMU_OK)
+        complete_rates(instance->model.modes, d_inputs->frequency, d_power[1], d_rates);
+    return status;
+}
+
+fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
+    if (instance->started && instance->outputs_current) return FMU_OK;
+    fmu_status status = start(instance);
+    if (status != FMU_OK) return status;
+    if (instance->interface == FMU_MODEL_EXCHANGE) {
+        status = fmu_evaluate_rates(instance);
+    } else {
+        status = apply_inputs(instance);
+        if (status != FMU_OK) return status;
+        status = answer(instance, sm_component_outputs(instance->component, instance->outputs),
+                        "outputs");
+    }
+    instance->outputs_current = status == FMU_OK;
+    return status;
+}
+
+/* In Model Exchange the contacts are marched to the present point from rest: what happened before
+ * the last few periods does not matter to them. */
+fmu_status fmu_evaluate_motion(fmu_instance *instance) {
+    fmu_status status = fmu_evaluate_outputs(instance);
+    if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
+        instance->motion_current || !instance->model.motion.wanted)
+        return status;
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    double *outputs = instance->outputs;
+    status = answer(instance,
+                    sm_component_recent_motion(instance->component, &inputs, outputs + 1,
+                                               instance->rates, outputs + SM_OUTPUTS_FIXED),
+                    "contact motion");
+    instance->motion_current = status == FMU_OK;
+    return status;
+}
+
+/* The inputs that have moved at their rates. */
+static void move_inputs(sm_inputs *inputs, double duration) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] += inputs->force_rate[j] * duration;
+        inputs->frequency[j] += inputs->frequency_rate[j] * duration;
+        inputs->phase[j] += inputs->phase_rate[j] * duration;
+    }
+    inputs->limit_scale += inputs->limit_scale_rate * duration;
+}
+
+fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
+    fmu_status status = apply_inputs(instance);
+    if (status != FMU_OK) return status;
+    status = answer(instance, sm_component_step(instance->component, duration), "step");
+    if (status != FMU_OK) return status;
+    move_inputs(&instance->inputs, duration);
+    instance->rates_current = 0;
+    return answer(instance, sm_component_outputs(instance->component, instance->outputs),
+                  "outputs");
+}
+
+void fmu_evaluate_inputs(fmu_instance *instance) {
+    if (instance->started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
+}
+
+fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
+                                const double *component_state) {
+    double before[FMU_PARAMETERS];
+    memcpy(before, instance->parameters, sizeof before);
+    memcpy(instance->parameters, parameters, sizeof before);
+    fmu_status status = build(instance);
+    if (status == FMU_OK)
+        status = answer(instance, sm_component_set_state(instance->component, component_state),
+                        "SetFMUState");
+    if (status != FMU_OK) {
+        memcpy(instance->parameters, before, sizeof before);
+        return FMU_ERROR;
+    }
+    instance->inputs_current = instance->outputs_current = 0;
+    instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}

@@ -1,0 +1,89 @@
+/* Model Exchange: time and states are the importer's. */
+#include "instance/instance.h"
+
+#include <math.h>
+#include <string.h>
+
+fmu_status fmu_enter_events(fmu_instance *instance) {
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    if (instance->state == FMU_CONTINUOUS) instance->held = sm_hold_force(&inputs);
+    instance->state = FMU_EVENTS;
+    return FMU_OK;
+}
+
+fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
+    const sm_inputs inputs = fmu_inputs_now(instance);
+    double amplitude[2 * SM_MODES];
+    memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
+    *states_changed = sm_force_jump(&instance->model.flow, &instance->held, &inputs, amplitude);
+    if (!*states_changed) return FMU_OK;
+    for (int k = 0; k < 2 * SM_MODES; k++)
+        if (!isfinite(amplitude[k]))
+            return fmu_say(instance, FMU_ERROR, "a force jumps too far: amplitude %g",
+                           amplitude[k]);
+    memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
+    instance->held = sm_hold_force(&inputs);
+    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
+fmu_status fmu_enter_continuous(fmu_instance *instance) {
+    memset(&instance->held, 0, sizeof instance->held);
+    instance->state = FMU_CONTINUOUS;
+    return FMU_OK;
+}
+
+size_t fmu_state_count(const fmu_instance *instance) { return 3 * (size_t)instance->model.modes + 1; }
+
+static fmu_status check(const fmu_instance *instance, const double *values, size_t count) {
+    if (!values) return fmu_say(instance, FMU_ERROR, "states: the array is NULL");
+    if (count == fmu_state_count(instance)) return FMU_OK;
+    return fmu_say(instance, FMU_ERROR, "states: there are %lu, not %lu",
+                   (unsigned long)fmu_state_count(instance), (unsigned long)count);
+}
+
+fmu_status fmu_set_time(fmu_instance *instance, double time) {
+    if (!isfinite(time)) return fmu_say(instance, FMU_ERROR, "time: must be finite, got %g", time);
+    instance->outputs[0] = time;
+    instance->motion_current = 0;
+    return FMU_OK;
+}
+
+/* Where state k is among the outputs. */
+static size_t place(const fmu_instance *instance, size_t k) {
+    const size_t modes = (size_t)instance->model.modes;
+    if (k < 2 * modes) return 1 + k;
+    return k < 3 * modes ? 5 + (k - 2 * modes) : 9;
+}
+
+fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t count) {
+    if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
+    for (size_t k = 0; k < count; k++)
+        if (!isfinite(states[k]))
+            return fmu_say(instance, FMU_ERROR, "state %lu: must be finite, got %g",
+                           (unsigned long)k, states[k]);
+    for (size_t k = 0; k < count; k++) instance->outputs[place(instance, k)] = states[k];
+    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
+fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count) {
+    if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
+    const fmu_status status = instance->started ? FMU_OK : fmu_evaluate_outputs(instance);
+    if (status != FMU_OK) return status;
+    for (size_t k = 0; k < count; k++) states[k] = instance->outputs[place(instance, k)];
+    return FMU_OK;
+}
+
+fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count) {
+    if (check(instance, rates, count) != FMU_OK) return FMU_ERROR;
+    const fmu_status status = fmu_evaluate_rates(instance);
+    if (status == FMU_OK) memcpy(rates, instance->rates, count * sizeof *rates);
+    return status;
+}
+
+fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count) {
+    if (check(instance, nominals, count) != FMU_OK) return FMU_ERROR;
+    memcpy(nominals, instance->model.nominal, count * sizeof *nominals);
+    return FMU_OK;
+}

@@ -1,0 +1,150 @@
+/* An instance of the FMU, the same behind FMI 2.0 and 3.0.
+ *
+ * Every function may be called in any state and with any argument: what is not allowed is refused
+ * with a logged reason, and leaves the instance as it was.
+ */
+#ifndef FMU_INSTANCE_H
+#define FMU_INSTANCE_H
+
+#include "slow/discontinuity.h"
+#include "resources/model.h"
+
+#define FMU_MESSAGE 512 /* bytes of a log message at most */
+
+/* As fmi2Status and fmi3Status count them. */
+typedef enum { FMU_OK = 0, FMU_WARNING, FMU_DISCARD, FMU_ERROR } fmu_status;
+
+typedef enum { FMU_MODEL_EXCHANGE = 0, FMU_CO_SIMULATION } fmu_interface;
+
+/* States of an instance, to be combined into those in which a call is allowed. */
+typedef enum {
+    FMU_INSTANTIATED = 1,
+    FMU_INITIALIZATION = 2,
+    FMU_EVENTS = 4,      /* Model Exchange */
+    FMU_CONTINUOUS = 8,  /* Model Exchange */
+    FMU_STEPPING = 16,   /* Co-Simulation */
+    FMU_TERMINATED = 32
+} fmu_state;
+#define FMU_BEFORE_START (FMU_INSTANTIATED | FMU_INITIALIZATION)
+#define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING)
+#define FMU_ANY 63
+
+/* Where messages go; `callback` is the importer's, which only `write` knows how to call. */
+typedef struct fmu_logger {
+    void (*write)(const struct fmu_logger *logger, const char *instance_name, fmu_status status,
+                  const char *category, const char *message);
+    void (*callback)(void);
+    void *environment;
+    int events; /* whether more than warnings and errors is wanted */
+} fmu_logger;
+
+typedef struct {
+    fmu_logger logger;
+    char *name;
+    fmu_interface interface;
+    fmu_state state;
+    fmu_model model;
+    sm_component *component; /* in Model Exchange for contact motion alone */
+    double built_with[FMU_PARAMETERS]; /* parameters of the component */
+
+    double start, stop;                 /* [s]; stop: infinite where none is given */
+    double parameters[FMU_PARAMETERS];
+    double amplitude[2 * SM_MODES];     /* at the start */
+    sm_inputs inputs;                   /* in the importer's units; angles unused */
+    sm_held_force held;                 /* known within an event: what acted before it */
+    double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
+    double *outputs;                    /* as sm_component_outputs packs them */
+    size_t output_count;
+    int started;                        /* whether the start values are in effect */
+    int inputs_current, outputs_current, rates_current, motion_current;
+} fmu_instance;
+
+/* NULL if the instance cannot be; the reason is logged. `folder` ends in a separator. */
+fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const char *token,
+                              const char *folder, const fmu_logger *logger);
+void fmu_free(fmu_instance *instance);
+
+void fmu_log(const fmu_logger *logger, const char *instance_name, fmu_status status,
+             const char *message);
+/* Logs the message of a refused or unsuccessful call, and returns its status. */
+fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...);
+/* FMU_OK if the call is allowed now. */
+fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *call);
+fmu_status fmu_set_logging(fmu_instance *instance, int on, size_t count,
+                           const char *const *categories);
+
+/* ---- life cycle ------------------------------------------------------------------------ */
+
+fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double tolerance, double start,
+                     int stop_defined, double stop);
+fmu_status fmu_enter_initialization(fmu_instance *instance);
+fmu_status fmu_exit_initialization(fmu_instance *instance);
+fmu_status fmu_terminate(fmu_instance *instance);
+fmu_status fmu_reset(fmu_instance *instance);
+double fmu_time(const fmu_instance *instance);
+
+/* ---- variables ------------------------------------------------------------------------- */
+
+fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
+                         double *value);
+fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
+                         const double *value);
+/* Enumerations and booleans, `type` says which. */
+fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
+                            size_t count, int32_t *value);
+fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
+                            size_t count, const int32_t *value);
+/* dv/dt of inputs during the steps to come. */
+fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference, size_t count,
+                               const double *value);
+
+double fmu_modulus(const double amplitude[2]);
+/* sensitivity = d unknown / d known seed */
+fmu_status fmu_directional(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
+                           const uint32_t *known, size_t knowns, const double *seed,
+                           double *sensitivity);
+
+/* ---- evaluation ------------------------------------------------------------------------ */
+
+/* Brings into effect what was set, and up to date what is read. */
+fmu_status fmu_evaluate_outputs(fmu_instance *instance);
+fmu_status fmu_evaluate_rates(fmu_instance *instance);
+fmu_status fmu_evaluate_motion(fmu_instance *instance);
+/* Forces in the importer's units become modal ones. */
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs);
+/* The inputs as the core takes them, where the importer, or the component, has the angles. */
+sm_inputs fmu_inputs_now(const fmu_instance *instance);
+/* Changes of the rates of all states, and of input and dissipated power, along changes of the
+ * amplitudes and of modal inputs with their angles; the outputs must be up to date. */
+fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_amplitude,
+                                    const sm_inputs *d_inputs, double *d_rates,
+                                    double d_power[2]);
+/* Advances a component by duration > 0. */
+fmu_status fmu_evaluate_step(fmu_instance *instance, double duration);
+/* Passes the inputs to a component if that is still to be done. */
+void fmu_evaluate_inputs(fmu_instance *instance);
+/* Puts a component with these parameters into a state; what was evaluated is forgotten. */
+fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
+                                const double *component_state);
+
+/* ---- Co-Simulation --------------------------------------------------------------------- */
+
+fmu_status fmu_step(fmu_instance *instance, double time, double duration);
+
+/* ---- Model Exchange -------------------------------------------------------------------- */
+
+/* From here the forces of before are held, but not in the initial event: whatever acts first did
+ * before. */
+fmu_status fmu_enter_events(fmu_instance *instance);
+/* Forces that have jumped since then change the amplitudes as they do between the steps of a
+ * component, by the free vibrations that are left behind. */
+fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed);
+fmu_status fmu_enter_continuous(fmu_instance *instance);
+size_t fmu_state_count(const fmu_instance *instance);
+fmu_status fmu_set_time(fmu_instance *instance, double time);
+fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t count);
+fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count);
+fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count);
+fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count);
+
+#endif

@@ -1,0 +1,139 @@
+#include "instance/snapshot.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "resources/npy.h"
+
+#define MAGIC 0x31554d46u /* "FMU1" */
+
+typedef struct {
+    uint32_t magic, model, interface, crc; /* crc: of all that follows */
+    uint64_t count;                        /* doubles after this */
+    uint64_t state;                        /* fmu_state */
+} header;
+
+/* Then: these, the outputs, the component's state. */
+typedef struct {
+    double started, start, stop, parameters[FMU_PARAMETERS], amplitude[2 * SM_MODES];
+    sm_inputs inputs;
+    sm_held_force held;
+} fixed_part;
+
+struct fmu_snapshot {
+    header head;
+    double content[];
+};
+
+#define FIXED (sizeof(fixed_part) / sizeof(double))
+#define CHECKED_FROM offsetof(header, count)
+
+static size_t content_count(const fmu_instance *instance) {
+    return FIXED + instance->output_count + sm_component_state_count(instance->component);
+}
+
+static size_t bytes_of(size_t count) { return sizeof(header) + count * sizeof(double); }
+
+static uint32_t crc_of(const fmu_snapshot *snapshot) {
+    return npy_crc(0, (const char *)snapshot + CHECKED_FROM,
+                   bytes_of((size_t)snapshot->head.count) - CHECKED_FROM);
+}
+
+fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
+    if (!snapshot) return fmu_say(instance, FMU_ERROR, "GetFMUState: the state is NULL");
+    const size_t count = content_count(instance);
+    fmu_snapshot *taken = *snapshot;
+    if (taken && (taken->head.magic != MAGIC || taken->head.count != count))
+        return fmu_say(instance, FMU_ERROR, "GetFMUState: the state to be replaced is not ours");
+    if (!taken) taken = calloc(1, bytes_of(count));
+    if (!taken) return fmu_say(instance, FMU_ERROR, "GetFMUState: out of memory");
+    fmu_evaluate_inputs(instance); /* so that equal instances give equal states */
+    fixed_part fixed = {.started = instance->started,
+                        .start = instance->start,
+                        .stop = instance->stop,
+                        .inputs = instance->inputs,
+                        .held = instance->held};
+    memcpy(fixed.parameters, instance->parameters, sizeof fixed.parameters);
+    memcpy(fixed.amplitude, instance->amplitude, sizeof fixed.amplitude);
+    memcpy(taken->content, &fixed, sizeof fixed);
+    memcpy(taken->content + FIXED, instance->outputs,
+           instance->output_count * sizeof *instance->outputs);
+    sm_component_get_state(instance->component, taken->content + FIXED + instance->output_count);
+    taken->head = (header){.magic = MAGIC,
+                           .model = instance->model.checksum,
+                           .interface = (uint32_t)instance->interface,
+                           .count = count,
+                           .state = (uint64_t)instance->state};
+    taken->head.crc = crc_of(taken);
+    *snapshot = taken;
+    return FMU_OK;
+}
+
+/* NULL, or why the snapshot cannot be used here. */
+static const char *unfit(const fmu_instance *instance, const fmu_snapshot *snapshot) {
+    if (!snapshot) return "it is NULL";
+    if (snapshot->head.magic != MAGIC) return "it is not a state of this FMU";
+    if (snapshot->head.model != instance->model.checksum) return "it is of another model";
+    if (snapshot->head.interface != (uint32_t)instance->interface)
+        return "it is of the other interface type";
+    if (snapshot->head.count != content_count(instance)) return "it has another size";
+    return NULL;
+}
+
+fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapshot) {
+    const char *reason = unfit(instance, snapshot);
+    if (reason) return fmu_say(instance, FMU_ERROR, "SetFMUState: %s", reason);
+    fixed_part fixed;
+    memcpy(&fixed, snapshot->content, sizeof fixed);
+    const fmu_status status = fmu_evaluate_restore(
+        instance, fixed.parameters, snapshot->content + FIXED + instance->output_count);
+    if (status != FMU_OK) return status;
+    instance->state = (fmu_state)snapshot->head.state;
+    instance->started = fixed.started != 0.0;
+    instance->start = fixed.start;
+    instance->stop = fixed.stop;
+    instance->inputs = fixed.inputs;
+    instance->held = fixed.held;
+    memcpy(instance->amplitude, fixed.amplitude, sizeof fixed.amplitude);
+    memcpy(instance->outputs, snapshot->content + FIXED,
+           instance->output_count * sizeof *instance->outputs);
+    return FMU_OK;
+}
+
+void fmu_snapshot_free(fmu_snapshot *snapshot) { free(snapshot); }
+
+fmu_status fmu_snapshot_size(const fmu_instance *instance, const fmu_snapshot *snapshot,
+                             size_t *size) {
+    const char *reason = size ? unfit(instance, snapshot) : "the size is NULL";
+    if (reason) return fmu_say(instance, FMU_ERROR, "SerializedFMUStateSize: %s", reason);
+    *size = bytes_of((size_t)snapshot->head.count);
+    return FMU_OK;
+}
+
+fmu_status fmu_snapshot_write(const fmu_instance *instance, const fmu_snapshot *snapshot,
+                              void *bytes, size_t size) {
+    const char *reason = bytes ? unfit(instance, snapshot) : "the array is NULL";
+    if (!reason && size < bytes_of((size_t)snapshot->head.count)) reason = "the array is too short";
+    if (reason) return fmu_say(instance, FMU_ERROR, "SerializeFMUState: %s", reason);
+    memcpy(bytes, snapshot, bytes_of((size_t)snapshot->head.count));
+    return FMU_OK;
+}
+
+fmu_status fmu_snapshot_read(const fmu_instance *instance, const void *bytes, size_t size,
+                             fmu_snapshot **snapshot) {
+    const size_t expected = bytes_of(content_count(instance));
+    if (!bytes || !snapshot || size < expected)
+        return fmu_say(instance, FMU_ERROR, "DeserializeFMUState: %s",
+                       bytes && snapshot ? "the bytes are too few" : "an argument is NULL");
+    fmu_snapshot *read = malloc(expected);
+    if (!read) return fmu_say(instance, FMU_ERROR, "DeserializeFMUState: out of memory");
+    memcpy(read, bytes, expected);
+    const char *reason = unfit(instance, read);
+    if (!reason && read->head.crc != crc_of(read)) reason = "it is damaged";
+    if (reason) {
+        free(read);
+        return fmu_say(instance, FMU_ERROR, "DeserializeFMUState: %s", reason);
+    }
+    *snapshot = read;
+    return FMU_OK;
+}

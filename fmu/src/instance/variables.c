@@ -1,0 +1,198 @@
+/* Access to variables by value reference. Either all values of a call are set or none. */
+#include "instance/instance.h"
+
+#include <math.h>
+#include <string.h>
+
+#define EDGE 0.9 /* of the friction table's range: amplitudes beyond it are near the edge */
+
+enum { INSIDE = 1, NEAR_EDGE }; /* of the enumeration */
+
+static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean"};
+
+static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint32_t reference) {
+    if (reference >= (uint32_t)instance->model.variables) {
+        fmu_say(instance, FMU_ERROR, "value reference %lu: there is no such variable",
+                (unsigned long)reference);
+        return NULL;
+    }
+    const fmu_variable *variable = &instance->model.variable[reference];
+    if (variable->type != type) {
+        fmu_say(instance, FMU_ERROR, "%s: is %s, not %s", instance->model.name[reference],
+                TYPE_NAME[variable->type], TYPE_NAME[type]);
+        return NULL;
+    }
+    return variable;
+}
+
+/* What must be evaluated before the variable can be read. */
+static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *variable) {
+    switch (variable->kind) {
+    case FMU_INPUT:
+    case FMU_PARAMETER: return FMU_OK;
+    case FMU_RATE: {
+        const fmu_status status = fmu_evaluate_outputs(instance);
+        return status == FMU_OK ? fmu_evaluate_rates(instance) : status;
+    }
+    case FMU_OUTPUT:
+        if (variable->slot >= SM_OUTPUTS_FIXED) return fmu_evaluate_motion(instance);
+        return fmu_evaluate_outputs(instance);
+    default: return fmu_evaluate_outputs(instance);
+    }
+}
+
+double fmu_modulus(const double amplitude[2]) {
+    return sqrt(amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]);
+}
+
+static double present_value(const fmu_instance *instance, const fmu_variable *variable) {
+    const double *amplitude = instance->outputs + 1 + 2 * variable->slot;
+    switch (variable->kind) {
+    case FMU_INPUT: return ((const double *)(const void *)&instance->inputs)[variable->slot];
+    case FMU_PARAMETER: return instance->parameters[variable->slot];
+    case FMU_RATE: return instance->rates[variable->slot];
+    case FMU_MODULUS: return fmu_modulus(amplitude);
+    case FMU_PHASE: return atan2(amplitude[1], amplitude[0]);
+    default: return instance->outputs[variable->slot];
+    }
+}
+
+fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
+                         double *value) {
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
+        if (!variable) return FMU_ERROR;
+        const fmu_status status = evaluate_for(instance, variable);
+        if (status != FMU_OK) return status;
+        value[k] = present_value(instance, variable);
+    }
+    return FMU_OK;
+}
+
+/* Whether an amplitude is near the edge of the friction table. */
+static int32_t margin(const fmu_instance *instance) {
+    const sm_table *table = &instance->model.flow.table;
+    const double range[SM_MODES] = {
+        table->node_a[table->count_a - 1],
+        table->modes == SM_MODES ? table->node_b[table->count_b - 1] : 1.0};
+    for (int j = 0; j < table->modes; j++) {
+        const double *a = instance->outputs + 1 + 2 * j;
+        const double edge = EDGE * range[j] * instance->inputs.limit_scale;
+        if (a[0] * a[0] + a[1] * a[1] > edge * edge) return NEAR_EDGE;
+    }
+    return INSIDE;
+}
+
+fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
+                            size_t count, int32_t *value) {
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = find(instance, type, reference[k]);
+        if (!variable) return FMU_ERROR;
+        const fmu_status status = evaluate_for(instance, variable);
+        if (status != FMU_OK) return status;
+        value[k] = variable->kind == FMU_MARGIN ? margin(instance)
+                                                : (int32_t)present_value(instance, variable);
+    }
+    return FMU_OK;
+}
+
+/* Doubles of sm_inputs. */
+#define INPUT_SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
+
+static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
+
+/* The slot of an input's rate; negative for one that has none. */
+static int32_t rate_slot(int32_t slot) {
+    if (slot == INPUT_SLOT(limit_scale)) return INPUT_SLOT(limit_scale_rate);
+    const int has = is_of(slot, INPUT_SLOT(force)) || is_of(slot, INPUT_SLOT(frequency)) ||
+                    is_of(slot, INPUT_SLOT(phase));
+    return has ? slot + SM_MODES : -1;
+}
+
+/* NULL, or what a value must be. */
+static const char *value_needs(const fmu_variable *variable, double value) {
+    if (!isfinite(value)) return "finite";
+    const int32_t slot = variable->slot;
+    if (variable->kind == FMU_INPUT) {
+        const int positive =
+            is_of(slot, INPUT_SLOT(frequency)) || slot == INPUT_SLOT(limit_scale);
+        return positive && !(value > 0.0) ? "> 0" : NULL;
+    }
+    if (variable->kind != FMU_PARAMETER) return NULL;
+    if (slot == FMU_TOLERANCE)
+        return value >= 1e-13 && value <= 1e-2 ? NULL : "1e-13 to 0.01";
+    return value >= 0.0 ? NULL : ">= 0";
+}
+
+static fmu_status may_set(const fmu_instance *instance, const fmu_variable *variable,
+                          const char *name) {
+    switch (variable->kind) {
+    case FMU_INPUT: return fmu_allow(instance, FMU_BEFORE_START | FMU_RUNNING, name);
+    case FMU_PARAMETER:
+    case FMU_START: return fmu_allow(instance, FMU_BEFORE_START, name);
+    default: return fmu_say(instance, FMU_ERROR, "%s: is not an input or parameter", name);
+    }
+}
+
+static void set_value(fmu_instance *instance, const fmu_variable *variable, double value) {
+    if (variable->kind == FMU_INPUT) {
+        ((double *)(void *)&instance->inputs)[variable->slot] = value;
+        instance->inputs_current = instance->outputs_current = 0;
+        instance->rates_current = instance->motion_current = 0;
+        return;
+    }
+    if (variable->kind == FMU_START)
+        instance->amplitude[variable->slot - 1] = value;
+    else
+        instance->parameters[variable->slot] = value;
+    instance->started = 0;
+}
+
+fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
+                         const double *value) {
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
+        if (!variable) return FMU_ERROR;
+        const char *name = instance->model.name[reference[k]];
+        if (may_set(instance, variable, name) != FMU_OK) return FMU_ERROR;
+        const char *needed = value_needs(variable, value[k]);
+        if (needed)
+            return fmu_say(instance, FMU_ERROR, "%s: must be %s, got %g", name, needed, value[k]);
+    }
+    for (size_t k = 0; k < count; k++)
+        set_value(instance, &instance->model.variable[reference[k]], value[k]);
+    return FMU_OK;
+}
+
+fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
+                            size_t count, const int32_t *value) {
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = find(instance, type, reference[k]);
+        if (!variable ||
+            may_set(instance, variable, instance->model.name[reference[k]]) != FMU_OK)
+            return FMU_ERROR;
+    }
+    for (size_t k = 0; k < count; k++)
+        set_value(instance, &instance->model.variable[reference[k]], (double)(value[k] != 0));
+    return FMU_OK;
+}
+
+fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference, size_t count,
+                               const double *value) {
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
+        if (!variable) return FMU_ERROR;
+        const char *name = instance->model.name[reference[k]];
+        if (variable->kind != FMU_INPUT || rate_slot(variable->slot) < 0)
+            return fmu_say(instance, FMU_ERROR, "%s: is not an input that has a rate", name);
+        if (!isfinite(value[k]))
+            return fmu_say(instance, FMU_ERROR, "%s: its rate must be finite, got %g", name,
+                           value[k]);
+    }
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = &instance->model.variable[reference[k]];
+        const fmu_variable rate = {FMU_REAL, FMU_INPUT, rate_slot(variable->slot)};
+        set_value(instance, &rate, value[k]);
+    }
+    return FMU_OK;
+}

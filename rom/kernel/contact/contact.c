@@ -1,0 +1,49 @@
+#include "base/check.h"
+#include "base/harmonics.h"
+
+#define MAX_CONTACTS 32768 /* indices of (N_c, N_c) matrices fit an int */
+
+static int symmetric(const double *matrix, size_t n) {
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i; j++) {
+            const double size = sqrt(fabs(matrix[i * n + i])) * sqrt(fabs(matrix[j * n + j]));
+            const double difference = fabs(matrix[i * n + j] - matrix[j * n + i]);
+            if (!(difference <= SM_SYMMETRY_TOLERANCE * size)) return 0;
+        }
+    return 1;
+}
+
+static sm_status check_answer(const sm_contact *contact) {
+    const sm_modal_answer *answer = contact->answer;
+    const size_t n = (size_t)contact->contacts;
+    const sm_status status = sm_orders_check(answer->orders_count, answer->orders);
+    if (status != SM_OK || !answer->feedback) return status;
+    return sm_all_finite(answer->feedback, (size_t)answer->orders_count * n * n * 2)
+               ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_contact_check(const sm_contact *contact) {
+    if (!contact || contact->contacts < 1 || contact->contacts > MAX_CONTACTS)
+        return SM_BAD_ARGUMENT;
+    if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
+    if (!contact->limit || !contact->stiffness || !contact->damping || !contact->coupling)
+        return SM_BAD_ARGUMENT;
+    const size_t n = (size_t)contact->contacts;
+    if (!sm_all_finite(contact->limit, n) || !sm_all_finite(contact->stiffness, n * n) ||
+        !sm_all_finite(contact->damping, n * n) ||
+        !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
+        return SM_NOT_FINITE;
+    if (contact->law != SM_TANH && contact->law != SM_COULOMB) return SM_BAD_ARGUMENT;
+    if (contact->law == SM_TANH) {
+        const sm_status status = sm_check_positive(contact->alpha);
+        if (status != SM_OK) return status;
+    }
+    for (size_t i = 0; i < n; i++)
+        if (contact->limit[i] < 0.0 || !(contact->stiffness[i * n + i] > 0.0))
+            return SM_BAD_ARGUMENT;
+    if (contact->mass && !sm_all_finite(contact->mass, n * n)) return SM_NOT_FINITE;
+    if (!symmetric(contact->stiffness, n) || !symmetric(contact->damping, n) ||
+        (contact->mass && !symmetric(contact->mass, n)))
+        return SM_BAD_ARGUMENT;
+    return contact->answer ? check_answer(contact) : SM_OK;
+}

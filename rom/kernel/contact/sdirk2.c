@@ -1,0 +1,86 @@
+#include "contact/sdirk2.h"
+
+#include "base/check.h"
+#include "contact/slipping.h"
+
+size_t sm_stepper_size(int contacts) {
+    const size_t n = (size_t)contacts;
+    return 4 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
+}
+
+void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
+    const size_t n = (size_t)contacts;
+    stepper->contacts = contacts;
+    stepper->h = 0.0;
+    stepper->matrix = memory;
+    stepper->stiffness = memory + n * n;
+    stepper->factor = memory + 2 * n * n;
+    stepper->inertia = memory + 3 * n * n;
+    stepper->massless = 1;
+    stepper->smooth = 0;
+    stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
+}
+
+/* Whether Cholesky factorisation runs through, the diagonal raised by what rounding may have
+ * taken from a semidefinite matrix. */
+static int positive_definite(const double *matrix, int n, double *factor) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++) {
+            double sum = matrix[i * n + j] * (i == j ? 1.0 + SM_SYMMETRY_TOLERANCE : 1.0);
+            for (int k = 0; k < j; k++) sum -= factor[i * n + k] * factor[j * n + k];
+            if (i == j && !(sum > 0.0 && isfinite(sum))) return 0;
+            factor[i * n + j] = i == j ? sqrt(sum) : sum / factor[j * n + j];
+        }
+    return 1;
+}
+
+sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
+    const int n = contact->contacts;
+    if (stepper->h == h) return SM_OK;
+    stepper->h = 0.0; /* until the matrix is known to be good */
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            const int k = i * n + j, low = i > j ? k : j * n + i; /* symmetric to the last bit */
+            stepper->stiffness[k] = contact->stiffness[low];
+            stepper->inertia[k] = contact->mass ? contact->mass[low] / (SM_GAMMA * h) : 0.0;
+            stepper->matrix[k] = stepper->inertia[k] + contact->damping[low]
+                                 + SM_GAMMA * h * contact->stiffness[low];
+        }
+    stepper->massless = !contact->mass;
+    stepper->smooth = contact->law == SM_TANH;
+    for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
+    for (int i = 0; i < n; i++)
+        stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * n + i],
+                                             contact->limit[i], contact->alpha);
+    if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
+    stepper->h = h;
+    return SM_OK;
+}
+
+size_t sm_lanes_size(int contacts, int lanes) {
+    const size_t n = (size_t)contacts, w = (size_t)lanes;
+    const size_t many = sm_slipping_counts(n) * w + n + 3 * n * w;
+    return (10 + n) * n * w + (contacts > 1 ? many : 0);
+}
+
+void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
+    const size_t size = (size_t)contacts * (size_t)lanes;
+    double **arrays[] = {&m->x, &m->base, &m->u, &m->y, &m->v, &m->d,
+                         &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += size)
+        *arrays[i] = memory;
+    m->factor = memory;
+    m->slipping = memory + size * (size_t)contacts;
+    m->packed = m->slipping + sm_slipping_counts((size_t)contacts) * (size_t)lanes;
+    m->conjugate = m->packed + contacts;
+    sm_lanes_forget(m, contacts, lanes);
+}
+
+void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {
+    m->factored = NULL;
+    m->factors_for = 0;
+    for (int l = 0; l < lanes && contacts > 1; l++) {
+        const sm_slipping a = sm_slipping_of(contacts, l, m->slipping, m->factor);
+        sm_slipping_forget(&a, contacts);
+    }
+}

@@ -1,0 +1,105 @@
+/* One implicit step of the contact problem, eq. (12): [M x'' +] D x' + K x + g(x') = u(t).
+ *
+ * Two-stage L-stable SDIRK of second order (Alexander 1977, gamma = 1 - 1/sqrt 2): stages at
+ * t + gamma h and t + h, so that a stuck contact stays exactly where it is. Each stage is
+ *   S v + g(v) = r,   S = [M / (gamma h) +] D + gamma h K,
+ * the minimum of a strictly convex potential. With y_i = S_ii v_i + g_i(v_i) it reads
+ *   y + (S - diag S) v(y) = r,
+ * which the solvers in stage/ solve.
+ */
+#ifndef SLIPMODE_SDIRK2_H
+#define SLIPMODE_SDIRK2_H
+
+#include "contact/friction.h"
+#include "base/products.h"
+
+#define SM_GAMMA 0.29289321881345254
+#define SM_STAGE_TOLERANCE 1e-11 /* of the forces on the contact */
+
+typedef struct {
+    int contacts;
+    double h;            /* step [s] */
+    double *matrix;      /* (N_c, N_c) S */
+    double *stiffness;   /* (N_c, N_c) K */
+    double *inertia;     /* (N_c, N_c) M / (gamma h) */
+    int massless;
+    int smooth;          /* tanh friction at every contact */
+    double *factor;      /* (N_c, N_c) Cholesky factor of S */
+    sm_resolvent *laws;  /* (N_c) */
+} sm_stepper;
+
+/* Lane arrays of a march. */
+typedef struct {
+    double *x, *base;    /* displacement; stage base x + h (1 - gamma) v_1 */
+    double *u;           /* forcing of the stage */
+    double *y, *v, *d;   /* unknown, velocity, dv/dy */
+    double *stage_v[2];  /* last velocity of each stage: the first guess of the next step */
+    double *r, *residual;
+    double *factor;      /* (N_c, N_c) per lane, two contacts or more */
+    double *slipping;    /* integers of sm_slipping per lane, likewise */
+    double *conjugate;   /* (3, N_c, lanes) of conjugate gradients, likewise */
+    int factors_for;     /* stages yet to come without them */
+    double *packed;      /* (N_c) of the slipping contacts of a lane */
+    const double *factored; /* the matrix S of these factors */
+} sm_lanes;
+
+size_t sm_stepper_size(int contacts);                /* doubles */
+void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
+/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique answer. */
+sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
+size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
+void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
+/* To be called where the stepper's matrix changes, and where a march begins anew: from then on it
+ * gives the bits of a fresh one. */
+void sm_lanes_forget(sm_lanes *lane, int contacts, int lanes);
+
+/* r = u - K x */
+SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
+                             const double *restrict x) {
+    const int n = s->contacts;
+    sm_times(n, lanes, s->stiffness, x, m->r);
+    for (int i = 0; i < n; i++) {
+        double *restrict r = m->r + (size_t)i * lanes;
+        const double *restrict u = m->u + (size_t)i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) r[l] = u[l] - r[l];
+    }
+}
+
+/* r += M (velocity the stage starts from) / (gamma h). The last stage of a step ends it, so
+ * stage_v[1] holds the velocity at its start until that stage is solved. */
+SM_INLINE void sm_stage_load_inertia(const int lanes, const sm_stepper *s, sm_lanes *m,
+                                     int stage) {
+    const int n = s->contacts;
+    const double gain = stage == 0 ? 0.0 : (1.0 - SM_GAMMA) / SM_GAMMA;
+    for (int i = 0; i < n; i++) {
+        double *restrict r = m->r + (size_t)i * lanes;
+        for (int j = 0; j < n; j++) {
+            const double m_ij = s->inertia[i * n + j];
+            const double *restrict start = m->stage_v[1] + (size_t)j * lanes;
+            const double *restrict first = m->stage_v[0] + (size_t)j * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++)
+                r[l] += m_ij * (start[l] + gain * (first[l] - start[l]));
+        }
+    }
+}
+
+/* Right-hand side m->r of a stage, 0 or 1, from the forcing in m->u. */
+SM_INLINE void sm_stage_begin(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    sm_stage_load(lanes, s, m, stage == 0 ? m->x : m->base);
+    if (!s->massless) sm_stage_load_inertia(lanes, s, m, stage);
+}
+
+/* What follows from the velocity m->v of a stage. */
+SM_INLINE void sm_stage_end(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    const size_t size = (size_t)s->contacts * (size_t)lanes;
+    memcpy(m->stage_v[stage], m->v, size * sizeof(double));
+    const double first = (1.0 - SM_GAMMA) * s->h, last = SM_GAMMA * s->h;
+    if (stage == 0)
+        for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];
+    else
+        for (size_t k = 0; k < size; k++) m->x[k] = m->base[k] + last * m->v[k];
+}
+
+#endif

@@ -1,0 +1,79 @@
+/* Harmonic forces F cos(theta + ph) at the stages of equal time steps.
+ *
+ * From one step to the next each phasor turns by a complex factor, and a sweep turns that factor:
+ * two complex products instead of a cosine. Exact angles anchor the recurrence every SM_ANCHOR
+ * steps, so that rounding does not pile up.
+ */
+#ifndef SLIPMODE_CARRIER_H
+#define SLIPMODE_CARRIER_H
+
+#include <math.h>
+
+#include "base/lanes.h"
+#include "slipmode.h"
+
+#define SM_CARRIER_STAGES 6
+#define SM_ANCHOR 64
+
+typedef struct {
+    double re[SM_CARRIER_STAGES], im[SM_CARRIER_STAGES];
+} sm_phasors;
+
+typedef struct {
+    int modes;
+    double h;                         /* step [s] */
+    double offset[SM_CARRIER_STAGES]; /* of each stage from the start of the step [s] */
+    const sm_inputs *inputs;
+    sm_phasors wave[SM_MODES];        /* exp(i (theta_j + ph_j)) */
+    sm_phasors turn[SM_MODES];        /* of the wave, from this step to the next */
+    sm_phasors curl[SM_MODES];        /* of the turn */
+} sm_carrier;
+
+SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
+    z->re[stage] = cos(angle);
+    z->im[stage] = sin(angle);
+}
+
+SM_INLINE void sm_turn_phasors(sm_phasors *z, const sm_phasors *by) {
+    for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
+        const double re = z->re[stage] * by->re[stage] - z->im[stage] * by->im[stage];
+        z->im[stage] = z->re[stage] * by->im[stage] + z->im[stage] * by->re[stage];
+        z->re[stage] = re;
+    }
+}
+
+/* Exact phasors of the step that starts `elapsed` seconds after the inputs do. */
+static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
+    const sm_inputs *inputs = carrier->inputs;
+    const double h = carrier->h;
+    for (int j = 0; j < carrier->modes; j++) {
+        const double start = inputs->frequency[j] + inputs->phase_rate[j];
+        const double angle = inputs->angle[j] + inputs->phase[j];
+        const double sweep = inputs->frequency_rate[j];
+        for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
+            const double t = elapsed + carrier->offset[stage];
+            sm_set_phasor(&carrier->wave[j], stage, angle + t * (start + 0.5 * sweep * t));
+            sm_set_phasor(&carrier->turn[j], stage, h * (start + sweep * (t + 0.5 * h)));
+            sm_set_phasor(&carrier->curl[j], stage, sweep * h * h);
+        }
+    }
+}
+
+SM_INLINE void sm_carrier_advance(sm_carrier *carrier) {
+    for (int j = 0; j < carrier->modes; j++) {
+        sm_turn_phasors(&carrier->wave[j], &carrier->turn[j]);
+        if (carrier->inputs->frequency_rate[j] != 0.0)
+            sm_turn_phasors(&carrier->turn[j], &carrier->curl[j]);
+    }
+}
+
+/* Forces (SM_MODES) at a stage of the step that starts `elapsed` seconds after the inputs do. */
+SM_INLINE void sm_carrier_force(const sm_carrier *carrier, int stage, double elapsed,
+                                double *force) {
+    const sm_inputs *inputs = carrier->inputs;
+    const double t = elapsed + carrier->offset[stage];
+    for (int j = 0; j < carrier->modes; j++)
+        force[j] = (inputs->force[j] + inputs->force_rate[j] * t) * carrier->wave[j].re[stage];
+}
+
+#endif

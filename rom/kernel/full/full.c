@@ -1,0 +1,244 @@
+/* Full-order time integration: the march over many steps, and its memory. */
+#include "full/esdirk4.h"
+
+#include <stdlib.h>
+
+#include "base/check.h"
+#include "slow/slow_flow.h"
+
+#define MAX_COORDINATES 16384 /* (n, n) matrices fit the memory of a workstation */
+
+size_t sm_full_state_count(const sm_full *full) {
+    return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1;
+}
+
+static sm_status check_sizes(const sm_full *full) {
+    if (!full || full->coordinates < 1 || full->coordinates > MAX_COORDINATES)
+        return SM_BAD_ARGUMENT;
+    if (full->contacts < 1 || full->contacts > full->coordinates) return SM_BAD_ARGUMENT;
+    if (full->modes < 1 || full->modes > SM_MODES || full->outputs < 0) return SM_BAD_ARGUMENT;
+    if (full->law != SM_TANH && full->law != SM_COULOMB) return SM_BAD_ARGUMENT;
+    if (!full->limit || !full->stiffness || !full->damping || !full->directions ||
+        !full->patterns || !full->inverse || !full->resistance ||
+        (full->outputs > 0 && !full->output))
+        return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+static sm_status check_values(const sm_full *full) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    const size_t entries = full->diagonal ? n : n * n;
+    if (!sm_all_finite(full->limit, contacts) || !sm_all_finite(full->stiffness, n) ||
+        !sm_all_finite(full->damping, entries) || !sm_all_finite(full->inverse, entries) ||
+        !sm_all_finite(full->directions, contacts * n) ||
+        !sm_all_finite(full->patterns, (size_t)full->modes * n) ||
+        !sm_all_finite(full->output, (size_t)full->outputs * n) ||
+        !sm_all_finite(full->resistance, contacts * contacts))
+        return SM_NOT_FINITE;
+    for (size_t i = 0; i < contacts; i++)
+        if (full->limit[i] < 0.0) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_check_positive(full->step);
+    return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
+}
+
+static size_t width_of(const sm_full *full) {
+    const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
+    return blocks * SM_FULL_BLOCK;
+}
+
+static size_t inverse_size(const sm_full *full) {
+    return full->diagonal ? width_of(full) : width_of(full) * width_of(full);
+}
+
+static size_t march_size(const sm_full *full) { /* doubles */
+    const size_t contacts = (size_t)full->contacts;
+    const size_t rows = 6 + 2 * SM_FULL_STAGES + 2 * SM_MODES + 2 * contacts;
+    return rows * width_of(full) + inverse_size(full) + 2 * contacts
+           + sm_warm_size(full->contacts) + sm_lanes_size(full->contacts, 1)
+           + sm_stepper_size(full->contacts);
+}
+
+/* The next `count` doubles of the memory that `free` points into. */
+static double *take(double **free, size_t count) {
+    double *taken = *free;
+    *free += count;
+    return taken;
+}
+
+static void place(sm_march_full *m, const sm_full *full, double *memory) {
+    const size_t width = width_of(full), contacts = (size_t)full->contacts;
+    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = take(&memory, width);
+    m->stage_v = take(&memory, SM_FULL_STAGES * width);
+    m->stage_dv = take(&memory, SM_FULL_STAGES * width);
+    m->pattern = take(&memory, SM_MODES * width);
+    m->answer = take(&memory, SM_MODES * width);
+    m->response = take(&memory, contacts * width);
+    m->gather = take(&memory, contacts * width);
+    m->inverse = take(&memory, inverse_size(full));
+    m->x_c = take(&memory, contacts);
+    m->force = take(&memory, contacts);
+    sm_warm_place(&m->warm, full->contacts,
+                  take(&memory, sm_warm_size(full->contacts)));
+    sm_lanes_place(&m->lane, full->contacts, 1,
+                   take(&memory, sm_lanes_size(full->contacts, 1)));
+    sm_stepper_place(&m->stepper, full->contacts, memory);
+}
+
+/* to = A^-1 from, for one row of n values. */
+static void divide(const sm_full *full, const double *from, double *to) {
+    const size_t n = (size_t)full->coordinates;
+    for (size_t i = 0; i < n; i++) {
+        to[i] = full->diagonal ? full->inverse[i] * from[i] : 0.0;
+        for (size_t k = 0; k < n && !full->diagonal; k++)
+            to[i] += full->inverse[i * n + k] * from[k];
+    }
+}
+
+/* What does not change from step to step. */
+static sm_status prepare(sm_march_full *m, const sm_full *full) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    const size_t width = m->width, rows = full->diagonal ? 1 : n;
+    memcpy(m->stiffness, full->stiffness, n * sizeof(double));
+    for (size_t i = 0; i < rows; i++)
+        memcpy(m->inverse + i * width, full->inverse + i * n, n * sizeof(double));
+    for (size_t j = 0; j < (size_t)full->modes; j++) {
+        memcpy(m->pattern + j * width, full->patterns + j * n, n * sizeof(double));
+        divide(full, m->pattern + j * width, m->answer + j * width);
+    }
+    for (size_t i = 0; i < contacts; i++) {
+        divide(full, full->directions + i * n, m->response + i * width);
+        for (size_t j = 0; j < contacts; j++)
+            for (size_t k = 0; k < n; k++)
+                m->gather[i * width + k] +=
+                    full->resistance[i * contacts + j] * full->directions[j * n + k];
+    }
+    const sm_contact contact = {.contacts = full->contacts,
+                                .modes = full->modes,
+                                .law = full->law,
+                                .alpha = full->alpha,
+                                .limit = full->limit,
+                                .stiffness = m->stepper.stiffness, /* zeros: S is all there is */
+                                .damping = full->resistance};
+    return sm_stepper_set(&m->stepper, &contact, full->step);
+}
+
+/* stage_dv[0] = gamma h (f - Lambda q - C v - W g) */
+static void start_acceleration(sm_march_full *m, const sm_full *full, const double *force) {
+    const size_t n = (size_t)full->coordinates, width = m->width;
+    for (size_t k = 0; k < n; k++) {
+        double sum = m->pattern[k] * force[0] + m->pattern[width + k] * force[1]
+                     - m->stiffness[k] * m->q[k];
+        if (full->diagonal) sum -= full->damping[k] * m->v[k];
+        for (size_t j = 0; j < n && !full->diagonal; j++)
+            sum -= full->damping[k * n + j] * m->v[j];
+        for (int i = 0; i < full->contacts; i++)
+            sum -= full->directions[(size_t)i * n + k] * m->force[i];
+        m->stage_dv[k] = SM_FULL_GAMMA * m->h * sum;
+    }
+}
+
+static void start(sm_march_full *m, const sm_full *full, const sm_inputs *inputs, double elapsed,
+                  const double *state) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    const double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
+    memcpy(m->q, state, n * sizeof(double));
+    memcpy(m->v, state + n, n * sizeof(double));
+    memcpy(m->x_c, x_c, contacts * sizeof(double));
+    memcpy(m->force, force_c, contacts * sizeof(double));
+    m->dissipated = force_c[contacts];
+    sm_lanes_forget(&m->lane, full->contacts, 1);
+    sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
+    m->carrier.modes = full->modes;
+    m->carrier.inputs = inputs;
+    m->carrier.h = full->step;
+    for (int stage = 0; stage < SM_FULL_STAGES; stage++)
+        m->carrier.offset[stage] = SM_FULL_OFFSET[stage] * full->step;
+    sm_carrier_anchor(&m->carrier, elapsed);
+    double force[SM_MODES] = {0.0};
+    sm_carrier_force(&m->carrier, 0, elapsed, force);
+    start_acceleration(m, full, force);
+}
+
+static void finish(const sm_march_full *m, const sm_full *full, double *state) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
+    memcpy(state, m->q, n * sizeof(double));
+    memcpy(state + n, m->v, n * sizeof(double));
+    memcpy(x_c, m->x_c, contacts * sizeof(double));
+    memcpy(v_c, m->warm.v, contacts * sizeof(double));
+    memcpy(force_c, m->force, contacts * sizeof(double));
+    force_c[contacts] = m->dissipated;
+}
+
+/* `steps` steps, the first one `elapsed` seconds after the inputs start; `first` of the run. */
+SM_HOT static sm_status march(sm_march_full *m, double elapsed, size_t first, size_t steps) {
+    for (size_t k = first; k < first + steps; k++) {
+        const double now = elapsed + m->h * (double)k;
+        if (k % SM_ANCHOR == 0) sm_carrier_anchor(&m->carrier, now);
+        const sm_status status = sm_full_step(m, now);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+static double dot(const double *a, const double *b, size_t n) {
+    double sum = 0.0;
+    for (size_t k = 0; k < n; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+static void sample_contacts(const sm_march_full *m, const sm_full *full, double *contact) {
+    const size_t contacts = (size_t)full->contacts;
+    for (size_t i = 0; i < contacts; i++) {
+        const double limit = full->limit[i]; /* rounding must not carry the force beyond it */
+        contact[i] = m->x_c[i];
+        contact[contacts + i] = m->warm.v[i];
+        contact[2 * contacts + i] = fmax(-limit, fmin(m->force[i], limit));
+    }
+}
+
+static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double elapsed,
+                           size_t samples, size_t every, const double *state) {
+    sm_status status = check_sizes(full);
+    if (status == SM_OK) status = check_values(full);
+    if (status != SM_OK) return status;
+    if (!inputs || !state || samples < 1 || every < 1 || !isfinite(elapsed))
+        return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(state, sm_full_state_count(full))) return SM_NOT_FINITE;
+    /* the limits are those of `full` */
+    if (inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0) return SM_BAD_ARGUMENT;
+    return sm_inputs_check(inputs, full->modes);
+}
+
+sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
+                        size_t samples, size_t every, double *state, double *displacement,
+                        double *velocity, double *contact, double *dissipated) {
+    sm_status status = check_run(full, inputs, elapsed, samples, every, state);
+    if (status != SM_OK) return status;
+    double *memory = calloc(march_size(full), sizeof(double));
+    if (!memory) return SM_NO_MEMORY;
+    sm_march_full m = {.contacts = full->contacts,
+                       .diagonal = full->diagonal,
+                       .width = width_of(full),
+                       .h = full->step};
+    place(&m, full, memory);
+    status = prepare(&m, full);
+    if (status == SM_OK) start(&m, full, inputs, elapsed, state);
+    const size_t n = (size_t)full->coordinates, rows = (size_t)full->outputs;
+    for (size_t s = 0; s < samples && status == SM_OK; s++) {
+        status = march(&m, elapsed, s * every, every);
+        for (size_t i = 0; i < rows; i++) {
+            displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
+            velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
+        }
+        sample_contacts(&m, full, contact + s * 3 * (size_t)full->contacts);
+        dissipated[s] = m.dissipated;
+    }
+    if (status == SM_OK) {
+        finish(&m, full, state);
+        status = sm_all_finite(state, sm_full_state_count(full)) ? SM_OK : SM_NOT_FINITE;
+    }
+    free(memory);
+    return status;
+}

@@ -1,0 +1,313 @@
+/* The step-able component: inputs held or ramped over a step, slow flow, contact motion at the
+ * communication point. It owns copies of everything it needs, in one block of memory. */
+#include <stdlib.h>
+
+#include "base/check.h"
+#include "slow/component/contact_output.h"
+#include "base/exact_sum.h"
+#include "slow/discontinuity.h"
+#include "slow/slow_flow.h"
+#include "table/table.h"
+
+typedef struct {
+    sm_exact_sum time;            /* [s] */
+    sm_exact_sum energy;          /* dissipated at the contacts [J] */
+    sm_exact_sum angle[SM_MODES]; /* theta_j in [0, 2 pi) [rad] */
+    double amplitude[2 * SM_MODES];
+    double step;                  /* next internal step, 0: not chosen yet [s] */
+    sm_held_force held;           /* until the present time */
+} slow_state;
+
+#define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
+#define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
+#define INPUTS_COUNT (sizeof(sm_inputs) / sizeof(double))
+
+struct sm_component {
+    sm_slow_flow flow;
+    sm_contact_output contacts;
+    double tolerance;
+    sm_inputs inputs;
+    slow_state slow;
+    uint64_t accepted, rejected;
+    /* what follows from state and inputs, kept where it is known: to the bit what it would be */
+    int rate_known;
+    double rate[SM_UNKNOWNS];
+    sm_instant instant;
+};
+
+sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
+                              const sm_motion *motion, double tolerance,
+                              sm_component **component) {
+    if (!flow || !motion || !component) return SM_BAD_ARGUMENT;
+    sm_status status = sm_check_positive(tolerance);
+    if (status == SM_OK) status = sm_table_check(&flow->table);
+    if (status == SM_OK) status = sm_slow_flow_check(flow);
+    if (status == SM_OK) status = sm_contact_check(contact);
+    if (status != SM_OK) return status;
+    if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
+    status = sm_motion_check(motion, contact, &flow->table);
+    if (status != SM_OK) return status;
+
+    const size_t total =
+        sm_table_size(&flow->table) + sm_contact_output_size(motion, contact, &flow->table);
+    const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
+    sm_component *c = calloc(1, header + total * sizeof(double));
+    if (!c) return SM_NO_MEMORY;
+    double *memory = (double *)(void *)((char *)c + header);
+    c->flow = *flow;
+    c->tolerance = tolerance;
+    c->flow.table = sm_table_copy(&flow->table, &memory);
+    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, memory);
+    c->inputs.limit_scale = 1.0;
+    for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
+    *component = c;
+    return SM_OK;
+}
+
+void sm_component_free(sm_component *component) { free(component); }
+
+/* Doubles of the contacts' state. */
+static size_t contact_count(const sm_component *c) {
+    return 3 * (size_t)c->contacts.contact.contacts;
+}
+
+/* The inputs carry the angles for the near resonances; the state has them exactly. */
+static void align_angles(sm_component *c) {
+    for (int j = 0; j < SM_MODES; j++) c->inputs.angle[j] = c->slow.angle[j].value;
+}
+
+/* SM_OK where the slow flow is defined: finite amplitudes inside the table. */
+static sm_status rate_at(const sm_component *c, const sm_inputs *inputs, const double *amplitude,
+                         double *rate) {
+    sm_instant instant = {.known = 0};
+    if (!sm_all_finite(amplitude, 2 * (size_t)c->flow.table.modes)) return SM_NOT_FINITE;
+    return sm_slow_flow_derivative(&c->flow, inputs, &instant, amplitude, rate);
+}
+
+sm_status sm_component_reset(sm_component *c, double time, const double *amplitude) {
+    if (!c || !amplitude) return SM_BAD_ARGUMENT;
+    if (!isfinite(time)) return SM_NOT_FINITE;
+    double rate[SM_UNKNOWNS];
+    const sm_status status = rate_at(c, &c->inputs, amplitude, rate);
+    if (status != SM_OK) return status;
+    slow_state fresh = {.time = {time, 0.0}};
+    memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
+    c->slow = fresh;
+    align_angles(c);
+    c->rate_known = 0; /* the angles are others */
+    memset(c->contacts.state, 0, contact_count(c) * sizeof(double));
+    return SM_OK;
+}
+
+/* The limits can be scaled where friction is homogeneous. */
+static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
+    const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
+    const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
+    if (status != SM_OK || !scaled) return status;
+    return c->contacts.contact.law == SM_COULOMB ? SM_OK : SM_BAD_ARGUMENT;
+}
+
+sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
+    if (!c || !inputs) return SM_BAD_ARGUMENT;
+    const sm_status status = check_inputs(c, inputs);
+    if (status != SM_OK) return status;
+    const sm_inputs before = c->inputs;
+    c->inputs = sm_inputs_after(inputs, c->flow.table.modes, 0.0);
+    align_angles(c);
+    if (memcmp(&before, &c->inputs, sizeof before) != 0) c->rate_known = 0;
+    return status;
+}
+
+/* A step to begin with. From rest a = rate h at first, and the error of a step is measured
+ * against that: it is of the order of (h |stiffness / mass|)^4. The factor is measured, 5 less a
+ * margin. */
+static double first_step(const sm_component *c) {
+    double fastest = 0.0;
+    for (int j = 0; j < c->flow.table.modes; j++)
+        fastest = fmax(fastest, sm_cabs2(sm_of(&c->instant.factor.spring, j)));
+    return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
+}
+
+/* Integrates the slow flow over [0, duration], to the inputs `after`; y, its derivative dy, step
+ * and the march are advanced. */
+static sm_status integrate(sm_component *c, double duration, const sm_inputs *after, double *y,
+                           double *dy, double *step) {
+    const int wanted = c->contacts.motion.wanted;
+    const double marched_from =
+        wanted ? duration - sm_contact_output_memory(&c->contacts, &c->inputs) : 0.0;
+    sm_inputs begin = c->inputs;
+    double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
+    sm_status status = SM_OK;
+    if (c->rate_known)
+        memcpy(dy, c->rate, sizeof c->rate);
+    else
+        status = sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, y, dy);
+    double elapsed = 0.0, h = *step > 0.0 ? *step : fmin(duration, first_step(c));
+    int64_t tries = 0;
+    while (status == SM_OK && elapsed < duration) {
+        if (++tries > MAX_TRIES) return SM_STEP_TOO_SMALL;
+        const double left = duration - elapsed;
+        const int last = h >= left * (1.0 - 1e-12);
+        const double tried = last ? left : h;
+        const sm_inputs end =
+            last ? *after : sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + tried);
+        sm_status outcome =
+            sm_slow_flow_try(&c->flow, &c->inputs, elapsed, tried, &end, c->tolerance,
+                             &c->instant, y, dy, y_new, dy_new, &error);
+        if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
+        if (outcome != SM_OK || error > 1.0) {
+            /* a stage beyond the table, or an overflow: come closer to it, then say so */
+            h = tried * (outcome != SM_OK ? 0.25 : fmax(0.2, 0.9 * pow(error, -0.2)));
+            c->rejected++;
+            if (h < 1e-13 * (duration + 1.0 / c->inputs.frequency[0]))
+                return outcome != SM_OK ? outcome : SM_STEP_TOO_SMALL;
+            continue;
+        }
+        c->accepted++;
+        if (wanted) {
+            const sm_slow_stretch stretch = {tried, &begin, &end, y, dy, y_new, dy_new};
+            status = sm_contact_output_march(&c->contacts, &c->flow, &c->instant, &stretch,
+                                             fmax(0.0, marched_from - elapsed));
+            begin = end;
+        }
+        memcpy(y, y_new, sizeof y_new);
+        memcpy(dy, dy_new, sizeof dy_new);
+        elapsed = last ? duration : elapsed + tried;
+        const double grown = tried * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
+        h = last && grown < h ? h : grown; /* a step cut short by the call says little */
+    }
+    *step = h;
+    return status;
+}
+
+/* The slow state `duration` later, as far as time and inputs tell. */
+static slow_state later(const sm_component *c, double duration) {
+    slow_state fresh = c->slow;
+    sm_add(&fresh.time, duration);
+    for (int j = 0; j < c->flow.table.modes; j++) {
+        const double rate = c->inputs.frequency_rate[j];
+        sm_add_angle(&fresh.angle[j], duration * (c->inputs.frequency[j] + 0.5 * rate * duration));
+    }
+    return fresh;
+}
+
+sm_status sm_component_step(sm_component *c, double duration) {
+    if (!c) return SM_BAD_ARGUMENT;
+    sm_status status = sm_check_positive(duration);
+    if (status != SM_OK) return status;
+    sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
+    status = sm_inputs_check(&after, c->flow.table.modes);
+    if (status != SM_OK) return status;
+    slow_state fresh = later(c, duration);
+    for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
+    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
+    memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
+    if (sm_force_jump(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
+    if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
+    status = integrate(c, duration, &after, y, dy, &fresh.step);
+    if (status != SM_OK) return status;
+    memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
+    fresh.held = sm_hold_force(&after);
+    sm_add(&fresh.energy, y[SM_DISSIPATED]);
+    if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
+        !sm_all_finite(dy, SM_UNKNOWNS))
+        return SM_NOT_FINITE;
+
+    c->slow = fresh;
+    c->inputs = after;
+    memcpy(c->rate, dy, sizeof c->rate);
+    c->rate_known = 1;
+    if (c->contacts.motion.wanted) sm_contact_output_keep(&c->contacts);
+    return SM_OK;
+}
+
+size_t sm_component_output_count(const sm_component *c) {
+    if (!c) return 0;
+    const sm_motion *motion = &c->contacts.motion;
+    return SM_OUTPUTS_FIXED + (motion->wanted ? contact_count(c) + (size_t)motion->elastic : 0);
+}
+
+sm_status sm_component_outputs(const sm_component *c, double *outputs) {
+    if (!c || !outputs) return SM_BAD_ARGUMENT;
+    double computed[SM_UNKNOWNS];
+    const double *rate = c->rate_known ? c->rate : computed;
+    const sm_status status =
+        c->rate_known ? SM_OK : rate_at(c, &c->inputs, c->slow.amplitude, computed);
+    if (status != SM_OK) return status;
+    if (!sm_all_finite(rate, SM_UNKNOWNS)) return SM_NOT_FINITE;
+    outputs[0] = c->slow.time.value;
+    memcpy(outputs + 1, c->slow.amplitude, sizeof c->slow.amplitude);
+    outputs[5] = c->slow.angle[0].value;
+    outputs[6] = c->slow.angle[1].value;
+    outputs[7] = rate[SM_PUT_IN];
+    outputs[8] = rate[SM_DISSIPATED];
+    outputs[9] = c->slow.energy.value;
+    if (!c->contacts.motion.wanted) return SM_OK;
+    sm_instant instant = c->instant;
+    sm_contact_output_read(&c->contacts, &c->flow, &instant, &c->inputs, c->slow.amplitude,
+                           outputs + SM_OUTPUTS_FIXED);
+    return SM_OK;
+}
+
+sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
+                                     const double *amplitude, const double *rate,
+                                     double *motion) {
+    if (!c || !inputs || !amplitude || !rate || !motion) return SM_BAD_ARGUMENT;
+    if (!c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
+    const size_t count = 2 * (size_t)c->flow.table.modes;
+    if (!sm_all_finite(amplitude, count) || !sm_all_finite(rate, count)) return SM_NOT_FINITE;
+    const sm_status status = check_inputs(c, inputs);
+    if (status != SM_OK) return status;
+    return sm_contact_output_recent(&c->contacts, &c->flow, &c->instant, inputs, amplitude, rate,
+                                    motion);
+}
+
+sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,
+                           const sm_inputs *inputs, double *outputs, size_t *done) {
+    if (!c || !durations || !inputs || !outputs || !done) return SM_BAD_ARGUMENT;
+    const size_t width = sm_component_output_count(c);
+    for (*done = 0; *done < steps; ++*done) {
+        sm_status status = sm_component_set_inputs(c, &inputs[*done]);
+        if (status == SM_OK) status = sm_component_step(c, durations[*done]);
+        if (status == SM_OK) status = sm_component_outputs(c, outputs + *done * width);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+size_t sm_component_state_count(const sm_component *c) {
+    return c ? SLOW_STATE_COUNT + INPUTS_COUNT + contact_count(c) : 0;
+}
+
+sm_status sm_component_get_state(const sm_component *c, double *state) {
+    if (!c || !state) return SM_BAD_ARGUMENT;
+    memcpy(state, &c->slow, sizeof c->slow);
+    memcpy(state + SLOW_STATE_COUNT, &c->inputs, sizeof c->inputs);
+    memcpy(state + SLOW_STATE_COUNT + INPUTS_COUNT, c->contacts.state,
+           contact_count(c) * sizeof(double));
+    return SM_OK;
+}
+
+sm_status sm_component_set_state(sm_component *c, const double *state) {
+    if (!c || !state) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(state, sm_component_state_count(c))) return SM_NOT_FINITE;
+    slow_state slow;
+    sm_inputs inputs;
+    memcpy(&slow, state, sizeof slow);
+    memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
+    sm_status status = check_inputs(c, &inputs);
+    double rate[SM_UNKNOWNS];
+    if (status == SM_OK) status = rate_at(c, &inputs, slow.amplitude, rate);
+    if (status != SM_OK) return status;
+    c->slow = slow;
+    c->inputs = inputs;
+    c->rate_known = 0;
+    memcpy(c->contacts.state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
+           contact_count(c) * sizeof(double));
+    return SM_OK;
+}
+
+void sm_component_work(const sm_component *c, uint64_t *accepted, uint64_t *rejected) {
+    if (accepted) *accepted = c ? c->accepted : 0;
+    if (rejected) *rejected = c ? c->rejected : 0;
+}

@@ -1,0 +1,258 @@
+#include "slow/component/contact_output.h"
+
+#include "slow/component/response_plane.h"
+#include "base/block.h"
+#include "base/check.h"
+#include "base/harmonics.h"
+#include "base/exact_sum.h"
+
+#define MOST_ELASTIC 1000000
+
+static size_t node_count(const sm_table *table) {
+    return (size_t)table->count_a * (size_t)table->count_b;
+}
+
+static sm_status check_values(const double *values, size_t nodes, size_t per_node) {
+    if (per_node == 0) return SM_OK;
+    if (!values || !sm_fits(nodes, per_node * sizeof(double))) return SM_BAD_ARGUMENT;
+    return sm_all_finite(values, nodes * per_node) ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
+                          const sm_table *table) {
+    if (!motion->wanted) return SM_OK;
+    if (motion->elastic < 0 || motion->elastic > MOST_ELASTIC) return SM_BAD_ARGUMENT;
+    if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
+    const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
+    const size_t modes = (size_t)contact->modes, nodes = node_count(table);
+    sm_status status = sm_orders_check(motion->orders_count, motion->orders);
+    if (status != SM_OK) return status;
+    const size_t pairs = 2 * (size_t)motion->orders_count;
+    status = check_values(motion->modes_out, elastic, 2 * modes);
+    if (status == SM_OK) status = check_values(motion->contacts_out, elastic, n);
+    if (status == SM_OK) status = check_values(motion->pull, nodes, pairs * n);
+    if (status == SM_OK) status = check_values(motion->answer, nodes, pairs * elastic);
+    return status == SM_OK ? sm_check_positive(motion->memory_periods) : status;
+}
+
+/* Numbers that are of the motion alone, 0 where it is not wanted. */
+typedef struct {
+    size_t elastic, orders;
+} sizes;
+
+static sizes sizes_of(const sm_motion *motion) {
+    if (!motion->wanted) return (sizes){0, 0};
+    return (sizes){(size_t)motion->elastic, (size_t)motion->orders_count};
+}
+
+/* Doubles that hold the orders. */
+static size_t orders_size(size_t orders) {
+    return (orders * 2 * sizeof(int32_t) + sizeof(double) - 1) / sizeof(double);
+}
+
+size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
+                              const sm_table *table) {
+    const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
+    const sizes s = sizes_of(motion);
+    return sm_march_size(contact->contacts, (int)s.orders) + 3 * n + 2 * n + 3 * n * n
+           + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
+           + 2 * s.orders * ((n + s.elastic) * node_count(table) + 2 * n);
+}
+
+static void place_contact(sm_contact_output *out, const sm_contact *contact, double **memory) {
+    const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
+    out->contact = *contact;
+    out->limit = sm_keep(memory, contact->limit, n);
+    out->contact.limit = out->scaled_limit = sm_take(memory, n);
+    out->contact.stiffness = sm_keep(memory, contact->stiffness, n * n);
+    out->contact.damping = sm_keep(memory, contact->damping, n * n);
+    out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
+    out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
+    out->contact.answer = &out->answer;
+}
+
+static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
+                         double **memory) {
+    const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
+    const sizes s = sizes_of(motion);
+    out->motion = *motion;
+    out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
+    out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
+    out->motion.pull = sm_keep(memory, motion->pull, nodes * s.orders * n * 2);
+    out->motion.answer = sm_keep(memory, motion->answer, nodes * s.orders * s.elastic * 2);
+    for (int k = 0; k < 2; k++) out->pull[k] = sm_take(memory, s.orders * n * 2);
+    int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
+    if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
+    out->motion.orders = orders;
+    out->answer = (sm_modal_answer){.orders_count = (int32_t)s.orders, .orders = orders};
+}
+
+void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
+                             const sm_contact *contact, const sm_table *table, double *memory) {
+    const int orders = (int)sizes_of(motion).orders;
+    sm_march_place(&out->march, contact->contacts, orders,
+                   sm_take(&memory, sm_march_size(contact->contacts, orders)));
+    out->state = sm_take(&memory, 3 * (size_t)contact->contacts);
+    place_contact(out, contact, &memory);
+    place_motion(out, motion, node_count(table), &memory);
+}
+
+double sm_contact_output_memory(const sm_contact_output *out, const sm_inputs *inputs) {
+    double slowest = INFINITY;
+    for (int j = 0; j < out->contact.modes; j++) slowest = fmin(slowest, inputs->frequency[j]);
+    return out->motion.memory_periods * SM_TWO_PI / slowest;
+}
+
+void sm_contact_output_begin(sm_contact_output *out) {
+    const size_t n = (size_t)out->contact.contacts;
+    sm_march_start(&out->march, out->state, out->state + n, out->state + 2 * n);
+}
+
+static void find_pull(const sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
+                      const sm_inputs *inputs, const double *y, double *pull) {
+    const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
+    sm_plane_coefficients(&point, out->motion.orders_count, out->motion.orders,
+                          (size_t)out->contact.contacts, out->motion.pull, pull);
+}
+
+/* The pull at both ends of a stretch; where one ends the next begins. */
+static void find_pulls(sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
+                       const sm_slow_stretch *stretch) {
+    const int same = out->pull_known &&
+                     memcmp(&out->pull_inputs, stretch->start, offsetof(sm_inputs, angle)) == 0 &&
+                     memcmp(out->pull_amplitude, stretch->y, sizeof out->pull_amplitude) == 0;
+    double *spare = out->pull[0];
+    out->pull[0] = out->pull[1];
+    out->pull[1] = spare;
+    if (!same) find_pull(out, flow, instant, stretch->start, stretch->y, out->pull[0]);
+    find_pull(out, flow, instant, stretch->end, stretch->y_end, out->pull[1]);
+    out->pull_known = 1;
+    out->pull_inputs = *stretch->end;
+    memcpy(out->pull_amplitude, stretch->y_end, sizeof out->pull_amplitude);
+}
+
+/* What the contacts feel of an amplitude at the carrier: with the force that acts on them. */
+static void add_shift(const sm_slow_flow *flow, int j, sm_complex force, double *amplitude) {
+    const sm_complex shift = sm_cmul(sm_cx(flow->shift[j][0], flow->shift[j][1]), force);
+    amplitude[2 * j] += shift.re;
+    amplitude[2 * j + 1] += shift.im;
+}
+
+static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *stretch) {
+    sm_segment g = {.duration = stretch->duration};
+    const sm_inputs *start = stretch->start, *end = stretch->end;
+    memcpy(g.amplitude_start, stretch->y, sizeof g.amplitude_start);
+    memcpy(g.amplitude_end, stretch->y_end, sizeof g.amplitude_end);
+    memcpy(g.rate_start, stretch->rate, sizeof g.rate_start);
+    memcpy(g.rate_end, stretch->rate_end, sizeof g.rate_end);
+    for (int j = 0; j < flow->table.modes; j++) {
+        g.angle[j] = start->angle[j];
+        g.frequency[j] = start->frequency[j];
+        g.frequency_rate[j] = start->frequency_rate[j];
+        if (flow->shift[j][0] == 0.0 && flow->shift[j][1] == 0.0) continue;
+        const sm_complex from = sm_cx(cos(start->phase[j]), sin(start->phase[j]));
+        const sm_complex to = sm_cx(cos(end->phase[j]), sin(end->phase[j]));
+        const double growth = start->force_rate[j], turn = start->phase_rate[j];
+        add_shift(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
+        add_shift(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
+        add_shift(flow, j, sm_cmul(from, sm_cx(growth, turn * start->force[j])), g.rate_start);
+        add_shift(flow, j, sm_cmul(to, sm_cx(growth, turn * end->force[j])), g.rate_end);
+    }
+    return g;
+}
+
+sm_status sm_contact_output_march(sm_contact_output *out, const sm_slow_flow *flow,
+                                  sm_instant *instant, const sm_slow_stretch *stretch,
+                                  double from) {
+    const double to = stretch->duration;
+    if (from >= to) return SM_OK;
+    sm_segment g = segment_of(flow, stretch);
+    if (out->answer.orders_count > 0) {
+        find_pulls(out, flow, instant, stretch);
+        g.pull_start = out->pull[0];
+        g.pull_end = out->pull[1];
+    }
+    const double scale = stretch->start->limit_scale
+                         + stretch->start->limit_scale_rate * 0.5 * (from + to);
+    for (int i = 0; i < out->contact.contacts; i++) out->scaled_limit[i] = scale * out->limit[i];
+    return sm_march_along(&out->march, &out->contact, &g, from, to, out->motion.steps_per_period);
+}
+
+static void read_march(const sm_contact_output *out, double *values) {
+    const size_t n = (size_t)out->contact.contacts, bytes = n * sizeof(double);
+    memcpy(values, out->march.lane.x, bytes);
+    memcpy(values + n, out->march.lane.v, bytes);
+    memcpy(values + 2 * n, out->march.force, bytes);
+}
+
+void sm_contact_output_keep(sm_contact_output *out) { read_march(out, out->state); }
+
+/* x (elastic) where the contacts are at x_c. */
+static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
+                         sm_instant *instant, const sm_inputs *inputs, const double *y,
+                         const double *x_c, double *x) {
+    const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
+    const size_t elastic = (size_t)out->motion.elastic;
+    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES];
+    for (size_t j = 0; j < modes; j++) {
+        carrier[j] = sm_cx(cos(inputs->angle[j]), sin(inputs->angle[j]));
+        q[j] = sm_cscale(sm_cmul(sm_cx(y[2 * j], y[2 * j + 1]), carrier[j]), 2.0);
+    }
+    for (size_t k = 0; k < elastic; k++) {
+        x[k] = 0.0;
+        for (size_t j = 0; j < modes; j++) {
+            const double *shape = out->motion.modes_out + 2 * (k * modes + j);
+            x[k] += shape[0] * q[j].re - shape[1] * q[j].im;
+        }
+        for (size_t i = 0; i < n; i++) x[k] += out->motion.contacts_out[k * n + i] * x_c[i];
+    }
+    if (out->answer.orders_count == 0) return;
+    const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
+    sm_plane_add_sums(&point, out->answer.orders_count, out->answer.orders, elastic,
+                      out->motion.answer, carrier, x);
+}
+
+void sm_contact_output_read(const sm_contact_output *out, const sm_slow_flow *flow,
+                            sm_instant *instant, const sm_inputs *inputs, const double *y,
+                            double *values) {
+    const size_t count = 3 * (size_t)out->contact.contacts;
+    memcpy(values, out->state, count * sizeof(double));
+    if (out->motion.elastic > 0)
+        read_elastic(out, flow, instant, inputs, y, values, values + count);
+}
+
+/* The inputs with a sweep, or a change of the limits, so fast that it would have begun at zero
+ * taken as just begun. */
+static sm_inputs begun_inputs(const sm_inputs *inputs, int modes, double duration) {
+    sm_inputs begun = *inputs;
+    for (int j = 0; j < modes; j++)
+        if (fabs(duration * inputs->frequency_rate[j]) >= 0.5 * inputs->frequency[j])
+            begun.frequency_rate[j] = 0.0;
+    if (fabs(duration * inputs->limit_scale_rate) >= 0.5 * inputs->limit_scale)
+        begun.limit_scale_rate = 0.0;
+    return begun;
+}
+
+sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
+                                   sm_instant *instant, const sm_inputs *inputs, const double *y,
+                                   const double *rate, double *values) {
+    const int modes = out->contact.modes;
+    const double duration = sm_contact_output_memory(out, inputs);
+    const sm_inputs end = begun_inputs(inputs, modes, duration);
+    const sm_inputs start = sm_inputs_after(&end, modes, -duration);
+    double before[2 * SM_MODES] = {0.0}, now[2 * SM_MODES] = {0.0}, moving[2 * SM_MODES] = {0.0};
+    for (int k = 0; k < 2 * modes; k++) {
+        now[k] = y[k];
+        moving[k] = rate[k];
+        before[k] = y[k] - duration * rate[k];
+    }
+    const sm_slow_stretch past = {duration, &start, &end, before, moving, now, moving};
+    sm_march_start(&out->march, NULL, NULL, NULL);
+    const sm_status status = sm_contact_output_march(out, flow, instant, &past, 0.0);
+    if (status != SM_OK) return status;
+    read_march(out, values);
+    if (out->motion.elastic > 0)
+        read_elastic(out, flow, instant, inputs, now, values,
+                     values + 3 * (size_t)out->contact.contacts);
+    return SM_OK;
+}

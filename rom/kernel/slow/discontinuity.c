@@ -1,0 +1,47 @@
+#include "slow/discontinuity.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/cnumber.h"
+
+sm_held_force sm_hold_force(const sm_inputs *inputs) {
+    sm_held_force held = {.known = 1.0};
+    memcpy(held.force, inputs->force, sizeof held.force);
+    memcpy(held.phase, inputs->phase, sizeof held.phase);
+    return held;
+}
+
+static sm_complex at_angle(double size, double angle) {
+    return sm_cx(size * cos(angle), size * sin(angle));
+}
+
+int sm_force_jump(const sm_slow_flow *flow, const sm_held_force *held, const sm_inputs *now,
+                  double *amplitude) {
+    const int modes = flow->table.modes;
+    const size_t size = (size_t)modes * sizeof(double);
+    if (flow->paper || held->known == 0.0) return 0;
+    if (memcmp(held->force, now->force, size) == 0 && memcmp(held->phase, now->phase, size) == 0)
+        return 0;
+    sm_complex jump[SM_MODES]; /* as it is at the angle of the carrier */
+    for (int j = 0; j < modes; j++)
+        jump[j] = sm_csub(at_angle(now->force[j], now->angle[j] + now->phase[j]),
+                          at_angle(held->force[j], now->angle[j] + held->phase[j]));
+    for (int k = 0; k < modes; k++) {
+        const double decay = 0.5 * flow->damping[k], omega = flow->natural[k];
+        if (decay >= omega) continue; /* overdamped: no vibration is left behind */
+        const double omega_d = sqrt((omega - decay) * (omega + decay));
+        const sm_complex both = sm_cx(flow->damping[k], 2.0 * (now->frequency[k] + omega_d));
+        sm_complex left = sm_cx(0.0, sm_cdiv(jump[k], both).re / omega_d);
+        for (int j = 0; j < modes; j++) {
+            const double *across = flow->across[k][j];
+            const sm_complex q = sm_cmul(sm_cx(across[0], across[1]), jump[j]);
+            left.re -= q.re;
+            left.im += (decay * q.re - now->frequency[j] * q.im) / omega_d;
+        }
+        left = sm_cmul(left, at_angle(1.0, -now->angle[k]));
+        amplitude[2 * k] += left.re;
+        amplitude[2 * k + 1] += left.im;
+    }
+    return 1;
+}

@@ -1,0 +1,188 @@
+#include "slow/instant.h"
+
+#include <string.h>
+
+#include "base/check.h"
+
+sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
+    for (int j = 0; j < modes; j++) {
+        const double values[] = {inputs->force[j], inputs->force_rate[j],
+                                 inputs->frequency_rate[j], inputs->phase[j],
+                                 inputs->phase_rate[j], inputs->angle[j]};
+        if (!sm_all_finite(values, sizeof values / sizeof *values)) return SM_NOT_FINITE;
+        const sm_status status = sm_check_positive(inputs->frequency[j]);
+        if (status != SM_OK) return status;
+    }
+    if (!isfinite(inputs->limit_scale_rate)) return SM_NOT_FINITE;
+    return sm_check_positive(inputs->limit_scale);
+}
+
+static double angle_after(const sm_inputs *inputs, int j, double elapsed) {
+    const double half_rate = 0.5 * inputs->frequency_rate[j];
+    return inputs->angle[j] + elapsed * (inputs->frequency[j] + half_rate * elapsed);
+}
+
+sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
+    sm_inputs after = {.limit_scale = inputs->limit_scale + inputs->limit_scale_rate * elapsed,
+                       .limit_scale_rate = inputs->limit_scale_rate};
+    for (int j = 0; j < modes; j++) {
+        after.force[j] = inputs->force[j] + inputs->force_rate[j] * elapsed;
+        after.force_rate[j] = inputs->force_rate[j];
+        after.frequency[j] = inputs->frequency[j] + inputs->frequency_rate[j] * elapsed;
+        after.frequency_rate[j] = inputs->frequency_rate[j];
+        after.phase[j] = inputs->phase[j] + inputs->phase_rate[j] * elapsed;
+        after.phase_rate[j] = inputs->phase_rate[j];
+        after.angle[j] = angle_after(inputs, j, elapsed);
+    }
+    return after;
+}
+
+static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]); }
+
+/* Carrier at the forcing (consistent formulation):
+ *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
+ * carrier at the natural frequency, detuning to first order (the paper's):
+ *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
+static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
+    const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
+    const sm_complex c0 = pair(flow->turn[j].c[0]), c1 = pair(flow->turn[j].c[1]);
+    sm_coefficients *now = &instant->now;
+    sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
+    sm_put(&now->turn, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
+    if (flow->paper) {
+        sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
+        sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));
+    } else {
+        sm_put(&now->mass, j, sm_cx(damping, 2.0 * Omega));
+        sm_put(&now->stiffness, j, sm_cx((omega - Omega) * (omega + Omega),
+                                         damping * Omega + in->frequency_rate[j]));
+    }
+}
+
+void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
+                            const sm_inputs *change, sm_coefficients *d) {
+    const sm_inputs *in = &instant->inputs;
+    for (int j = 0; j < flow->table.modes; j++) {
+        const double omega = flow->natural[j], dOmega = change->frequency[j];
+        const sm_complex c1 = pair(flow->turn[j].c[1]);
+        const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
+        sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
+        sm_put(&d->turn, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
+        if (flow->paper) {
+            sm_put(&d->mass, j, sm_cx(0.0, 0.0));
+            sm_put(&d->stiffness, j, sm_cx(-2.0 * omega * dOmega, 0.0));
+        } else {
+            sm_put(&d->mass, j, sm_cx(0.0, 2.0 * dOmega));
+            sm_put(&d->stiffness, j,
+                   sm_cx(-2.0 * in->frequency[j] * dOmega,
+                         flow->damping[j] * dOmega + change->frequency_rate[j]));
+        }
+    }
+}
+
+double sm_near_angle(const sm_near *near, const double *theta) {
+    return near->n * theta[0] + near->m * theta[1] - theta[near->mode];
+}
+
+/* d/dt of the inputs, as inputs. */
+static sm_inputs rates_of(const sm_inputs *in) {
+    sm_inputs d = {.limit_scale = in->limit_scale_rate};
+    for (int j = 0; j < SM_MODES; j++) {
+        d.force[j] = in->force_rate[j];
+        d.frequency[j] = in->frequency_rate[j];
+        d.phase[j] = in->phase_rate[j];
+        d.angle[j] = in->frequency[j];
+    }
+    return d;
+}
+
+static void set_factors(sm_instant *instant, const sm_slow_flow *flow, int j) {
+    const sm_coefficients *now = &instant->now;
+    sm_factors *by = &instant->factor;
+    const sm_complex per_mass = sm_of(&instant->per_mass, j), turn = sm_of(&now->turn, j);
+    const sm_complex excitation = sm_of(&now->excitation, j);
+    const sm_complex grip = sm_cscale(turn, instant->inputs.limit_scale);
+    const sm_complex feel = sm_cscale(turn, instant->per_scale);
+    sm_put(&by->feel, j, feel);
+    sm_put(&by->felt_force, j, sm_cmul(feel, sm_cmul(pair(flow->shift[j]), excitation)));
+    sm_put(&by->grip, j, grip);
+    sm_put(&by->drive, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
+    sm_put(&by->spring, j, sm_cmul(sm_of(&now->stiffness, j), per_mass));
+    sm_put(&by->push, j, sm_cmul(grip, per_mass));
+}
+
+static int is_held(const sm_inputs *in) {
+    int moving = in->limit_scale_rate != 0.0;
+    for (int j = 0; j < SM_MODES; j++)
+        moving |= in->force_rate[j] != 0.0 || in->frequency_rate[j] != 0.0
+                  || in->phase_rate[j] != 0.0;
+    return !moving;
+}
+
+/* 1 where the angles of two near resonances are equal whatever the thetas, -1 where opposite. */
+static int relation(const sm_near *a, const sm_near *b) {
+    const int32_t n_a = a->n - (a->mode == 0), m_a = a->m - (a->mode == 1);
+    const int32_t n_b = b->n - (b->mode == 0), m_b = b->m - (b->mode == 1);
+    if (n_a == n_b && m_a == m_b) return 1;
+    return n_a == -n_b && m_a == -m_b ? -1 : 0;
+}
+
+static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
+    const sm_inputs rates = rates_of(in);
+    for (int j = 0; j < flow->table.modes; j++) {
+        if (!instant->known || instant->inputs.phase[j] != in->phase[j])
+            sm_put(&instant->direction, j, sm_cx(cos(in->phase[j]), sin(in->phase[j])));
+        set_now(instant, flow, j, in);
+        sm_put(&instant->per_mass, j, sm_cdiv(sm_cx(1.0, 0.0), sm_of(&instant->now.mass, j)));
+    }
+    instant->per_scale = 1.0 / in->limit_scale;
+    instant->inputs = *in;
+    instant->held = is_held(in);
+    sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    for (int j = 0; j < flow->table.modes; j++) set_factors(instant, flow, j);
+    for (int k = 0; k < flow->table.near; k++) {
+        instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
+        instant->like_first[k] = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
+        instant->near_order[k][0] = flow->near[k].n;
+        instant->near_order[k][1] = flow->near[k].m;
+        for (int j = 0; j < SM_MODES; j++) instant->near_on[k][j] = flow->near[k].mode == j;
+    }
+}
+
+/* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
+static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
+    for (int k = 0; k < flow->table.near; k++) {
+        const sm_complex first = instant->near_wave[0];
+        if (instant->like_first[k]) {
+            instant->near_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
+            continue;
+        }
+        const double angle = sm_near_angle(&flow->near[k], theta);
+        instant->near_wave[k] = sm_cx(cos(angle), sin(angle));
+    }
+}
+
+static int same_but_angles(const sm_instant *instant, const sm_inputs *inputs) {
+    return instant->known && memcmp(&instant->inputs, inputs, offsetof(sm_inputs, angle)) == 0;
+}
+
+void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs) {
+    const size_t angles = sizeof inputs->angle;
+    const int same = same_but_angles(instant, inputs);
+    const int here = instant->known && memcmp(instant->inputs.angle, inputs->angle, angles) == 0;
+    if (!same) set_coefficients(instant, flow, inputs);
+    if (!here) set_near_waves(instant, flow, inputs->angle);
+    instant->inputs = *inputs;
+    instant->known = 1;
+}
+
+int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs) {
+    return instant->held && same_but_angles(instant, inputs);
+}
+
+void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                     double elapsed) {
+    for (int j = 0; j < flow->table.modes; j++)
+        instant->inputs.angle[j] = angle_after(inputs, j, elapsed);
+    set_near_waves(instant, flow, instant->inputs.angle);
+}

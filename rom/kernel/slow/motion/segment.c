@@ -1,0 +1,83 @@
+/* A stretch of slow time: its carriers and amplitudes at any instant. */
+#include "slow/motion/segment.h"
+
+#include <math.h>
+
+#include "base/check.h"
+
+static sm_complex unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
+
+void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
+                         sm_complex carrier[SM_MODES]) {
+    for (int j = 0; j < SM_MODES; j++) {
+        const double angle =
+            g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
+        carrier[j] = j < modes ? unit(angle) : sm_cx(1.0, 0.0);
+    }
+}
+
+void sm_rotor_start(sm_rotor *rotor, const sm_segment *g, int modes, double elapsed,
+                    double interval) {
+    sm_segment_carriers(g, modes, elapsed, rotor->carrier);
+    for (int j = modes; j < SM_MODES; j++) rotor->by[j] = rotor->bend[j] = sm_cx(1.0, 0.0);
+    for (int j = 0; j < modes; j++) {
+        const double rate = g->frequency_rate[j];
+        rotor->by[j] = unit(interval * (g->frequency[j] + rate * (elapsed + 0.5 * interval)));
+        rotor->bend[j] = rate == 0.0 ? sm_cx(1.0, 0.0) : unit(rate * interval * interval);
+    }
+}
+
+sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
+    const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
+    const double rate_start = g->duration * (r - 2.0 * r2 + r3);
+    const double rate_end = g->duration * (r3 - r2);
+    double a[2];
+    for (int p = 0; p < 2; p++)
+        a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
+               + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
+    return sm_cx(a[0], a[1]);
+}
+
+double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
+
+static sm_status check_segment(const sm_segment *segment, int modes) {
+    if (!isfinite(segment->start)) return SM_NOT_FINITE;
+    const size_t count = (size_t)modes, pairs = 2 * (size_t)modes;
+    if (!sm_all_finite(segment->amplitude_start, pairs) ||
+        !sm_all_finite(segment->amplitude_end, pairs) ||
+        !sm_all_finite(segment->rate_start, pairs) || !sm_all_finite(segment->rate_end, pairs) ||
+        !sm_all_finite(segment->angle, count) || !sm_all_finite(segment->frequency, count) ||
+        !sm_all_finite(segment->frequency_rate, count))
+        return SM_NOT_FINITE;
+    return sm_check_positive(segment->duration);
+}
+
+/* Whether one segment starts where the other ends, to rounding. */
+static int consecutive(const sm_segment *segment, const sm_segment *next) {
+    const double gap = fabs(next->start - sm_segment_end(segment));
+    return next->start > segment->start &&
+           gap <= 1e-6 * segment->duration + 1e-9 * fabs(segment->start);
+}
+
+sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
+    if (segments < 1 || !segment) return SM_BAD_ARGUMENT;
+    for (size_t k = 0; k < segments; k++) {
+        const sm_status status = check_segment(&segment[k], modes);
+        if (status != SM_OK) return status;
+        if (k > 0 && !consecutive(&segment[k - 1], &segment[k])) return SM_BAD_ARGUMENT;
+    }
+    return SM_OK;
+}
+
+sm_status sm_times_check(size_t samples, const double *times, size_t segments,
+                         const sm_segment *segment) {
+    if (samples == 0) return SM_OK;
+    if (!times) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
+    const sm_segment *last = &segment[segments - 1];
+    const double end = sm_segment_end(last) + 1e-9 * last->duration;
+    if (!(times[0] >= segment->start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
+    for (size_t k = 1; k < samples; k++)
+        if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}

@@ -1,0 +1,103 @@
+#include "torus/grid.h"
+
+#include <stdlib.h>
+
+#include "base/block.h"
+#include "base/exact_sum.h"
+
+void sm_torus_power(double c, double s, int m, double *re, double *im) {
+    const double signed_s = m < 0 ? -s : s;
+    double pr = 1.0, pi = 0.0;
+    for (int k = 0; k < abs(m); k++) {
+        const double t = pr * c - pi * signed_s;
+        pi = pr * signed_s + pi * c;
+        pr = t;
+    }
+    *re = pr;
+    *im = pi;
+}
+
+/* exp(i (n t_A + m t_B')) from the carriers there. */
+static void harmonic(const double *carrier, const int32_t *order, double *re, double *im) {
+    double a_re, a_im, b_re, b_im;
+    sm_torus_power(carrier[0], carrier[1], order[0], &a_re, &a_im);
+    sm_torus_power(carrier[2], carrier[3], order[1], &b_re, &b_im);
+    *re = a_re * b_re - a_im * b_im;
+    *im = a_re * b_im + a_im * b_re;
+}
+
+static void fill_angles(sm_torus_grid *grid) {
+    const int orders = grid->orders_count;
+    for (int k = 0; k < 2 * (grid->steps + SM_TOGETHER); k++) {
+        const double t = SM_TWO_PI * sm_stage_place((size_t)k) / grid->steps;
+        double *c = grid->carrier + k * 4;
+        c[0] = cos(t);
+        c[1] = sin(t);
+        c[2] = cos(grid->ratio * t);
+        c[3] = sin(grid->ratio * t);
+        for (int q = 0; q < orders; q++) {
+            double re, im;
+            harmonic(c, grid->orders + 2 * q, &re, &im);
+            if (grid->turn) {
+                grid->turn[2 * (k * orders + q)] = re;
+                grid->turn[2 * (k * orders + q) + 1] = im;
+            }
+            if (k % 2 == 1) {
+                grid->weight[(k - 1) * orders + 2 * q] = re / grid->steps;
+                grid->weight[(k - 1) * orders + 2 * q + 1] = -im / grid->steps;
+            }
+        }
+    }
+}
+
+/* The answer to one period acts in the next: a fixed-point iteration with factor H / K. Where that
+ * is large it is relaxed; more so where a mode in resonance answers a quarter turn late. */
+static double relaxation_of(const sm_contact *contact, const double *H) {
+    const size_t n = (size_t)contact->contacts;
+    double size = 0.0, re = 0.0, im = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        double row = 0.0;
+        for (size_t k = 0; k < n; k++)
+            row += hypot(H[2 * (i * n + k)], H[2 * (i * n + k) + 1]);
+        size = fmax(size, row / contact->stiffness[i * n + i]);
+        re += H[2 * (i * n + i)] / contact->stiffness[i * n + i];
+        im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
+    }
+    if (size <= 0.3) return 1.0;
+    const double along = size * re / fmax(hypot(re, im), 1e-300);
+    const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
+    const double safe = 1.0 / (1.0 + size); /* whatever the phase, for a factor below 1 */
+    return best > 0.0 ? fmin(best, safe) : safe;
+}
+
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
+                             int steps, int lines, int orders_count, const int32_t *orders) {
+    const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
+    const size_t rows = (size_t)steps + SM_TOGETHER;
+    const size_t carrier = rows * 8, weight = rows * count * 2;
+    const size_t stepper = sm_whole_lines(sm_stepper_size(contact->contacts));
+    const size_t turn = contact->answer ? rows * count * 4 : 0;
+    const size_t relaxation = contact->answer ? count : 0;
+    grid->contact = contact;
+    grid->steps = steps;
+    grid->lines = lines;
+    grid->points_per_group = lines > SM_LANES ? 1 : SM_LANES / lines;
+    grid->orders_count = orders_count;
+    grid->per_point = count * n * 2;
+    grid->orders = orders;
+    grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
+    grid->memory = calloc(stepper + carrier + weight + turn + relaxation, sizeof(double));
+    if (!grid->memory) return SM_NO_MEMORY;
+    sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
+    grid->carrier = grid->memory + stepper;
+    grid->weight = grid->carrier + carrier;
+    grid->turn = contact->answer ? grid->weight + weight : NULL;
+    grid->feedback = contact->answer ? contact->answer->feedback : NULL;
+    grid->relaxation = contact->answer ? grid->weight + weight + turn : NULL;
+    fill_angles(grid);
+    for (int q = 0; q < orders_count && grid->feedback; q++)
+        grid->relaxation[q] = relaxation_of(contact, grid->feedback + (size_t)q * n * n * 2);
+    return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
+}
+
+void sm_torus_grid_release(sm_torus_grid *grid) { free(grid->memory); }

@@ -1,0 +1,47 @@
+/* The discretisation of the torus and the angles at its steps: what all groups of phase lines share. */
+#ifndef SLIPMODE_GRID_H
+#define SLIPMODE_GRID_H
+
+#include "contact/sdirk2.h"
+
+#define SM_TOGETHER 4 /* steps whose sums over the harmonics are formed together */
+
+typedef struct {
+    const sm_contact *contact;
+    int steps, lines, points_per_group, orders_count;
+    size_t per_point;        /* doubles: orders, N_c, 2 */
+    const int32_t *orders;
+    double ratio;            /* omega_B / omega_A */
+    sm_stepper stepper;
+    /* at all steps, and SM_TOGETHER beyond: */
+    double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
+    double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
+    double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
+    const double *feedback;  /* (orders, N_c, N_c, 2): modal answer; NULL without one */
+    double *relaxation;      /* (orders) part of a change that the modes answer to at once */
+    double *memory;
+} sm_torus_grid;
+
+/* The steps of the first and second half of a period, from the start to before the end. */
+static inline int sm_torus_half_start(const sm_torus_grid *grid, int half) {
+    return half == 0 ? 0 : grid->steps / 2;
+}
+
+static inline int sm_torus_half_end(const sm_torus_grid *grid, int half) {
+    return half == 0 ? grid->steps / 2 : grid->steps;
+}
+
+/* Where in a period a stage is, in steps. */
+static inline double sm_stage_place(size_t stage) {
+    return (double)(stage / 2) + (stage % 2 == 0 ? SM_GAMMA : 1.0);
+}
+
+/* exp(i m angle) from the number on the unit circle at the angle, for a small integer m. */
+void sm_torus_power(double c, double s, int m, double *re, double *im);
+
+/* Takes its memory; release it also after a failure. */
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
+                             int steps, int lines, int orders_count, const int32_t *orders);
+void sm_torus_grid_release(sm_torus_grid *grid);
+
+#endif

@@ -1,0 +1,100 @@
+#include "torus/group.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/block.h"
+#include "base/exact_sum.h"
+
+sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+    const int n = grid->contact->contacts;
+    const size_t points = (size_t)grid->points_per_group;
+    g->blocks = grid->lines > SM_LANES ? grid->lines / SM_LANES : 1;
+    const size_t wide = (size_t)g->blocks * SM_LANES;
+    const size_t lanes = sm_whole_lines(sm_lanes_size(n, SM_LANES)) * (size_t)g->blocks;
+    const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
+    const size_t pull = grid->feedback ? sums : 0;
+    const size_t harmonics = sm_whole_lines(points * grid->per_point);
+    const size_t speed = sm_whole_lines(sm_acceleration_size(n, grid->lines));
+    const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
+    const size_t row = (size_t)n * SM_LANES;
+    g->memory = calloc(lanes + 6 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
+                           + 8 * harmonics + points * speed + line_state + points * (size_t)n,
+                       sizeof(double));
+    g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
+    g->track = calloc(points, sizeof(sm_progress));
+    g->faster = calloc(points, sizeof(sm_acceleration));
+    if (!g->memory || !g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
+    double *memory = g->memory;
+    for (int block = 0; block < g->blocks; block++, memory += lanes / (size_t)g->blocks)
+        sm_lanes_place(&g->lanes[block], n, SM_LANES, memory);
+    g->a = memory;
+    g->b = g->a + wide;
+    g->a_step = g->b + wide;
+    g->b_step = g->a_step + wide;
+    g->phase = g->b_step + wide;
+    g->sums = g->phase + 2 * wide;
+    g->pull = grid->feedback ? g->sums + sums : NULL;
+    g->squares[0] = g->sums + sums + pull;
+    g->squares[1] = g->squares[0] + squares;
+    g->forcing = g->squares[1] + squares;
+    g->moved = g->forcing + 2 * SM_TOGETHER * row;
+    memory = g->moved + SM_TOGETHER * row;
+    double **arrays[] = {&g->half[0], &g->half[1], &g->fresh,   &g->last[0],
+                         &g->last[1], &g->idle_sum, &g->answered, &g->answer};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++, memory += harmonics)
+        *arrays[k] = memory;
+    for (size_t p = 0; p < points; p++, memory += speed)
+        sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
+    g->line_state = memory;
+    g->idle_squares = memory + line_state;
+    return SM_OK;
+}
+
+void sm_torus_group_release(sm_torus_group *g) {
+    free(g->memory);
+    free(g->lanes);
+    free(g->track);
+    free(g->faster);
+}
+
+void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
+                          size_t points, const double *amplitudes) {
+    const size_t modes = (size_t)grid->contact->modes;
+    const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
+    for (int block = 0; block < g->blocks; block++)
+        memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
+    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
+    memset(g->answered, 0, harmonics);
+    memset(g->half[1], 0, harmonics);
+    if (g->pull)
+        memset(g->pull, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const int block = lane / SM_LANES, l = lane % SM_LANES;
+        size_t point = first + (size_t)(lane / grid->lines);
+        point = point < points ? point : points - 1; /* spare lanes repeat the last point */
+        const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;
+        g->a[lane] = amplitudes[point * modes];
+        g->b[lane] = modes == 2 ? amplitudes[point * 2 + 1] : 0.0;
+        g->phase[block * 2 * SM_LANES + l] = cos(t_b0);
+        g->phase[(block * 2 + 1) * SM_LANES + l] = sin(t_b0);
+    }
+    for (int p = 0; p < grid->points_per_group; p++) {
+        sm_progress_start(&g->track[p]);
+        sm_acceleration_start(&g->faster[p]);
+    }
+}
+
+void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                                double *mean_square) {
+    const int n = grid->contact->contacts, lines = grid->lines;
+    for (int i = 0; i < n; i++) {
+        double sum = 0.0;
+        for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
+            const int at = (lane / SM_LANES * n + i) * SM_LANES + lane % SM_LANES;
+            sum += g->squares[0][at] + g->squares[1][at];
+        }
+        mean_square[i] = sum / ((double)grid->steps * lines);
+    }
+}

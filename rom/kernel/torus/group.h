@@ -1,0 +1,44 @@
+/* A group of phase lines that are marched together in lanes. */
+#ifndef SLIPMODE_GROUP_H
+#define SLIPMODE_GROUP_H
+
+#include "torus/grid.h"
+#include "torus/periodic/acceleration.h"
+#include "torus/periodic/periodicity.h"
+
+/* The lanes of one point, or of several points when lines < SM_LANES. */
+typedef struct {
+    int blocks;              /* lanes of the group / SM_LANES */
+    sm_lanes *lanes;         /* (blocks) */
+    double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane as the period starts */
+    double *a_step, *b_step; /* the same shape: what they grow by in a step */
+    double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
+    double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
+    double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
+    double *squares[2];      /* (blocks, N_c, SM_LANES): sum of x^2 over the steps of each half */
+    double *half[2];         /* (points_per_group, orders, N_c, 2) harmonics of half a period */
+    double *fresh;           /* the same shape: of the last whole period */
+    double *last[2];         /* the same shape: of those that ended with each half before */
+    double *idle_sum;        /* the same shape: sum over the halves without progress */
+    double *idle_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
+    double *answered;        /* (points_per_group, orders, N_c, 2): harmonics that the modes answer to */
+    double *answer;          /* the same shape: force of that answer on the contacts */
+    double *forcing, *moved; /* (2 SM_TOGETHER, N_c, SM_LANES), (SM_TOGETHER, N_c, SM_LANES) */
+    sm_progress *track;      /* (points_per_group) */
+    sm_acceleration *faster; /* (points_per_group) */
+    double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
+    double *memory;
+} sm_torus_group;
+
+/* Takes its memory; release it also after a failure. */
+sm_status sm_torus_group_make(sm_torus_group *group, const sm_torus_grid *grid);
+void sm_torus_group_release(sm_torus_group *group);
+
+/* Contacts at rest, for points `first` on of `points`. */
+void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
+                          size_t points, const double *amplitudes);
+/* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
+void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
+                                double *mean_square);
+
+#endif

@@ -1,0 +1,140 @@
+#include "torus/iteration.h"
+
+#include "base/check.h"
+#include "base/exact_sum.h"
+#include "torus/march.h"
+
+/* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
+static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double *harmonics) {
+    const size_t n = (size_t)grid->contact->contacts;
+    memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+        double *point = harmonics + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *phase = g->phase + block * 2 * SM_LANES;
+        const double *sums = g->sums + block * SM_LANES * grid->per_point;
+        for (int q = 0; q < grid->orders_count; q++) {
+            double re, im;
+            sm_torus_power(phase[l], phase[SM_LANES + l], -grid->orders[2 * q + 1], &re, &im);
+            for (size_t i = 0; i < n; i++) {
+                const size_t at = ((size_t)q * n + i) * 2;
+                const double *sum = sums + at * SM_LANES + l;
+                point[at] += (re * sum[0] - im * sum[SM_LANES]) / grid->lines;
+                point[at + 1] += (re * sum[SM_LANES] + im * sum[0]) / grid->lines;
+            }
+        }
+    }
+}
+
+sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
+    const size_t wide = (size_t)g->blocks * SM_LANES;
+    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
+    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
+    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
+    for (int block = 0; block < g->blocks; block++) {
+        const sm_status status = sm_torus_march(grid, g, block, half);
+        if (status != SM_OK) return status;
+    }
+    collect(grid, g, g->half[half]);
+    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
+    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
+}
+
+/* ---- between halves ------------------------------------------------------------------ */
+
+void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *g) {
+    const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
+    for (int block = 0; block < g->blocks; block++) {
+        double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
+        for (int l = 0; l < SM_LANES; l++) {
+            const double t = pc[l] * c - ps[l] * s;
+            ps[l] = pc[l] * s + ps[l] * c;
+            pc[l] = t;
+        }
+    }
+}
+
+/* Copies the lanes of point p of the group into line_state, or back. */
+static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
+    const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
+    double *x = g->line_state, *angle = x + n * lines;
+    for (size_t line = 0; line < lines; line++) {
+        const size_t lane = p * lines + line, block = lane / SM_LANES, l = lane % SM_LANES;
+        for (size_t i = 0; i < n; i++) {
+            double *in_lane = g->lanes[block].x + i * SM_LANES + l;
+            double *in_line = x + i * lines + line;
+            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
+        }
+        angle[line] = g->phase[block * 2 * SM_LANES + l];
+        angle[lines + line] = g->phase[(block * 2 + 1) * SM_LANES + l];
+    }
+}
+
+static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
+    const double *angle = g->line_state + (size_t)(grid->contact->contacts * grid->lines);
+    for (size_t p = 0; p < points; p++) {
+        if (g->track[p].done) continue;
+        exchange_lines(grid, g, p, 0);
+        if (sm_accelerate(&g->faster[p], g->track[p].slow, angle, angle + grid->lines,
+                          g->line_state)) {
+            exchange_lines(grid, g, p, 1);
+            sm_progress_restart(&g->track[p]);
+        }
+    }
+}
+
+static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t per_order = 2 * (size_t)grid->contact->contacts;
+    for (size_t k = 0; k < (size_t)grid->points_per_group * grid->per_point; k++) {
+        const double part = grid->relaxation[(k / per_order) % (size_t)grid->orders_count];
+        g->answered[k] += part * (g->fresh[k] - g->answered[k]);
+    }
+}
+
+/* answer = 2 H_q P_q: the force of the modes' non-resonant answer to x_c. */
+static void set_answer(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t n = (size_t)grid->contact->contacts;
+    for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
+        const double *H = grid->feedback + k % (size_t)grid->orders_count * n * n * 2;
+        for (size_t i = 0; i < n; i++, H += 2 * n) {
+            const double *P = g->answered + k * n * 2;
+            double *force = g->answer + (k * n + i) * 2;
+            force[0] = force[1] = 0.0;
+            for (size_t j = 0; j < 2 * n; j += 2) {
+                force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
+                force[1] += 2.0 * (H[j] * P[j + 1] + H[j + 1] * P[j]);
+            }
+        }
+    }
+}
+
+/* pull = answer exp(i m t_B0) */
+static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t n = (size_t)grid->contact->contacts;
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+        const double *point = g->answer + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *phase = g->phase + block * 2 * SM_LANES;
+        double *pull = g->pull + block * SM_LANES * grid->per_point;
+        for (int q = 0; q < grid->orders_count; q++) {
+            double re, im;
+            sm_torus_power(phase[l], phase[SM_LANES + l], grid->orders[2 * q + 1], &re, &im);
+            for (size_t i = 0; i < n; i++) {
+                const size_t at = ((size_t)q * n + i) * 2;
+                pull[at * SM_LANES + l] = point[at] * re - point[at + 1] * im;
+                pull[(at + 1) * SM_LANES + l] = point[at] * im + point[at + 1] * re;
+            }
+        }
+    }
+}
+
+void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
+    if (half == 1) {
+        sm_torus_group_turn(grid, g);
+        accelerate(grid, g, points);
+    }
+    if (!g->pull) return;
+    relax(grid, g);
+    set_answer(grid, g);
+    set_pull(grid, g);
+}

@@ -1,0 +1,76 @@
+#include "torus/periodic/periodicity.h"
+
+#include <math.h>
+
+/* Half periods without progress after which a change is put down to the discretisation: phases
+ * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
+#define IDLE_HALVES 80
+#define PROGRESS 0.8
+#define SLOW 0.5 /* ratio of successive changes from which marching alone takes too long */
+
+void sm_progress_start(sm_progress *progress) {
+    progress->change[0] = progress->change[1] = 0.0;
+    progress->best = INFINITY;
+    progress->idle = 0;
+    progress->slow = 0;
+    progress->done = 0;
+}
+
+void sm_progress_restart(sm_progress *progress) { progress->change[0] = progress->change[1] = 0.0; }
+
+static double displacement(const sm_contact *contact, int mode, double amplitude) {
+    const size_t n = (size_t)contact->contacts;
+    double largest = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double *L = contact->coupling + 2 * ((size_t)mode * n + i);
+        const double x = 2.0 * hypot(L[0], L[1]) * amplitude / contact->stiffness[i * n + i];
+        largest = fmax(largest, x);
+    }
+    return largest;
+}
+
+sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
+                                 const double *smallest_scale) {
+    sm_scales scales = {{0.0, 0.0}, 0.0};
+    for (int j = 0; j < contact->modes; j++) {
+        scales.of_mode[j] =
+            displacement(contact, j, fmax(amplitude[j], smallest_scale[j]));
+        scales.largest = fmax(scales.largest, scales.of_mode[j]);
+    }
+    return scales;
+}
+
+/* A mode's own harmonics are measured by its own displacement, or they would be lost beside a
+ * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
+static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
+    const double own = m == 0 ? scales->of_mode[0] : n == 0 ? scales->of_mode[1] : 0.0;
+    return own > 0.0 ? own : scales->largest;
+}
+
+double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
+                            const int32_t *orders, const double *one, const double *other) {
+    double largest = 0.0;
+    for (int q = 0; q < orders_count && scales->largest > 0.0; q++) {
+        const double scale = scale_of(scales, orders[2 * q], orders[2 * q + 1]);
+        for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
+            largest = fmax(largest, fabs(one[k] - other[k]) / scale);
+    }
+    return largest;
+}
+
+double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double now,
+                                 int halves, double tolerance) {
+    progress->done = scales->largest == 0.0;
+    if (progress->done) return 0.0;
+    if (halves < 4) return INFINITY; /* the first whole period ended after two */
+    /* the changes to come, as the geometric series that the last two began */
+    double *change = &progress->change[halves % 2];
+    const double ratio = *change > 0.0 ? fmin(fmax(now / *change, 0.3), 0.97) : 0.9;
+    progress->slow = ratio > SLOW;
+    const double distance = now * ratio / (1.0 - ratio);
+    *change = now;
+    progress->idle = now < PROGRESS * progress->best ? 0 : progress->idle + 1;
+    progress->best = fmin(progress->best, now);
+    progress->done = distance <= tolerance || progress->idle >= IDLE_HALVES;
+    return distance;
+}

@@ -1,0 +1,153 @@
+/* Periodic contact motion on the torus, eq. (13), by characteristics.
+ *
+ * Along t_B = t_B0 + (omega_B / omega_A) t_A the partial differential equation is ordinary.
+ * `lines` phase lines with t_B0 = 2 pi p / lines are marched period by period of mode A, side by
+ * side in lanes; P_nm is the plain mean of x exp(-i (n t_A + m t_B)) over steps and lines,
+ * spectrally accurate in t_B. After every half period the harmonics of the last whole one are
+ * compared with those a period before; the march ends when they repeat.
+ */
+#include "base/check.h"
+#include "torus/iteration.h"
+#include "torus/torus_check.h"
+
+/* Half a period to forget the start and a whole one are marched in larger steps. */
+#define COARSE_HALVES 3
+#define COARSER 4
+#define FEWEST_STEPS 16
+
+/* What is asked of the points, and where the answers go. */
+typedef struct {
+    double tolerance;
+    const double *smallest_scale;
+    int max_periods;
+    size_t points;
+    const double *amplitudes;
+    double *harmonics, *mean_square, *residual;
+    int32_t *marched;
+} torus_task;
+
+/* The modes must answer to the harmonics that are computed. */
+static int answers_to(const sm_modal_answer *answer, int32_t orders_count, const int32_t *orders) {
+    return answer->feedback && answer->orders_count == orders_count &&
+           memcmp(answer->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
+}
+
+static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
+    if (!smallest_scale) return SM_BAD_ARGUMENT;
+    for (int j = 0; j < contact->modes; j++) {
+        const sm_status status = sm_check_not_negative(smallest_scale[j]);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+static sm_status check_points(const torus_task *task, const sm_contact *contact,
+                              int32_t orders_count) {
+    const sm_status status =
+        sm_torus_check_points(contact, task->points, task->amplitudes, orders_count);
+    for (size_t k = 0; status == SM_OK && k < task->points * (size_t)contact->modes; k++)
+        if (task->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
+    if (task->points == 0 || status != SM_OK) return status;
+    return task->harmonics && task->mean_square && task->residual && task->marched
+               ? SM_OK : SM_BAD_ARGUMENT;
+}
+
+/* sum += fresh over the halves since a point last came noticeably closer to periodicity. */
+static void add_idle(const sm_progress *track, size_t count, const double *fresh, double *sum) {
+    for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
+}
+
+/* The answer of a point whose harmonics keep moving, by the error of the grid, while the phases
+ * drift: their mean, and that of the mean squares, over those halves; and the distance of the last
+ * harmonics from it. */
+static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                              const sm_scales *scales, double *mean, double *mean_square) {
+    const size_t per_point = grid->per_point, n = (size_t)grid->contact->contacts;
+    const double idle = g->track[p].idle;
+    for (size_t k = 0; k < per_point; k++) mean[k] = g->idle_sum[p * per_point + k] / idle;
+    for (size_t i = 0; i < n; i++) mean_square[i] = g->idle_squares[p * n + i] / idle;
+    return sm_relative_distance(scales, grid->contact->contacts, grid->orders_count, grid->orders,
+                                g->fresh + p * per_point, mean);
+}
+
+/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on. */
+static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
+                 size_t first, size_t count, int halves, int marched) {
+    const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
+    const size_t n = (size_t)grid->contact->contacts;
+    int open = 0;
+    for (size_t p = 0; p < count; p++) {
+        sm_progress *track = &g->track[p];
+        if (track->done) continue; /* its answer is already stored */
+        const size_t point = first + p;
+        double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
+        double *answer = task->harmonics + point * per_point;
+        double *mean_square = task->mean_square + point * n;
+        const sm_scales scales = sm_displacement_scales(
+            grid->contact, task->amplitudes + point * modes, task->smallest_scale);
+        const double change = sm_relative_distance(&scales, grid->contact->contacts,
+                                                   grid->orders_count, grid->orders, fresh, last);
+        task->residual[point] = sm_distance_from_periodic(track, &scales, change, halves,
+                                                          task->tolerance);
+        task->marched[point] = marched;
+        memcpy(last, fresh, sizeof(double) * per_point);
+        memcpy(answer, fresh, sizeof(double) * per_point);
+        sm_torus_group_mean_square(grid, g, p, mean_square);
+        add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
+        add_idle(track, n, mean_square, g->idle_squares + p * n);
+        if (track->done && task->residual[point] > task->tolerance)
+            task->residual[point] = settle_for_mean(grid, g, p, &scales, answer, mean_square);
+        open |= !track->done;
+    }
+    return open;
+}
+
+static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coarse,
+                             sm_torus_group *g, const torus_task *task, size_t first) {
+    const size_t left = task->points - first, most = (size_t)grid->points_per_group;
+    const size_t count = left < most ? left : most;
+    int marched = 0;
+    sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+    for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
+        const int half = (halves - 1) % 2;
+        const sm_torus_grid *now = halves <= COARSE_HALVES ? coarse : grid;
+        const sm_status status = sm_torus_group_half(now, g, half);
+        if (status != SM_OK) return status;
+        marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
+        if (!store(grid, g, task, first, count, halves, marched)) return SM_OK;
+        sm_torus_group_next(grid, g, count, half);
+    }
+    return SM_OK;
+}
+
+sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
+                             int32_t lines, double tolerance, const double *smallest_scale,
+                             int32_t max_periods, size_t points, const double *amplitudes,
+                             int32_t orders_count, const int32_t *orders, double *harmonics,
+                             double *mean_square, double *residual, int32_t *marched) {
+    const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
+                             harmonics, mean_square,    residual,    marched};
+    sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
+    if (status == SM_OK && contact->answer && !answers_to(contact->answer, orders_count, orders))
+        return SM_BAD_ARGUMENT;
+    if (status == SM_OK) status = sm_check_not_negative(tolerance);
+    if (status == SM_OK) status = check_scales(contact, smallest_scale);
+    if (status == SM_OK) status = check_points(&task, contact, orders_count);
+    if (status == SM_OK && max_periods < 1) status = SM_BAD_ARGUMENT;
+    if (status != SM_OK) return status;
+
+    sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
+    const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;
+    sm_torus_group group = {.memory = NULL};
+    status = sm_torus_grid_make(&grid, contact, rates, steps, lines, orders_count, orders);
+    if (status == SM_OK)
+        status = sm_torus_grid_make(&coarse, contact, rates, few, lines, orders_count, orders);
+    if (status == SM_OK) status = sm_torus_group_make(&group, &grid);
+    for (size_t first = 0; first < points && status == SM_OK;
+         first += (size_t)grid.points_per_group)
+        status = solve_group(&grid, &coarse, &group, &task, first);
+    sm_torus_group_release(&group);
+    sm_torus_grid_release(&coarse);
+    sm_torus_grid_release(&grid);
+    return status;
+}
