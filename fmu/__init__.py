@@ -3,5 +3,6 @@
 from slipmode.fmu.archive.export import export
 from slipmode.fmu.component import Component
 from slipmode.fmu.stepping import Steppable, StoppedError
+from slipmode.rom import __version__
 
-__all__ = ["Component", "Steppable", "StoppedError", "export"]
+__all__ = ["Component", "Steppable", "StoppedError", "__version__", "export"]

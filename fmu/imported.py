@@ -11,15 +11,17 @@ from os import PathLike
 from types import TracebackType
 from typing import Any, Self
 
-import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.simulation import apply_start_values, instantiate_fmu, settable_in_instantiated
 
 from slipmode.fmu.archive.contents import Archive
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
+from slipmode.rom.extras import extra
+
+fmpy = extra("fmpy", "fmu")
+simulation = extra("fmpy.simulation", "fmu")
+FMICallException = extra("fmpy.fmi1", "fmu").FMICallException
 
 _DISCARD = 2  # status from which on a message says what went wrong
 
@@ -150,7 +152,7 @@ class Imported:
     def _row(self) -> list[float]:
         return [self._time, *self._get(self._outputs)]
 
-    def _stopped(self, error: FMICallException, outputs: Floats) -> StoppedError:
+    def _stopped(self, error: Exception, outputs: Floats) -> StoppedError:
         reason = self._log.reason(error)
         message = f"{self._archive.path.name}: stopped at t = {self._time:g} s: {reason}"
         return StoppedError(message, self._time, outputs)
@@ -161,9 +163,13 @@ class Imported:
         unzipped = tempfile.mkdtemp(prefix="slipmode-")
         self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)
         fmpy.extract(self._archive.path, unzipped)
-        instance = instantiate_fmu(unzipped, description, "CoSimulation", logger=self._log.write)
+        instance = simulation.instantiate_fmu(
+            unzipped, description, "CoSimulation", logger=self._log.write
+        )
         self._resources.callback(instance.freeInstance)
-        apply_start_values(instance, description, start, settable_in_instantiated)
+        simulation.apply_start_values(
+            instance, description, start, simulation.settable_in_instantiated
+        )
         if self._archive.fmi == "2.0":
             instance.setupExperiment(startTime=0.0)
             instance.enterInitializationMode()

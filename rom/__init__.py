@@ -6,6 +6,9 @@ model = rom.tabulate(reduced, rom.Tanh(limit=2.0, alpha=0.02), amplitude=(4.0, 4
 a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}))
 """
 
+import logging
+from importlib.metadata import version
+
 from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
@@ -40,6 +43,7 @@ __all__ = [
     "SlowTrajectory",
     "Structure",
     "Tanh",
+    "__version__",
     "combination_resonances",
     "load_structure",
     "reconstruct",
@@ -51,3 +55,8 @@ __all__ = [
     "tabulate",
     "two_mass",
 ]
+
+__version__ = version("slipmode")
+
+# What is worth saying beside results goes to this logger; whether it is shown is up to the user.
+logging.getLogger("slipmode").addHandler(logging.NullHandler())

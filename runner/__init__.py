@@ -1,5 +1,6 @@
 """Scenes through slow time: plan, run, record, replay."""
 
+from slipmode.rom import __version__
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
@@ -11,6 +12,7 @@ __all__ = [
     "Recording",
     "Scene",
     "Signals",
+    "__version__",
     "load",
     "load_scene",
     "make_plan",

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording_commands import add_recording_commands
 
 if TYPE_CHECKING:
     from slipmode.runner.view.viewer import Viewer
+
+_log = logging.getLogger("slipmode")
 
 _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
@@ -23,9 +28,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; 0, or 1 after one line on standard error that says what was wrong."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.command(options))
+        with _warnings_shown():
+            return int(options.command(options))
     except SlipmodeError as error:
         return _fail(str(error))
+    except MemoryError as error:
+        return _fail(f"out of memory: {error}" if str(error) else "out of memory")
     except BrokenPipeError:  # the reader of our output has seen enough
         sys.stdout = None
         return 1
@@ -35,6 +43,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("slipmode: interrupted; a recording is readable as far as it got", file=sys.stderr)
         return _INTERRUPTED
+
+
+@contextmanager
+def _warnings_shown() -> Iterator[None]:
+    """Warnings of the log on standard error, a line each."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("slipmode: %(message)s"))
+    _log.addHandler(handler)
+    try:
+        yield
+    finally:
+        _log.removeHandler(handler)
 
 
 def _fail(message: str) -> int:
@@ -71,7 +91,7 @@ def _viewer(url: str | None) -> Viewer | None:
     try:
         return find_viewer(url)
     except SlipmodeError as error:
-        print(f"slipmode: {error}; recorded without it: see slipmode replay", file=sys.stderr)
+        _log.warning("%s; recorded without it: see slipmode replay", error)
         return None
 
 
@@ -162,12 +182,28 @@ def _paper(options: argparse.Namespace) -> int:
     return 0
 
 
+def _cache(options: argparse.Namespace) -> int:
+    from slipmode.rom.table import disk_cache
+
+    entries = disk_cache.entries()
+    size = sum(entries.values()) / disk_cache.MIB
+    print(disk_cache.folder())
+    if options.clear:
+        disk_cache.clear()
+        print(f"  removed {len(entries)} files, {size:.1f} MiB")
+    else:
+        most = disk_cache.limit() / disk_cache.MIB
+        print(f"  {len(entries)} files, {size:.1f} of at most {most:g} MiB")
+    return 0
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="slipmode",
         description="Structures with dry-friction contacts, forced near two resonances.",
         epilog="example: slipmode run two-mode -o logs && slipmode replay logs/two-mode.mcap",
     )
+    parser.add_argument("--version", action="version", version=f"slipmode {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     run = _command(commands, "run", _run, "run a scene and record it", "run two-mode -o logs")
@@ -251,6 +287,15 @@ def _parser() -> argparse.ArgumentParser:
         'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
     )
     scenes.add_argument("--path", metavar="NAME", help="print where a shipped scene's file is")
+
+    cache = _command(
+        commands,
+        "cache",
+        _cache,
+        "friction tables and libraries that are kept, and their size",
+        "cache --clear",
+    )
+    cache.add_argument("--clear", action="store_true", help="remove them all")
     return parser
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.errors import OutsideRegionError
+from slipmode.rom.short_repr import short_list
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.interruption import interrupts_held_back
@@ -21,8 +22,6 @@ from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
-from slipmode.runner.view.live import LiveSink
-from slipmode.runner.view.rerun_sink import RerunSink
 from slipmode.runner.view.viewer import Viewer
 
 
@@ -58,6 +57,15 @@ class Recording:
     slow_seconds: float
     total_seconds: float
     cached: bool
+
+    def __repr__(self) -> str:
+        scene = self.plan.scene
+        files = ", ".join(str(path) for path in (self.mcap, self.rrd) if path) or "no files"
+        topics = short_list(channel.topic for channel in _channels(self.plan, self.model))
+        return (
+            f"Recording({scene.title!r}: {files}; {topics}; complete, {scene.run.duration:g} s, "
+            f"{self.steps} steps, {self.samples} samples of fast motion)"
+        )
 
     def read(self) -> RecordingData:
         """The recorded channels as arrays; needs the MCAP file."""
@@ -188,13 +196,7 @@ def _open(
     fmu: str | PathLike[str] | None,
     live: Viewer | None,
 ) -> Recorder:
-    scene, modes = plan.scene, plan.excited.modes
-    listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
-    if scene.contact:
-        listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
-        listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
-    if scene.output.elastic:
-        listed.append(channels.elastic(scene.output.elastic))
+    scene, listed = plan.scene, _channels(plan, model)
     header = Header(
         title=scene.title,
         scene_text=scene.text,
@@ -206,10 +208,26 @@ def _open(
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
         if rrd:
+            from slipmode.runner.view.rerun_sink import RerunSink  # Rerun takes a while to import
+
             sinks.append(RerunSink(rrd, header, listed))
         if live:
+            from slipmode.runner.view.live import LiveSink
+
             sinks.append(LiveSink(live, header, listed))
     except BaseException:
         Recorder(sinks).close()
         raise
     return Recorder(sinks)
+
+
+def _channels(plan: Plan, model: Model) -> list[channels.Channel]:
+    """What a run records."""
+    scene, modes = plan.scene, plan.excited.modes
+    listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
+    if scene.contact:
+        listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
+        listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
+    if scene.output.elastic:
+        listed.append(channels.elastic(scene.output.elastic))
+    return listed

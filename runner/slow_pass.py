@@ -68,17 +68,12 @@ class SlowPass:
                 recorder.event(0.0, decision.level, words)
         self._record(self._rows[0], 0)
         steps = schedule.durations.size
-        try:
-            with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
-                for first in range(0, steps, _STEPS_PER_BLOCK):
-                    block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
-                    inputs = schedule.inputs(self._component.input_names, block)
-                    self._advance(schedule.durations[block], inputs, first)
-                    bar.update(block.stop - first)
-        except (StoppedError, KeyboardInterrupt) as stop:
-            reason = str(stop) if isinstance(stop, StoppedError) else "interrupted by the user"
-            recorder.event(self._now, "error", reason)
-            raise
+        with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
+            for first in range(0, steps, _STEPS_PER_BLOCK):
+                block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
+                inputs = schedule.inputs(self._component.input_names, block)
+                self._advance(schedule.durations[block], inputs, first)
+                bar.update(block.stop - first)
         recorder.event(self._now, "info", "end of the scene")
 
     def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:

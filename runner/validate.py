@@ -14,6 +14,7 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.full import Excitation, FullMotion, State, integrate
 from slipmode.rom.full.convergence import relative_rms
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.motion import Motion, reconstruct
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -65,6 +66,8 @@ class Validation:
     table_seconds: float
     full_seconds: float
     recordings: list[Path]
+
+    __repr__ = short_repr
 
 
 def validate(

@@ -10,8 +10,9 @@ from pathlib import Path
 from slipmode.rom import SlipmodeError
 
 _PACKAGE = Path(__file__).parents[1]
+_FACE = _PACKAGE / "src"
 _KERNEL = _PACKAGE.parent / "rom" / "kernel"
-INCLUDE_FOLDERS = (_PACKAGE / "src", _KERNEL)  # in an FMU one folder, sources/
+INCLUDE_FOLDERS = (_FACE, _KERNEL)  # in an FMU one folder, sources/
 
 # Rooms of the kernel that the FMU has no use for: it makes no friction tables and computes nothing
 # in full order.
@@ -68,3 +69,8 @@ def source_files() -> dict[str, Path]:
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
         raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
     return {name: path for name, path in found.items() if not name.startswith(_ROOMS_LEFT_OUT)}
+
+
+def is_face(source: Path) -> bool:
+    """Whether a source is the FMU's own, not the core's."""
+    return source.is_relative_to(_FACE)

@@ -7,12 +7,13 @@ from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 
-import fmpy
-from fmpy.simulation import settable_in_instantiated
-
 from slipmode.fmu.archive.binaries import extension, folder, host_platform
 from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.rom import SlipmodeError
+from slipmode.rom.extras import extra
+
+fmpy = extra("fmpy", "fmu")
+settable_in_instantiated = extra("fmpy.simulation", "fmu").settable_in_instantiated
 
 _REAL = {"2.0": "Real", "3.0": "Float64"}
 _MOST_NAMES = 12  # in a message

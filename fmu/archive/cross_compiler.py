@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
+import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
 from slipmode.fmu.archive import binaries
 from slipmode.rom import SlipmodeError
-from slipmode.rom.table.cache import cache_folder
+from slipmode.rom.extras import extra
+from slipmode.rom.files import replacing
+from slipmode.rom.table import disk_cache
 
 # The oldest systems that the libraries load on: glibc 2.17, macOS 11.
 TARGETS = {
@@ -23,11 +27,16 @@ TARGETS = {
     "x86_64-darwin": "x86_64-macos.11.0",
     "aarch64-darwin": "aarch64-macos.11.0",
 }
-# As CMakeLists.txt compiles the host's; without optimisation zig would link a sanitizer runtime.
-_FLAGS = (
-    *("-shared", "-O2", "-s", "-std=c99", "-fvisibility=hidden", "-DSM_HIDDEN"),
+# As CMakeLists.txt compiles the host's, warnings and what only GCC knows apart; without
+# optimisation zig would link a sanitizer runtime.
+OPTIONS = (
+    *("-O3", "-fvisibility=hidden", "-fopenmp-simd"),
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"),
 )
+FACE_OPTIONS = ("-ffp-contract=off",)  # of the sources in fmu/src, after the others
+DEFINITIONS = ("SM_HIDDEN", "SM_OPENMP_SIMD")
+_COMMON = ("-std=c99", *OPTIONS, *(f"-D{name}" for name in DEFINITIONS))
+_DIGEST_BYTES = hashlib.sha256().digest_size  # in front of a library that is kept
 
 
 def platform_binary(platform_tuple: str) -> bytes:
@@ -40,52 +49,71 @@ def platform_binary(platform_tuple: str) -> bytes:
     """
     if platform_tuple not in TARGETS:
         raise SlipmodeError(f"platforms: {platform_tuple} is none of {', '.join(TARGETS)}")
-    if importlib.util.find_spec("ziglang") is None:
-        raise SlipmodeError(
-            "platforms: compiling for other platforms needs zig: pip install 'slipmode[platforms]'"
-        )
+    extra("ziglang", "platforms")
     sources = binaries.source_files()
-    flags = ("-target", TARGETS[platform_tuple], *_FLAGS)
-    suffix = binaries.extension(platform_tuple)
-    kept = cache_folder() / f"{_key(sources, flags)}{suffix}"
-    if kept.is_file():
-        return kept.read_bytes()
-    library = _compile(sources, flags, suffix)
-    try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.write_bytes(library)
-    except OSError:
-        return library  # it will be compiled again next time
+    name = f"{_key(sources, platform_tuple)}.library"
+    found = disk_cache.find(name, _load)
+    if found is not None:
+        return found
+    library = _compile(sources, platform_tuple)
+    disk_cache.keep(name, partial(_save, library))
     return library
 
 
 def fmi_headers() -> Path:
     """Where the fmpy package keeps the headers of the standard."""
-    found = importlib.util.find_spec("fmpy")
-    if found is None or not found.submodule_search_locations:
-        raise SlipmodeError("fmpy: not installed; install slipmode again")
-    return Path(found.submodule_search_locations[0]) / "c-code"
+    return Path(extra("fmpy", "platforms").__file__).parent / "c-code"
 
 
-def _key(sources: Mapping[str, Path], flags: tuple[str, ...]) -> str:
+def _key(sources: Mapping[str, Path], platform_tuple: str) -> str:
+    flags = (TARGETS[platform_tuple], *_COMMON, "", *FACE_OPTIONS)
     digest = hashlib.sha256(" ".join((version("ziglang"), version("fmpy"), *flags)).encode())
     for name, path in sources.items():
         digest.update(name.encode() + path.read_bytes())
     return digest.hexdigest()[:32]
 
 
-def _compile(sources: Mapping[str, Path], flags: tuple[str, ...], suffix: str) -> bytes:
+def _save(library: bytes, path: Path) -> None:
+    with replacing(path) as file:
+        file.write(hashlib.sha256(library).digest() + library)
+
+
+def _load(path: Path) -> bytes:
+    content = path.read_bytes()
+    digest, library = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
+    if hashlib.sha256(library).digest() != digest:
+        raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
+    return library
+
+
+def _compile(sources: Mapping[str, Path], platform_tuple: str) -> bytes:
+    library = f"library{binaries.extension(platform_tuple)}"
+    independent = () if platform_tuple.endswith("windows") else ("-fPIC",)  # there all code is
+    include = [f"-I{folder}" for folder in binaries.INCLUDE_FOLDERS]
+    include += ["-isystem", str(fmi_headers())]
     with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / f"library{suffix}"
-        command = [
-            *(sys.executable, "-m", "ziglang", "cc", *flags),
-            *(f"-I{path}" for path in binaries.INCLUDE_FOLDERS),
-            *("-isystem", str(fmi_headers())),
-            *(str(path) for path in sources.values() if path.suffix == ".c"),
-            *("-lm", "-o", str(target)),
-        ]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            raise SlipmodeError(f"platforms: zig cannot compile the FMU's sources: {last}")
-        return target.read_bytes()
+
+        def compile_one(source: Path) -> str:
+            own = FACE_OPTIONS if binaries.is_face(source) else ()
+            target = f"{source.stem}.o"
+            flags = (*independent, *_COMMON, *own, *include)
+            _zig(platform_tuple, folder, "-c", *flags, str(source), "-o", target)
+            return target
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = list(
+                pool.map(compile_one, (p for p in sources.values() if p.suffix == ".c"))
+            )
+        _zig(platform_tuple, folder, "-shared", "-s", *objects, "-lm", "-o", library)
+        return (Path(folder) / library).read_bytes()
+
+
+def _zig(platform_tuple: str, folder: str, *arguments: str) -> None:
+    """Have zig's C compiler work in a folder."""
+    command = (sys.executable, "-m", "ziglang", "cc", "-target", TARGETS[platform_tuple])
+    done = subprocess.run(
+        (*command, *arguments), cwd=folder, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise SlipmodeError(f"platforms: zig cannot compile the FMU's sources: {last}")

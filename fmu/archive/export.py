@@ -26,6 +26,8 @@ from slipmode.fmu.description.reference_result import reference_files
 from slipmode.fmu.inputs import MODE_NAMES, present_modes
 from slipmode.fmu.variables.listing import Choice, list_variables
 from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.files import replacing
+from slipmode.rom.text import checked_line
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
 
@@ -68,7 +70,7 @@ def export(
     mode_names : sequence of str
         What the model's modes are called, of "A" and "B".
     name : str
-        Of the model, as tools show it.
+        Of the model, as tools show it: one line without control characters.
     start : mapping of str to float, optional
         Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
     stop_time, step_size : float
@@ -87,6 +89,7 @@ def export(
         On arguments that are not allowed.
     """
     target = Path(path)
+    checked_line("name", name)
     if fmi not in (2, 3):
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
     if model.table.region is not None:
@@ -168,14 +171,9 @@ def _license() -> bytes:
 
 
 def _write(target: Path, files: Mapping[str, bytes]) -> None:
-    temporary = target.with_name(f"{target.name}.part")
-    try:
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
-                entry = zipfile.ZipInfo(name, _EPOCH)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-                archive.writestr(entry, files[name])
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with replacing(target) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files, key=lambda name: (name != "modelDescription.xml", name)):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(entry, files[name])

@@ -35,6 +35,15 @@ class Harmonics:
     left_out: Floats
     region: Flags | None = None
 
+    def __repr__(self) -> str:
+        nodes = " x ".join(str(axis.size) for axis in self.axes)
+        return f"Harmonics({len(self.orders)} to order {self.highest}, {nodes} nodes)"
+
+    @property
+    def highest(self) -> int:
+        """Largest |n| + |m| of the orders."""
+        return max(abs(n) + abs(m) for n, m in self.orders)
+
     def at(self, amplitude: Complexes) -> Complexes:
         """P_nm exp(i (n arg a_A + m arg a_B)) (points, orders, N_c), linear between the nodes."""
         modulus = np.abs(amplitude)

@@ -11,6 +11,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
+from slipmode.rom.short_repr import short_repr
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,15 @@ class Tanh:
     alpha: float
     code: ClassVar[int] = 0
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
-        _check_limit(self.limit)
+        object.__setattr__(self, "limit", _checked_limit(self.limit))
         if not SMALLEST <= self.alpha <= LARGEST:
             raise SlipmodeError(
                 f"alpha: must be {SMALLEST:g} to {LARGEST:g} [m/s], got {self.alpha}"
             )
+        object.__setattr__(self, "alpha", float(self.alpha))
 
 
 @dataclass(frozen=True)
@@ -52,8 +56,10 @@ class Coulomb:
     code: ClassVar[int] = 1
     alpha: ClassVar[float] = 0.0
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
-        _check_limit(self.limit)
+        object.__setattr__(self, "limit", _checked_limit(self.limit))
 
 
 Friction = Tanh | Coulomb
@@ -69,7 +75,9 @@ def limits(law: Friction, contacts: int) -> Floats:
     return np.broadcast_to(given, contacts).copy()
 
 
-def _check_limit(limit: float | Sequence[float]) -> None:
+def _checked_limit(limit: float | Sequence[float]) -> float | tuple[float, ...]:
+    """The limits as they are compared and hashed: by value."""
     given = np.asarray(limit, dtype=float)
     if given.ndim > 1 or given.size == 0 or not (fits(given) and np.all(given >= 0)):
         raise SlipmodeError(f"limit: must be 0 or {SMALLEST:g} to {LARGEST:g} [N], got {limit}")
+    return tuple(given.tolist()) if given.ndim else float(given)

@@ -24,6 +24,7 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400
 
@@ -64,6 +65,8 @@ class ContactHarmonics:
     mean_square: Floats
     residual: Floats
     marched: NDArray[np.int32]
+
+    __repr__ = short_repr
 
 
 def contact_problem(
@@ -214,6 +217,8 @@ class ContactTerms:
     left_out: Floats
     residual: Floats
     marched: NDArray[np.int32]
+
+    __repr__ = short_repr
 
 
 def contact_orders(

@@ -13,6 +13,7 @@ from slipmode.rom.contact.laws import Friction
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
 
@@ -36,6 +37,8 @@ class Converged:
     velocity_error: Floats
     contact_displacement_error: Floats
     contact_velocity_error: Floats
+
+    __repr__ = short_repr
 
 
 def converged(

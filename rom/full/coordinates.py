@@ -11,6 +11,7 @@ import scipy.linalg
 from slipmode.rom import _kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
@@ -41,6 +42,8 @@ class ModalCoordinates:
     damping: Floats
     directions: Floats
     to_modal: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure) -> Self:

@@ -13,6 +13,7 @@ from slipmode.rom import _kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduction import force_vector
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
 
@@ -49,6 +50,8 @@ class Excitation:
     frequency_rate: Floats
     phase: Floats
     phase_rate: Floats
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import short_repr
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,8 @@ class State:
     displacement: Floats
     velocity: Floats
     contact_force: Floats | None = None
+
+    __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +63,8 @@ class FullMotion:
     end: State
     steps: int
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Record:
@@ -77,6 +82,8 @@ class Record:
     velocity: Floats
     contact: Floats
     dissipated: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def empty(cls, samples: int, outputs: int, contacts: int) -> Record:

@@ -14,6 +14,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
 _WINDOW_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window beyond the 4th
@@ -42,6 +43,8 @@ class SteadyAmplitude:
     amplitude: Complexes
     error: Floats
     end: State
+
+    __repr__ = short_repr
 
 
 def steady_amplitude(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 
 _ROUNDING = 1e-9  # times that differ by this fraction of a step are the same time
 _MOST_STEPS = 1e12
@@ -56,6 +57,8 @@ class Schedule:
     time: Floats
     samples_start: bool
     runs: list[Run]
+
+    __repr__ = short_repr
 
     @classmethod
     def plan(

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced, force_vector
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
@@ -46,6 +47,8 @@ class ForceResponse:
     static: Floats
     shift: Complexes
     cross_response: Complexes
+
+    __repr__ = short_repr
 
     @classmethod
     def of(

@@ -87,6 +87,16 @@ class Reduced:
     nonresonant_damper: Floats
     damping_coupling: Floats
 
+    def __repr__(self) -> str:
+        modes = ", ".join(
+            f"{number} at {omega:.4g} rad/s"
+            for number, omega in zip(self.modes, self.frequency, strict=True)
+        )
+        return (
+            f"Reduced({self.formulation}, mode {modes}, {self.n_contacts} contacts, "
+            f"{self.nonresonant_frequency.size} nonresonant modes, {self.n_dofs} DOFs)"
+        )
+
     @cached_property
     def coupling(self) -> Complexes:
         """L_j at the carrier of its mode, (modes, N_c)."""

@@ -23,6 +23,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
@@ -56,6 +57,8 @@ class Motion:
     modal: Floats
     load: Floats
     static: Floats
+
+    __repr__ = short_repr
 
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
         """Displacement of DOFs of the structure, (n, dofs) [m]."""

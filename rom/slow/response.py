@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
@@ -47,6 +48,8 @@ class ModalResponse:
     contact: Complexes
     modal: Complexes
     reaction: Complexes
+
+    __repr__ = short_repr
 
 
 def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:

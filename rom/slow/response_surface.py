@@ -13,6 +13,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force of the modes on the contacts, or displacement
@@ -40,6 +41,8 @@ class ResponseSurface:
     reaction: Complexes
     elastic: Complexes
     modes_out: Complexes
+
+    __repr__ = short_repr
 
 
 def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:

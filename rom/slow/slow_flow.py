@@ -15,6 +15,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.coupling import coupling_coefficients, coupling_factor
 from slipmode.rom.reduction.force_response import Forces, cross_response, off_resonance_shift
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
 _SHORT_STEP = 1e-4  # of a difference along the flow, in radians of mode A
@@ -56,6 +57,8 @@ class LinearPart:
 
     mass: Complexes
     stiffness: Complexes
+
+    __repr__ = short_repr
 
 
 def linear_part(reduced: Reduced, frequency: ArrayLike) -> LinearPart:

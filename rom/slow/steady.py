@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import first_order_rate, friction_force, linear_part
 from slipmode.rom.table.model import Model
 
@@ -41,6 +42,8 @@ class ResonanceCurve:
     below: Floats
     above: Floats
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True, eq=False)
 class ResonanceSurface:
@@ -58,6 +61,8 @@ class ResonanceSurface:
     frequency_A: Floats
     frequency_B: Floats
     amplitude: Complexes
+
+    __repr__ = short_repr
 
     @property
     def euclidean(self) -> Floats:

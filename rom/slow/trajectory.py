@@ -10,6 +10,7 @@ from slipmode.rom import _kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import amplitude_rate
 from slipmode.rom.table.model import Model
 
@@ -44,6 +45,8 @@ class SlowTrajectory:
     force_rate: Complexes
     force_response: ForceResponse | None = None
     discontinuity: Complexes | None = None
+
+    __repr__ = short_repr
 
     @property
     def amplitude_start(self) -> Complexes:

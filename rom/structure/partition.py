@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import (
     TOLERANCE,
     Matrix,
@@ -59,6 +60,8 @@ class Partition:
     K_ee: Matrix
     K_ec: Floats
     K_cc: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:

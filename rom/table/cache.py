@@ -1,31 +1,22 @@
-"""Models kept on disk, per user: a table that was computed once is not computed again."""
+"""Models kept on disk: a table that was computed once is not computed again."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import astuple
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
-import platformdirs
 
 from slipmode.rom.contact.laws import Friction, limits
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, REDUCED_ARRAYS, Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
-
-
-def cache_folder() -> Path:
-    """Where models are kept; the environment variable SLIPMODE_CACHE overrides the default."""
-    override = os.environ.get("SLIPMODE_CACHE")
-    return Path(override) if override else Path(platformdirs.user_cache_dir("slipmode"))
 
 
 def cached_model(
@@ -50,15 +41,13 @@ def cached_model(
     Notes
     -----
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
-    the same; it will be computed again next time.
+    the same, and the log says so; it will be computed again next time.
     """
     key = _key(reduced, law, amplitude, tolerance, combinations, harmonics, region)
-    path = cache_folder() / f"{key}.rom"
-    if path.is_file():
-        try:
-            return Model.load(path), True
-        except SlipmodeError:
-            path.unlink(missing_ok=True)
+    name = f"{key}.rom"
+    found = disk_cache.find(name, Model.load)
+    if found is not None:
+        return found, True
     model = tabulate(
         *(reduced, law, amplitude, tolerance),
         combinations=combinations,
@@ -66,11 +55,7 @@ def cached_model(
         region=region,
         progress=progress,
     )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        model.save(path)
-    except OSError:
-        return model, False
+    disk_cache.keep(name, model.save)
     return model, False
 
 

@@ -50,6 +50,12 @@ class Table:
     rate_correction: Floats | None = None
     region: Flags | None = None
 
+    def __repr__(self) -> str:
+        nodes = " x ".join(str(node.size) for node in (self.node_a, self.node_b)[: self.modes])
+        reach = ", ".join(f"{amplitude_range:.4g}" for amplitude_range in self.amplitude_range)
+        part = "" if self.region is None else f", {self.region.mean():.0%} of it visited"
+        return f"Table({nodes} nodes to {reach}{part})"
+
     @property
     def amplitude_range(self) -> Floats:
         """Largest tabulated amplitude of each mode, (modes,)."""

@@ -14,6 +14,7 @@ import numpy as np
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.laws import Coulomb, Friction, Tanh, limits
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import replacing
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.accuracy import Accuracy
@@ -58,6 +59,16 @@ class Model:
     combinations: tuple[CombinationResonance, ...]
     accuracy: Accuracy
 
+    def __repr__(self) -> str:
+        reduced = self.reduced
+        parts = [
+            f"{self.modes} mode{'s' if self.modes > 1 else ''}, {reduced.n_contacts} contacts",
+            f"{reduced.formulation}, {self.law}, {self.table}",
+            f"harmonics to order {self.harmonics.highest}" if self.harmonics else "no harmonics",
+            f"tolerance {self.accuracy.tolerance:g}",
+        ]
+        return f"Model({', '.join(parts)})"
+
     @property
     def modes(self) -> int:
         """Number of modes, 1 or 2."""
@@ -73,14 +84,8 @@ class Model:
         header = self._header()
         content = self._content()
         stored = json.dumps(header | {"hash": digest(header, content)})
-        target = Path(path)
-        temporary = target.with_name(f"{target.name}.{os.getpid()}.part")
-        try:
-            with temporary.open("wb") as file:
-                np.savez(file, allow_pickle=False, header=np.array(stored), **content)
-            temporary.replace(target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with replacing(path) as file:
+            np.savez(file, allow_pickle=False, header=np.array(stored), **content)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Model:

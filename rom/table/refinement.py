@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Region, corners, widened, with_neighbours
 
@@ -63,6 +64,8 @@ class Columns:
     loss: Floats
     carried: int = 0
 
+    __repr__ = short_repr
+
     def error(self, difference: Floats, S: Complexes) -> Floats:
         """Largest |difference| over the tabulated columns, relative to their scales."""
         largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
@@ -88,6 +91,8 @@ class Axis:
     node: Floats
     poor: Flags
     missed: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def upto(cls, end: float, intervals: int) -> Axis:
@@ -140,6 +145,8 @@ class Sampling:
     at: Callable[[Floats], Complexes]
     columns: Columns
     region: Region | None = None
+
+    __repr__ = short_repr
 
     def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
         """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.short_repr import short_repr
 
 _TILES = 32  # per amplitude
 
@@ -31,6 +32,8 @@ class Region:
 
     tiles: Flags
     amplitude_range: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def along(cls, path: Floats, amplitude_range: Sequence[float], reach: Floats) -> Region:

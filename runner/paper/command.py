@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from os import PathLike
 from pathlib import Path
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
 from slipmode.runner.paper.claims.claim import Claim
 from slipmode.runner.paper.claims.claims import claims
 from slipmode.runner.paper.study import Study
@@ -43,10 +42,7 @@ def paper(output: str | PathLike[str] = "logs/paper") -> Findings:
     SlipmodeError
         If matplotlib is not installed.
     """
-    if importlib.util.find_spec("matplotlib") is None:
-        raise SlipmodeError(
-            "paper: drawing needs matplotlib; pip install 'slipmode[report]', or make paper"
-        )
+    extra("matplotlib", "pictures")
     from slipmode.runner.paper.figures.figures import draw
     from slipmode.runner.paper.recording import write_recording
 

@@ -13,6 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.runner.recording.channels import Mode
@@ -49,6 +50,8 @@ class Excited:
     force: tuple[Floats, ...]
     initial: tuple[complex, ...]
     amplitude: tuple[complex, ...]
+
+    __repr__ = short_repr
 
     def modal_forces(self, schedule: Schedule) -> tuple[Complexes, Complexes]:
         """F_j exp(i phase_j) at the start and at the end of each step, (steps, modes)."""
@@ -91,6 +94,8 @@ class DryRun:
     reason: str
     region: Region | None
     contact_share: Floats
+
+    __repr__ = short_repr
 
 
 def dry_run(

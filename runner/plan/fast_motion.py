@@ -12,6 +12,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.plan.amplitude_range import Excited
 
 ORDERS = (RESPONSE_ORDER, RESPONSE_ORDER + 2, RESPONSE_ORDER + 4)
@@ -33,6 +34,8 @@ class Truncation:
 
     contact: Floats
     elastic: Floats
+
+    __repr__ = short_repr
 
     def order_within(self, tolerance: float) -> int | None:
         """Lowest order that leaves out no more of the elastic motion; None: too many needed."""

@@ -66,6 +66,14 @@ class Plan:
     elastic_order: int | None
     decisions: list[Decision]
 
+    def __repr__(self) -> str:
+        reach = ", ".join(f"{amplitude:.4g}" for amplitude in self.amplitude)
+        return (
+            f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
+            f"{self.excited.reduced.n_contacts} contacts, amplitudes to {reach}, "
+            f"{self.schedule.durations.size} steps, {len(self.decisions)} decisions)"
+        )
+
     def model(
         self, *, contact: bool = False, region: bool = False, progress: bool = False
     ) -> tuple[Model, bool]:

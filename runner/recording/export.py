@@ -6,13 +6,13 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.files import replacing
 from slipmode.runner.recording.load import Signals, read
 from slipmode.runner.recording.mcapfile.source import naming
 from slipmode.runner.recording.selection import chosen
@@ -70,7 +70,8 @@ def _write_npz(path: Path, channels: Mapping[str, Signals]) -> None:
     for topic, signals in channels.items():
         arrays[f"{topic}.time"] = signals.time
         arrays |= {f"{topic}.{name}": signals.column(name) for name in signals.channel.names}
-    np.savez(path, **arrays)  # type: ignore[arg-type]
+    with replacing(path) as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def _table_path(path: Path, topic: str, count: int) -> Path:
@@ -81,18 +82,24 @@ def _table_path(path: Path, topic: str, count: int) -> Path:
 
 def _write_csv(signals: Signals, path: Path) -> None:
     names = [f"{name} [{unit}]" for name, unit in {"time": "s", **signals.units}.items()]
-    pyarrow.csv.write_csv(pa.table(_columns(signals), names), path)
+    table, csv = extra("pyarrow", "export").table, extra("pyarrow.csv", "export")
+    with replacing(path) as file:
+        csv.write_csv(table(_columns(signals), names), file)
 
 
 def _write_parquet(signals: Signals, path: Path) -> None:
+    pa, parquet = extra("pyarrow", "export"), extra("pyarrow.parquet", "export")
     units = {"time": "s", **signals.units}
     fields = [pa.field(name, pa.float64(), metadata={"unit": units[name]}) for name in units]
     about = {"topic": signals.channel.topic, "description": signals.channel.description}
     schema = pa.schema(fields, metadata=about)
-    pyarrow.parquet.write_table(pa.table(_columns(signals), schema=schema), path)
+    with replacing(path) as file:
+        parquet.write_table(pa.table(_columns(signals), schema=schema), file)
 
 
-def _columns(signals: Signals) -> list[pa.Array]:
+def _columns(signals: Signals) -> list[Any]:
+    """Time and fields as Arrow arrays."""
+    pa = extra("pyarrow", "export")
     return [pa.array(signals.time), *(pa.array(column) for column in signals.values.T)]
 
 

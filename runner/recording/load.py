@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_list, short_repr
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import EVENTS, Channel, Event, Field, decode_event
 from slipmode.runner.recording.mcapfile.chunk import Contents, Messages
@@ -41,6 +42,9 @@ class Signals(NamedTuple):
     channel: Channel
     time: Floats
     values: Floats
+
+    def __repr__(self) -> str:
+        return short_repr(self)
 
     @property
     def units(self) -> dict[str, str]:
@@ -83,10 +87,17 @@ class RecordingData:
     left_out: tuple[str, ...] = ()
     external: bool = False
 
+    def __repr__(self) -> str:
+        whole = "complete" if self.complete else "incomplete"
+        return (
+            f"RecordingData({self.header.title!r}: {short_list(self.channels) or 'no channels'}; "
+            f"to t = {self.end_time:g} s; {whole})"
+        )
+
     @property
     def complete(self) -> bool:
-        """Whether the file is whole."""
-        return not self.damage
+        """Whether the file is whole, and what it records came to its end."""
+        return not self.damage and all(event.level != "error" for event in self.events)
 
     @property
     def scene_text(self) -> str:
@@ -132,7 +143,8 @@ def read(path: str | PathLike[str]) -> RecordingData:
     Returns
     -------
     RecordingData
-        A truncated recording has `complete` false and ends with an event of level "warning".
+        A truncated recording has `complete` false and ends with an event of level "warning"; that
+        of a run that was stopped has `complete` false and ends with one of level "error".
 
     Raises
     ------

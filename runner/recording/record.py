@@ -221,6 +221,8 @@ class McapSink(Sink):
 class Recorder(Sink):
     """Writes the same recording to several sinks.
 
+    Left by an exception, the recording ends with an event that says which.
+
     Parameters
     ----------
     sinks : sequence of Sink
@@ -229,6 +231,7 @@ class Recorder(Sink):
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = tuple(sinks)
+        self._now = 0.0  # simulation time of what was written last [s]
 
     @property
     def keeps(self) -> bool:
@@ -237,11 +240,13 @@ class Recorder(Sink):
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples to every sink; see `Sink.write`."""
+        self._now = max([self._now, *np.asarray(time, dtype=float)[-1:]])
         for sink in self._sinks:
             sink.write(topic, time, values)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in every sink what happened at simulation time `time` [s]."""
+        self._now = max(self._now, time)
         for sink in self._sinks:
             sink.event(time, level, message)
 
@@ -250,6 +255,27 @@ class Recorder(Sink):
         with ExitStack() as stack:
             for sink in self._sinks:
                 stack.callback(sink.close)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if error is not None:
+            for sink in self._sinks:
+                with suppress(Exception):  # the error that ended the run is the one to report
+                    sink.event(self._now, "error", _reason(error))
+        super().__exit__(kind, error, traceback)
+
+
+def _reason(error: BaseException) -> str:
+    """Why a run ended, in one line."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted by the user"
+    words = " ".join(str(error).split())
+    expected = isinstance(error, (SlipmodeError, OSError))
+    return words if expected else f"{type(error).__name__}: {words}"
 
 
 def create_file(path: Path) -> IO[bytes]:

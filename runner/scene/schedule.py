@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.script import Script
 
@@ -31,6 +32,8 @@ class Schedule:
     time: Floats
     values: dict[str, Floats]
     rates: dict[str, Floats]
+
+    __repr__ = short_repr
 
     @cached_property
     def durations(self) -> Floats:

@@ -181,3 +181,6 @@ class Scene:
     text: str = field(repr=False)
     path: Path | None = None
     name: str = "scene"
+
+    def __repr__(self) -> str:
+        return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"

@@ -10,6 +10,7 @@ from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, fits
+from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
 
 
@@ -78,11 +79,11 @@ class Table:
         return [self._table(f"{name}[{i}]", table, keys) for i, table in enumerate(tables)]
 
     def text(self, key: str, default: str | None = None) -> str:
-        """A string."""
+        """A string of one line, without control characters."""
         value = self._get(key, default)
         if not isinstance(value, str):
             raise self.error(key, f"must be a string, got {_shown(value)}")
-        return value
+        return checked_line(self._full(key), value)
 
     def choice(self, key: str, choices: Sequence[str], default: str | None = None) -> str:
         """One of a few strings."""

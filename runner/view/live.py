@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -12,6 +12,8 @@ from slipmode.runner.recording.channels import Channel, Level
 from slipmode.runner.recording.record import Header, Sink
 from slipmode.runner.view.rerun_sink import RerunSink
 from slipmode.runner.view.viewer import Viewer
+
+_log = logging.getLogger("slipmode.view")
 
 
 class LiveSink(Sink):
@@ -55,6 +57,4 @@ class LiveSink(Sink):
             yield
         except OSError as error:
             self._sink = None
-            print(
-                f"slipmode: {error.strerror}; the run goes on without the viewer", file=sys.stderr
-            )
+            _log.warning("%s; the run goes on without the viewer", error.strerror)

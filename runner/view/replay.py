@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import replacing
 from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.mcapfile.source import naming
 from slipmode.runner.recording.selection import Selection
-from slipmode.runner.view.rerun_sink import RerunSink
-from slipmode.runner.view.screenshot import photograph
 from slipmode.runner.view.viewer import Viewer, find_viewer
-from slipmode.runner.view.views import Playing
+
+if TYPE_CHECKING:
+    from slipmode.runner.view.views import Playing
 
 _EVERYTHING = Selection()
 
@@ -61,11 +63,14 @@ def replay(
     if save is not None:
         _convert(data, Path(save), playing)
     if screenshot is not None:
+        from slipmode.runner.view.screenshot import photograph
+
         with tempfile.TemporaryDirectory() as folder:
             rrd = Path(folder) / "recording.rrd"
             _convert(data, rrd, None)
             picture = photograph(rrd, data.end_time)
-        Path(screenshot).write_bytes(picture)
+        with replacing(screenshot) as file:
+            file.write(picture)
     if save is None and screenshot is None:
         _convert(data, _window(), playing)
     return notes
@@ -89,6 +94,8 @@ def _window() -> Viewer:
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:
+    from slipmode.runner.view.rerun_sink import RerunSink  # it takes a while to import
+
     shown = as_curves(data.channels) if data.external else data.channels
     channels = [channel for channel, _, _ in shown.values()]
     with RerunSink(target, data.header, channels, playing) as sink:

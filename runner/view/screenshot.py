@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
-
-from PIL import Image
-from rerun.experimental import ViewerClient
+from typing import TYPE_CHECKING, Any
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
 from slipmode.runner.view.phase_portraits import TIMELINE
 from slipmode.runner.view.viewer import windowless_viewer
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
 
 _PACKAGES = (
     "mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri libegl1 libxkbcommon0 fonts-dejavu-core"
 )
 _COLORS = 192  # of plots on a plain ground; a third of the bytes of all colours
-_NOTICE_TIME = 4.0  # [s] for which a new viewer says across its views where it listens
-_SETTLING_TIME = 20.0  # [s] at most, until the picture stands still
+_ATTEMPTS = 3  # each with a viewer of its own
+_PATIENCE = 60.0  # [s] until notices are gone, and until the picture stands still
+_PAUSE = 0.3  # [s] between two shots
+_ALIKE = 3  # shots in a row: one or two may come before a view has begun to fill
+
+# Where a new viewer shows its notices, as parts of the width and height; its first page has
+# nothing else there.
+_CORNER = (0.82, 0.04, 0.99, 0.12)
+
+
+class _NotReadyError(Exception):
+    """A viewer that is too slow for a picture, and in what."""
 
 
 def photograph(rrd: Path, time: float) -> bytes:
@@ -27,35 +40,62 @@ def photograph(rrd: Path, time: float) -> bytes:
     Raises
     ------
     SlipmodeError
-        If no viewer can be started.
+        If no viewer can be started, or none comes to rest: there is no picture then.
     """
-    try:
-        with windowless_viewer() as viewer:
-            started = clock.monotonic()
-            viewer.open(str(rrd))
-            viewer.run_command("ui.toggle_top_panel")
-            viewer.set_time(TIMELINE, duration=time, play_state="paused")
-            return _small(_settled(viewer, started))
-    except (RuntimeError, ConnectionError) as error:
-        raise SlipmodeError(
-            "no viewer could be started for the screenshot: it needs a graphics driver, "
-            f"on Debian: apt-get install {_PACKAGES}"
-        ) from error
+    reason = ""
+    for _ in range(_ATTEMPTS):
+        try:
+            with windowless_viewer() as viewer:
+                return _small(_picture(viewer, rrd, time))
+        except _NotReadyError as error:
+            reason = str(error)
+        except (RuntimeError, ConnectionError) as error:
+            if "deadline" not in str(error).lower():
+                raise SlipmodeError(
+                    "no viewer could be started for the screenshot: it needs a graphics driver, "
+                    f"on Debian: apt-get install {_PACKAGES}"
+                ) from error
+            reason = "it does not answer in time"
+    raise SlipmodeError(
+        f"no screenshot: the viewer is too slow here ({reason}, {_ATTEMPTS} times); "
+        "try again when the machine is less busy, or write an .rrd file with --save"
+    )
 
 
-def _settled(viewer: ViewerClient, started: float) -> bytes:
-    """Picture that two shots in a row agree on: views take a few frames to fill."""
-    previous, picture = b"", viewer.take_screenshot()
-    while clock.monotonic() < started + _SETTLING_TIME:
-        if picture == previous and clock.monotonic() > started + _NOTICE_TIME:
-            break
-        clock.sleep(0.3)
-        previous, picture = picture, viewer.take_screenshot()
-    return picture
+def _picture(viewer: ViewerClient, rrd: Path, time: float) -> bytes:
+    """All views, without notices and as they stay: it takes them a few frames to fill."""
+    _wait(viewer, "it keeps a notice over its views", _is_plain)
+    viewer.open(str(rrd))
+    viewer.run_command("ui.toggle_top_panel")
+    viewer.set_time(TIMELINE, duration=time, play_state="paused")
+    return _wait(viewer, "its views do not stand still", lambda _: not viewer.get_state().loading)
+
+
+def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -> bytes:
+    """The picture that some shots in a row agree on, and that fits."""
+    started, alike = clock.monotonic(), [b""]
+    while clock.monotonic() < started + _PATIENCE:
+        picture = viewer.take_screenshot()
+        alike = [*alike, picture] if picture == alike[-1] else [picture]
+        if len(alike) >= _ALIKE and fits(picture):
+            return picture
+        clock.sleep(_PAUSE)
+    raise _NotReadyError(complaint)
+
+
+def _is_plain(picture: bytes) -> bool:
+    """Whether there is nothing in the corner for notices."""
+    with _image().open(BytesIO(picture)) as image:
+        left, top, right, bottom = (
+            round(part * size) for part, size in zip(_CORNER, 2 * image.size, strict=True)
+        )
+        corner = image.convert("RGB").crop((left, top, right, bottom))
+    return all(least == most for least, most in corner.getextrema())
 
 
 def _small(picture: bytes) -> bytes:
     """The same PNG with fewer colours."""
+    Image = _image()
     with Image.open(BytesIO(picture)) as image:
         few = image.convert("RGB").quantize(
             _COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
@@ -63,3 +103,7 @@ def _small(picture: bytes) -> bytes:
     small = BytesIO()
     few.save(small, "PNG", optimize=True)
     return small.getvalue()
+
+
+def _image() -> Any:
+    return extra("PIL.Image", "pictures")

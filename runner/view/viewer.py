@@ -13,12 +13,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 from urllib.parse import urlsplit
 
-from rerun.experimental import ViewerClient
-
 from slipmode.rom.errors import SlipmodeError
+
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
 
 VIEWER = shutil.which("rerun", path=sysconfig.get_path("scripts"))  # also off the PATH
 
@@ -93,6 +94,8 @@ def _start(url: str) -> None:
 
 def _shows(url: str) -> bool:
     """Whether a viewer has its window: it listens a moment before it finds that it can't."""
+    from rerun.experimental import ViewerClient
+
     try:
         ViewerClient.connect(url).get_state()
     except (RuntimeError, ConnectionError):
@@ -115,6 +118,8 @@ def windowless_viewer() -> Iterator[ViewerClient]:
     RuntimeError, ConnectionError
         If there is no graphics driver for it.
     """
+    from rerun.experimental import ViewerClient
+
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]

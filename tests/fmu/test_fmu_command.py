@@ -1,8 +1,11 @@
 """`slipmode fmu`, and libraries for other platforms."""
 
 import importlib.util
+import re
 import shutil
+import subprocess
 from itertools import pairwise
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -10,11 +13,14 @@ import pytest
 from fmpy.validation import validate_fmu
 from fmu_fixtures import VERSIONS, instance
 
+from slipmode.fmu.archive import binaries
+from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.cross_compiler import TARGETS, platform_binary
 from slipmode.runner import load_scene, run
 from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
 
+ROOT = Path(__file__).parent.parent
 MAGIC = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}
 
 
@@ -59,6 +65,101 @@ def test_what_is_refused_is_named(arguments, message, capsys, tmp_path, monkeypa
     assert main(["fmu", *arguments]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"slipmode: {message}")
+
+
+# Libraries for other platforms
+
+
+class Zig:
+    """In the place of subprocess.run: writes what was asked for, and remembers the commands."""
+
+    def __init__(self):
+        self.compiled, self.linked = {}, []
+
+    def run(self, command, cwd, **options):
+        command = list(command)
+        target = Path(cwd) / command[command.index("-o") + 1]
+        target.write_bytes(f"library number {len(self.linked)}".encode())
+        if "-c" in command:
+            (source,) = (Path(word) for word in command if word.endswith(".c"))
+            self.compiled[source] = command
+        else:
+            self.linked.append(command)
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+
+@pytest.fixture
+def zig(tmp_path, monkeypatch):
+    """A compiler that does nothing, and an empty cache."""
+    made = Zig()
+    monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.extra", lambda module, name: fmpy)
+    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.version", lambda name: "1.0")
+    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.subprocess.run", made.run)
+    return made
+
+
+def in_cmake(pattern):
+    """Words of the one place in CMakeLists.txt, comments apart, that fits."""
+    text = re.sub(r"#.*", "", (ROOT / "CMakeLists.txt").read_text())
+    (words,) = re.findall(pattern, text)
+    return set(words.split())
+
+
+def effective(options, kind):
+    """The last of the options of a kind, which is the one that counts."""
+    return [option for option in options if option.startswith(kind)][-1]
+
+
+@pytest.mark.skipif(not (ROOT / "CMakeLists.txt").exists(), reason="needs the checkout")
+def test_other_platforms_are_compiled_as_cmake_compiles_this_one():
+    common = in_cmake(r"set\(options ([^)]*)\)") - {"-Wall", "-Wextra"}
+    common |= in_cmake(r"check_c_compiler_flag\((\S+) HAS_OPENMP_SIMD\)")
+    assert set(cross.OPTIONS) == common
+    face = r"set_source_files_properties\(\$\{fmu_sources\} PROPERTIES COMPILE_OPTIONS ([^)]*)\)"
+    assert set(cross.FACE_OPTIONS) == in_cmake(face)
+    defined = in_cmake(r"target_compile_definitions\(_native PRIVATE (\w+)\)")
+    assert set(cross.DEFINITIONS) == defined | {"SM_OPENMP_SIMD"}
+
+
+def test_the_face_is_compiled_without_contraction_and_the_core_with(zig):
+    platform_binary("aarch64-linux")
+    sources = {path for path in binaries.source_files().values() if path.suffix == ".c"}
+    assert set(zig.compiled) == sources
+    found = {path: effective(command, "-ffp-contract=") for path, command in zig.compiled.items()}
+    assert {path for path, option in found.items() if option == "-ffp-contract=off"} == {
+        path for path in sources if path.parent.name == "src"
+    }
+    assert set(found.values()) == {"-ffp-contract=off", "-ffp-contract=fast"}
+    (link,) = zig.linked
+    assert {f"{path.stem}.o" for path in sources} <= set(link)
+
+
+def test_a_library_is_compiled_once(zig):
+    assert platform_binary("aarch64-linux") == platform_binary("aarch64-linux")
+    assert len(zig.linked) == 1
+    platform_binary("x86_64-linux")
+    assert len(zig.linked) == 2
+
+
+@pytest.mark.parametrize("damage", [lambda b: b"", lambda b: b[:-3], lambda b: b[:-1] + b"?"])
+def test_a_damaged_library_is_compiled_again(zig, tmp_path, damage):
+    platform_binary("aarch64-linux")
+    (kept,) = (tmp_path / "cache").iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(damage(whole))
+    assert platform_binary("aarch64-linux") == b"library number 1"
+    assert platform_binary("aarch64-linux") == b"library number 1"
+    assert len(zig.linked) == 2
+
+
+def test_a_library_is_kept_whole_or_not_at_all(zig, tmp_path, monkeypatch):
+    def cut_short(self, target):
+        raise OSError(28, "No space left on device", str(self))
+
+    monkeypatch.setattr(Path, "replace", cut_short)
+    assert platform_binary("aarch64-linux") == b"library number 0"
+    assert list((tmp_path / "cache").iterdir()) == []
 
 
 @pytest.mark.slow

@@ -203,3 +203,18 @@ def test_wrong_arguments_are_named(options, message, two_mode_model, tmp_path):
     with pytest.raises(SlipmodeError, match=message):
         fmu.export(two_mode_model, tmp_path / "wrong.fmu", FORCE, **options)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["a\u0001b", "two\nlines", "\ud800", "\ufffe"])
+def test_a_name_that_xml_cannot_hold_is_refused(one_mode_model, tmp_path, name):
+    with pytest.raises(SlipmodeError, match="name: must be one line of letters") as refusal:
+        fmu.export(one_mode_model, tmp_path / "x.fmu", name=name)
+    assert str(refusal.value).isprintable()
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_name_of_any_script_is_kept(one_mode_model, tmp_path, fmi):
+    name = "振動 & <blade>, μN = 2 N\u00a0\U0001f527"
+    path = fmu.export(one_mode_model, tmp_path / "x.fmu", name=name, fmi=fmi)
+    assert validate_fmu(str(path)) == []
+    assert fmpy.read_model_description(path).modelName == name

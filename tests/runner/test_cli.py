@@ -6,16 +6,21 @@ import signal
 import subprocess
 import sysconfig
 import time
+from importlib.metadata import version
 
 import numpy as np
 import pytest
 
+from slipmode import fmu, rom, runner
 from slipmode.rom import two_mass
 from slipmode.runner import load_scene, read, shipped_scenes
 from slipmode.runner.cli import main
 
 SLIPMODE = shutil.which("slipmode", path=sysconfig.get_path("scripts"))
-COMMANDS = ("run", "plan", "replay", "scenes", "fmu", "info", "doctor", "recover", "export")
+COMMANDS = (
+    *("run", "plan", "replay", "scenes", "fmu", "info", "doctor", "recover", "export"),
+    *("cache",),
+)
 
 
 def slipmode(*arguments, **options):
@@ -85,6 +90,14 @@ def test_help_ends_with_an_example_that_parses(command, capsys):
     assert end.value.code == 0
     example = capsys.readouterr().out.strip().splitlines()[-1]
     assert example.startswith(" ".join(("example: slipmode", *command)))
+
+
+def test_the_version_is_printed(capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["--version"])
+    assert end.value.code == 0
+    assert capsys.readouterr().out == f"slipmode {version('slipmode')}\n"
+    assert {package.__version__ for package in (rom, fmu, runner)} == {version("slipmode")}
 
 
 @pytest.mark.parametrize(
@@ -285,7 +298,7 @@ def test_ctrl_c_ends_a_long_run_with_a_readable_recording(tmp_path):
     assert errors.splitlines()[-1].startswith("slipmode: interrupted")
     assert "Traceback" not in errors
     data = read(recording)
-    assert data.complete
+    assert (data.damage, data.complete) == ("", False)
     assert data.events[-1].message == "interrupted by the user"
     sizes = [data.channels[f"/contact/{i}"][1].size for i in range(2)]
     assert sizes[0] == sizes[1] > 10_000

@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.load import sample_channel
 from slipmode.runner.recording.mcapfile.chunk import unpack
 from slipmode.runner.recording.mcapfile.scan import DamagedError, StoredChunk, scan
@@ -64,6 +65,8 @@ class Info:
     chunks: int
     size: int
     damage: str
+
+    __repr__ = short_repr
 
     @property
     def span(self) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import replacing
 from slipmode.runner.recording.channels import EVENTS, Event, encode_event
 from slipmode.runner.recording.mcapfile.chunk import unpack
 from slipmode.runner.recording.mcapfile.layout import RECORD_HEADER
@@ -97,18 +98,8 @@ def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
         raise SlipmodeError(f"{target} is a directory: give the name of a file to write")
     if target.exists() and source.exists() and target.samefile(source):
         raise SlipmodeError(f"{target} is the file to recover from: give another name")
-    part = target.with_name(f"{target.name}.part")
-    with opened(source) as file:
-        try:
-            with part.open("wb") as out:
-                found = _Salvage(file, McapWriter(out)).recover()
-            part.replace(target)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(target)) from error
-        finally:
-            with suppress(OSError):
-                part.unlink()
-    return found
+    with opened(source) as file, replacing(target) as out:
+        return _Salvage(file, McapWriter(out)).recover()
 
 
 class _Salvage:

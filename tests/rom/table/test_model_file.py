@@ -2,13 +2,16 @@
 
 import dataclasses
 import struct
+import threading
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.table.cache import cache_folder, cached_model
+from slipmode.rom.table import disk_cache
+from slipmode.rom.table.cache import cached_model
 
 ALONE = reduce(two_mass(), modes=(0,))
 LAW = Tanh(2.0, 0.1)
@@ -219,11 +222,27 @@ def test_saving_replaces_a_file_at_once(small_model, saved):
     assert list(saved.parent.iterdir()) == [saved]
 
 
+def test_threads_save_the_same_file_at_once(small_model, tmp_path):
+    writers = 8
+    path, start = tmp_path / "model.rom", threading.Barrier(writers)
+
+    def save():
+        start.wait()
+        for _ in range(20):
+            small_model.save(path)
+
+    with ThreadPoolExecutor(writers) as pool:
+        for done in [pool.submit(save) for _ in range(writers)]:
+            done.result()
+    assert_same_model(Model.load(path), small_model)
+    assert list(tmp_path.iterdir()) == [path]
+
+
 # The cache
 
 
 def test_the_second_time_the_model_comes_from_the_cache(small_model, empty_cache):
-    assert cache_folder() == empty_cache
+    assert disk_cache.folder() == empty_cache
     computed, was_cached = cached_model(*ARGUMENTS)
     assert not was_cached
     found, was_cached = cached_model(*ARGUMENTS)

@@ -1,5 +1,7 @@
 """Scene files: what they say, and how they are refused."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -288,6 +290,23 @@ def test_refuses_in_one_line_that_names_the_key(old, new, message):
 def test_refuses_frequencies_that_meet(frequency):
     message = refusal_of(changed("[[0, 0.96], [1000, 1.0]]", frequency))
     assert message.startswith("forcing.A.frequency, forcing.B.frequency: must differ")
+
+
+@pytest.mark.parametrize("escape", [r"\u0001", r"\n", r"\t", r"\u007f", r"\u0085", r"\uffff"])
+def test_refuses_text_with_control_characters_in_one_line(escape):
+    line = re.search("^title = .*$", SCENE, re.MULTILINE)[0]
+    message = refusal_of(changed(line, f'title = "Both{escape} modes"'))
+    assert message.startswith("title: must be one line of letters, digits, punctuation and spaces")
+    message = refusal_of(changed('model = "two-mass"', f'matrices = "a{escape}.npz"'))
+    assert message.startswith("structure.matrices: must be one line")
+
+
+@pytest.mark.parametrize(
+    "title", ["Größe: μN = 2 N, α → 0", "振動 & <blade>", "é\u00a0\U0001f527"]
+)
+def test_titles_of_any_script_are_taken(title):
+    line = re.search("^title = .*$", SCENE, re.MULTILINE)[0]
+    assert parse_scene(changed(line, f'title = "{title}"'), ".").title == title
 
 
 def test_refuses_a_scene_in_which_nothing_moves():

@@ -116,14 +116,14 @@ class Broken:
         raise OSError(5, "Rerun cannot write: flush timed out", "the viewer")
 
 
-def test_a_failing_viewer_is_told_of_once(tmp_path, server, capsys):
+def test_a_failing_viewer_is_told_of_once(tmp_path, server, caplog):
     live = LiveSink(Viewer(server.url), HEADER, CHANNELS)
     live._sink.close()
     live._sink = Broken()
     for _ in range(2):
         write_part(live, slice(0, 10))
     live.close()
-    (line,) = capsys.readouterr().err.splitlines()
+    (line,) = caplog.messages
     assert line.endswith("flush timed out; the run goes on without the viewer")
 
 

@@ -1,0 +1,54 @@
+"""Short representations: one line for objects that hold arrays, however large these are."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sized
+from typing import Any
+
+import numpy as np
+
+_MOST = 60  # characters of a value that is shown as it is
+_MOST_WORDS = 8
+
+
+def short_repr(self: object) -> str:
+    """Fields of a dataclass or named tuple: small ones as they are, of large ones the size.
+
+    For the body of a dataclass: ``__repr__ = short_repr``.
+    """
+    fields = ", ".join(f"{name}={_short(getattr(self, name))}" for name in _names(self))
+    return f"{type(self).__name__}({fields})"
+
+
+def short_list(words: Iterable[str]) -> str:
+    """The first of several words, and how many there are besides."""
+    listed = list(words)
+    shown = ", ".join(listed[:_MOST_WORDS])
+    more = len(listed) - _MOST_WORDS
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def _names(record: object) -> list[str]:
+    if dataclasses.is_dataclass(record):
+        return [field.name for field in dataclasses.fields(record) if field.repr]
+    return list(getattr(record, "_fields", ()))
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size != 1:
+        return f"<{value.dtype} {' x '.join(map(str, value.shape))}>"
+    if isinstance(value, Sized) and not isinstance(value, str) and len(value) > _MOST:
+        return f"<{type(value).__name__} of {len(value)}>"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key!r}: {_short(item)}" for key, item in value.items()) + "}"
+    shown = repr(value)
+    return shown if len(shown) <= _MOST and "\n" not in shown else _abridged(value, shown)
+
+
+def _abridged(value: Any, shown: str) -> str:
+    if isinstance(value, str):
+        return f"{value[: _MOST // 2]!r}..."
+    if isinstance(value, Sized) and not _names(value):
+        return f"<{type(value).__name__} of {len(value)}>"
+    return f"{type(value).__name__}(...)"

@@ -1,0 +1,92 @@
+"""What is imported when, and what is said where a package is missing that only some need."""
+
+import subprocess
+import sys
+
+import pytest
+
+from slipmode.rom import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.runner import run
+
+HEAVY = {"rerun", "fmpy", "mcap", "matplotlib", "pyarrow", "PIL", "google.protobuf"}
+EXTRAS = ("fmpy", "matplotlib", "sksundae", "threadpoolctl", "ziglang")
+
+
+def python(code, *arguments):
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+def loaded_by(statement):
+    done = python(f"import sys\n{statement}\nprint(*sys.modules)")
+    assert done.returncode == 0, done.stderr
+    return HEAVY & set(done.stdout.split())
+
+
+def slipmode_without(packages, *arguments):
+    """A command where these packages are not installed."""
+    blocked = "".join(f"sys.modules[{name!r}] = None\n" for name in packages)
+    code = "from runner.cli import main\nsys.exit(main(sys.argv[1:]))"
+    return python(f"import sys\n{blocked}{code}", *arguments)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    return run("one-mode", tmp_path_factory.mktemp("logs")).mcap
+
+
+@pytest.mark.parametrize("statement", ["import rom", "import fmu"])
+def test_the_physics_and_the_component_load_nothing_for_files_or_pictures(statement):
+    assert loaded_by(statement) == set()
+
+
+@pytest.mark.parametrize("statement", ["import runner", "from runner.cli import main"])
+def test_the_runner_loads_no_viewer_until_one_is_wanted(statement):
+    assert loaded_by(statement) <= {"mcap", "google.protobuf"}
+
+
+def test_the_check_sees_what_is_loaded():
+    assert {"rerun", "pyarrow"} <= loaded_by("import runner.rerun_sink")
+
+
+def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
+    done = slipmode_without(EXTRAS, "run", "one-mode", "-o", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    recording = tmp_path / "one-mode.mcap"
+    for command in (
+        ("info", recording),
+        ("replay", recording, "--save", tmp_path / "again.rrd"),
+        ("export", recording, "-o", tmp_path / "one-mode.npz"),
+        ("fmu", "one-mode", "-o", tmp_path / "one-mode.fmu"),
+    ):
+        done = slipmode_without(EXTRAS, *command)
+        assert (done.returncode, done.stderr) == (0, ""), command
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "arguments"),
+    [
+        ("fmpy", "fmu", ("run", "one-mode", "--fmu", "one-mode.fmu")),
+        ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
+        ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.parquet")),
+        ("matplotlib", "pictures", ("paper",)),
+        ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
+    ],
+)
+def test_a_missing_package_is_one_line_that_names_its_extra(
+    recording, tmp_path, package, name, arguments
+):
+    places = {"RECORDING": recording}
+    words = [places.get(word, word) for word in arguments]
+    outputs = () if arguments[0] == "export" else ("-o", tmp_path / "out")
+    done = slipmode_without([package], *words, *outputs)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line == f"slipmode: {package} is not installed: pip install 'slipmode[{name}]'"
+
+
+def test_a_missing_part_of_a_package_is_named_by_the_package(monkeypatch):
+    monkeypatch.setitem(sys.modules, "fmpy.simulation", None)
+    with pytest.raises(SlipmodeError, match=r"^fmpy is not installed"):
+        extra("fmpy.simulation", "fmu")
