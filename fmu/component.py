@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
-from slipmode.rom import Model, SlipmodeError, _kernel
+from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import OutsideRegionError
@@ -86,7 +86,7 @@ class Component:
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
         self._handle = _create(model, force, contact, elastic, tolerance)
         self._inputs = self._named.at_rest
-        self._start = np.zeros(_kernel.MODES, dtype=complex)
+        self._start = np.zeros(kernel.MODES, dtype=complex)
         self._start_address = self._start.ctypes.data
         self.reset()
 
@@ -114,12 +114,12 @@ class Component:
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
-        status = _kernel.lib.sm_component_reset(self._handle, time, self._start_address)
-        if status == _kernel.OK:
+        status = kernel.lib.sm_component_reset(self._handle, time, self._start_address)
+        if status == kernel.OK:
             return
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
-        if status == _kernel.OUTSIDE_TABLE:
+        if status == kernel.OUTSIDE_TABLE:
             limit = limit_scale(self._inputs) * self.model.table.amplitude_range
             if np.all(np.abs(start[: self.model.modes]) <= limit):
                 raise OutsideRegionError
@@ -127,7 +127,7 @@ class Component:
                 f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
                 f"whose range is {limit}"
             )
-        _kernel.check(status, "reset")
+        kernel.check(status, "reset")
 
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values.
@@ -143,8 +143,8 @@ class Component:
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
-        _kernel.check(
-            _kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
+        kernel.check(
+            kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
         )
         self._inputs = changed
 
@@ -159,8 +159,8 @@ class Component:
         now = self.time
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
             raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
-        status = _kernel.lib.sm_component_step(self._handle, duration)
-        if status != _kernel.OK:
+        status = kernel.lib.sm_component_step(self._handle, duration)
+        if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
             raise self._stopped(status, duration, self._inputs, none)
         self._inputs = moved_on(self._inputs, duration)
@@ -168,9 +168,7 @@ class Component:
     def outputs(self) -> dict[str, float]:
         """Outputs at the present time, by name."""
         values = np.empty(len(self.output_names))
-        _kernel.check(
-            _kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs"
-        )
+        kernel.check(kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs")
         return dict(zip(self.output_names, values.tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
@@ -195,14 +193,14 @@ class Component:
         SlipmodeError
             If the arrays have other shapes.
         """
-        lengths, values = _kernel.contiguous(durations), np.asarray(inputs, dtype=float)
+        lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
         scaled = self._named.modal(self._named.records(values))
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
-        status = _kernel.lib.sm_component_run(
+        status = kernel.lib.sm_component_run(
             self._handle,
             *(len(lengths), lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
             ctypes.byref(done),
@@ -211,60 +209,60 @@ class Component:
             last = done.value - 1
             record = self._named.records(values[last : done.value])
             self._inputs = moved_on(record, float(lengths[last]))
-        if status != _kernel.OK:
+        if status != kernel.OK:
             failed = self._named.records(values[done.value : done.value + 1])
             stop = self._stopped(status, float(lengths[done.value]), failed, outputs[: done.value])
             own = self._named.modal(self._inputs)
-            _kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+            kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
             raise stop
         return outputs
 
     def get_state(self) -> Floats:
         """Everything that continues the run, as an array that `set_state` takes."""
-        state = np.empty(_kernel.lib.sm_component_state_count(self._handle))
-        _kernel.check(_kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
+        state = np.empty(kernel.lib.sm_component_state_count(self._handle))
+        kernel.check(kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
         return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
         """Continue from a state of this component, or of another of the same model."""
-        given = _kernel.contiguous(state)
-        count = _kernel.lib.sm_component_state_count(self._handle)
+        given = kernel.contiguous(state)
+        count = kernel.lib.sm_component_state_count(self._handle)
         own = self._inputs.size
         if given.shape != (count + own,):
             raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
-        _kernel.check(_kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
+        kernel.check(kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
         self._inputs = given[count:].reshape(1, -1).copy()
 
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
-        _kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
+        kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
     def _stopped(
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
         now = self.outputs()
-        reason = _kernel.message(status)
+        reason = kernel.message(status)
         if not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
         elif refusal := self._named.refusal(inputs):
             reason = refusal
         elif refusal := self._named.refusal(moved_on(inputs, duration)):
             reason = f"{refusal} at the end of the step"
-        elif status == _kernel.OUTSIDE_TABLE:
+        elif status == kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
-        return StoppedError(message, now["time"], outputs, status == _kernel.OUTSIDE_TABLE)
+        return StoppedError(message, now["time"], outputs, status == kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
         """Which amplitude leaves the table during a step, and when, found by bisection."""
         state = self.get_state()
         for _ in range(40):
             duration *= 0.5
-            _kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
+            kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
         last = self.outputs()
         self.set_state(state)
         if self.model.table.region is not None:
@@ -303,13 +301,13 @@ def _create(
     tolerance: float,
 ) -> ctypes.c_void_p:
     """The core's component, freed with the handle's owner."""
-    motion = _kernel.Motion(
+    motion = kernel.Motion(
         steps_per_period=STEPS_PER_PERIOD,
         memory_periods=MEMORY_PERIODS,
     )
     if contact:
         surface = response_surface(model, elastic)
-        contacts_out = _kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
+        contacts_out = kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
         motion.wanted, motion.elastic = 1, len(elastic)
         motion.modes_out = surface.modes_out.ctypes.data
         motion.contacts_out = contacts_out.ctypes.data
@@ -322,10 +320,10 @@ def _create(
     flow = slow_flow(model, force)
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()
-    status = _kernel.lib.sm_component_create(
+    status = kernel.lib.sm_component_create(
         *(ctypes.byref(flow), ctypes.byref(problem), ctypes.byref(motion), tolerance),
         ctypes.byref(handle),
     )
-    _kernel.check(status, "component")
-    weakref.finalize(handle, _kernel.lib.sm_component_free, handle.value)
+    kernel.check(status, "component")
+    weakref.finalize(handle, kernel.lib.sm_component_free, handle.value)
     return handle

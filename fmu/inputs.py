@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom import Coulomb, Model, SlipmodeError, _kernel
+from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
 
 MODE_NAMES = ("A", "B")
@@ -16,14 +16,14 @@ ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
 
 def place(quantity: str, mode: int = 0) -> int:
     """Where a record, the core's sm_inputs as doubles, holds a quantity."""
-    fields = _kernel.INPUTS.fields
+    fields = kernel.INPUTS.fields
     assert fields is not None
     return int(fields[quantity][1]) // 8 + mode
 
 
-_MODES = range(_kernel.MODES)
-_MOVING = [place(name, j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
-_RATES = [place(f"{name}_rate", j) for name in _kernel.INPUT_QUANTITIES for j in _MODES]
+_MODES = range(kernel.MODES)
+_MOVING = [place(name, j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
+_RATES = [place(f"{name}_rate", j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
 _MOVING.append(place("limit_scale"))
 _RATES.append(place("limit_scale_rate"))
 
@@ -48,12 +48,12 @@ class Inputs:
         self._column = {
             f"{quantity}_{mode}": place(quantity, j)
             for j, mode in enumerate(present)
-            for quantity in _kernel.INPUT_FIELDS
+            for quantity in kernel.INPUT_FIELDS
         }
         if isinstance(model.law, Coulomb):
-            self._column |= {name: place(name) for name in _kernel.SCALE_FIELDS}
+            self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
-        at_rest = _kernel.inputs(1)
+        at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
         self._given = np.zeros(self.at_rest.size, dtype=bool)
@@ -68,7 +68,7 @@ class Inputs:
         """Where the records hold an input; a name that is none is refused."""
         if name in self._column:
             return self._column[name]
-        if name not in _kernel.SCALE_FIELDS:
+        if name not in kernel.SCALE_FIELDS:
             raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
         raise SlipmodeError(
             f"{name}: only the Coulomb law scales with its limit, for the tanh law has a velocity "
@@ -121,7 +121,7 @@ def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
 
 def force_factors(model: Model, force: ForcePatterns | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
-    factors = np.ones(_kernel.MODES)
+    factors = np.ones(kernel.MODES)
     if force is not None:
         if len(force) != model.modes:
             raise SlipmodeError(f"force: needs one entry per mode ({model.modes})")

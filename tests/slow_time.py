@@ -4,7 +4,30 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.slow.slow_flow import balance, inputs_of, slow_flow
 from slipmode.rom.slow.trajectory import SlowTrajectory
+
+
+def linear_part(reduced, frequency):
+    """Factors of da_j/dt [rad/s] and of a_j [rad^2/s^2] in the amplitude equations, written out.
+
+    In the "paper" formulation the carrier is the natural frequency and the detuning enters to
+    first order; in "consistent" the carrier is the forcing itself.
+    """
+    Omega = np.asarray(frequency, dtype=float)
+    omega, gamma = reduced.frequency, reduced.modal_damping
+    if reduced.formulation == "paper":
+        mass = np.broadcast_to(2j * omega, Omega.shape)
+        return mass, 2 * omega * (omega - Omega) + 1j * gamma * omega
+    return gamma + 2j * Omega, (omega - Omega) * (omega + Omega) + 1j * gamma * Omega
+
+
+def steady_balance(model, amplitude, frequency, force):
+    """What balances at amplitudes (points, modes) under modal forces (modes,)."""
+    points = np.atleast_2d(np.asarray(amplitude, dtype=complex))
+    forces = np.broadcast_to(np.asarray(force, dtype=complex), points.shape)
+    inputs = inputs_of(forces, np.broadcast_to(frequency, points.shape))
+    return balance(slow_flow(model), inputs, points)
 
 
 def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):

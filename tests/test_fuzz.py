@@ -9,7 +9,7 @@ from fuzz import mutated_model, mutated_scene
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.slow.slow_flow import amplitude_rate
+from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.rom.table.region import Region
 from slipmode.runner.plan import plan as planning
 from slipmode.runner.plan.amplitude_range import DryRun
@@ -100,8 +100,9 @@ def test_no_scene_raises_anything_but_a_refusal(count, planned, tmp_path):
 def load_and_use(path):
     """Everything that is read from a model."""
     model = rom.Model.load(path)
-    amplitude = 0.5 * model.table.amplitude_range.astype(complex)
-    amplitude_rate(model, amplitude, model.reduced.carrier, amplitude)
+    amplitude = 0.5 * model.table.amplitude_range.astype(complex)[np.newaxis]
+    inputs = inputs_of(amplitude, model.reduced.carrier[np.newaxis])
+    rates(slow_flow(model), inputs, amplitude)
     component = Component(model, contact=model.harmonics is not None)
     carriers = zip("AB", model.reduced.carrier, strict=False)
     component.set_inputs(**{f"frequency_{mode}": carrier for mode, carrier in carriers})

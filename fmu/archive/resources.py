@@ -14,7 +14,7 @@ from slipmode.fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
 from slipmode.fmu.inputs import force_factors
 from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable
-from slipmode.rom import Model, _kernel
+from slipmode.rom import Model, kernel
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
@@ -54,7 +54,9 @@ def identity(model: Model, force: Force) -> str:
     flow = slow_flow(model, force)
     digest = hashlib.sha256(model.hash.encode())
     digest.update(
-        force_factors(model, force).tobytes() + bytes(flow.shift) + bytes(flow.cross_response)
+        force_factors(model, force).tobytes()
+        + bytes(flow.off_resonance)
+        + bytes(flow.cross_response)
     )
     return digest.hexdigest()
 
@@ -120,21 +122,21 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
     """The struct `constants` of fmu/src/resources/model.c."""
     flow = slow_flow(model, force)
     parameters = np.zeros(PARAMETERS)
-    amplitude = np.zeros(2 * _kernel.MODES)
+    amplitude = np.zeros(2 * kernel.MODES)
     for variable in variables:
         if variable.start is not None and variable.kind is Kind.PARAMETER:
             parameters[variable.slot] = variable.start
         if variable.start is not None and variable.kind is Kind.START:
             amplitude[variable.slot - 1] = variable.start
-    nominal = np.zeros(3 * _kernel.MODES + 1)
+    nominal = np.zeros(3 * kernel.MODES + 1)
     for k, state in enumerate(states(variables)):
         nominal[k] = state.nominal
     return np.concatenate(
         [
             [model.law.alpha, MEMORY_PERIODS],
             np.array(flow.natural),
-            np.array(flow.factor).ravel(),
-            np.array(flow.shift).ravel(),
+            np.array(flow.coupling_ratio).ravel(),
+            np.array(flow.off_resonance).ravel(),
             np.array(flow.cross_response).ravel(),
             force_factors(model, force),
             *(parameters, nominal, amplitude),
@@ -144,7 +146,7 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
 
 def _inputs(variables: Sequence[Variable]) -> np.ndarray:
     """sm_inputs at the start."""
-    inputs = _kernel.inputs(1).view(float).ravel()
+    inputs = kernel.inputs(1).view(float).ravel()
     for variable in variables:
         if variable.kind is Kind.INPUT and variable.start is not None:
             inputs[variable.slot] = variable.start

@@ -14,13 +14,13 @@ from math import isfinite
 from slipmode.fmu.inputs import place
 from slipmode.fmu.variables.quantities import Quantity
 from slipmode.fmu.variables.variable import Causality, Kind, Type, Variable
-from slipmode.rom import Coulomb, Model, SlipmodeError, _kernel
+from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 
 EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
 
 # Parameters by slot: the modal dampings, then these.
-_TOLERANCE, _CONTACT_WANTED = _kernel.MODES, _kernel.MODES + 1
-PARAMETERS = _kernel.MODES + 2
+_TOLERANCE, _CONTACT_WANTED = kernel.MODES, kernel.MODES + 1
+PARAMETERS = kernel.MODES + 2
 
 # Outputs of the core by slot: time, (Re, Im) of two amplitudes, two angles, then these.
 _ANGLES, _INPUT_POWER, _DISSIPATED_POWER, _DISSIPATED_ENERGY = 5, 7, 8, 9
@@ -280,7 +280,7 @@ def _outputs(choice: Choice, needs: _Needs) -> Iterator[Variable]:
 
 
 def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
-    slot = _kernel.OUTPUTS_FIXED
+    slot = kernel.OUTPUTS_FIXED
     parameters = (*needs.dampings, "contact_wanted")
     moving = partial(_output, needs=needs.motion, parameters=parameters)
     for letter, word, quantity in (

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from slipmode.fmu.variables.quantities import Quantity
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 
 
 class Type(IntEnum):
@@ -91,7 +91,7 @@ class Variable:
         Through the corners of dry friction, in a number of steps that follows the frequencies:
         not a smooth function of states and inputs, so it has no directional derivative.
         """
-        return self.kind is Kind.OUTPUT and self.slot >= _kernel.OUTPUTS_FIXED
+        return self.kind is Kind.OUTPUT and self.slot >= kernel.OUTPUTS_FIXED
 
     @property
     def variability(self) -> str:

@@ -11,7 +11,7 @@ import ctypes
 
 import numpy as np
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import Discretisation, contact_problem
@@ -61,14 +61,14 @@ def _growing(
     """S_j (points, modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
     problem = contact_problem(reduced, law)
     problem.response = None
-    rates = _kernel.contiguous(reduced.carrier)
+    rates = kernel.contiguous(reduced.carrier)
     orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
-    points, growth = _kernel.contiguous(amplitudes), _kernel.contiguous(growth)
+    points, growth = kernel.contiguous(amplitudes), kernel.contiguous(growth)
     P = np.empty((len(points), rates.size, reduced.n_contacts), dtype=complex)
-    status = _kernel.lib.sm_torus_growing(
+    status = kernel.lib.sm_torus_growing(
         *(ctypes.byref(problem), rates.ctypes.data, grid.steps, grid.lines),
         *(len(points), points.ctypes.data, growth.ctypes.data),
         *(len(orders), orders.ctypes.data, P.ctypes.data),
     )
-    _kernel.check(status, "contact problem of growing amplitudes")
+    kernel.check(status, "contact problem of growing amplitudes")
     return np.asarray(-np.einsum("jc,pjc->pj", reduced.coupling, P))

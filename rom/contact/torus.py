@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.laws import Friction, limits
@@ -74,7 +74,7 @@ def contact_problem(
     law: Friction,
     orders: Sequence[Order] = (),
     reaction: Complexes | None = None,
-) -> _kernel.Contact:
+) -> kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
     The modes respond to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
@@ -82,17 +82,17 @@ def contact_problem(
     """
     responded = np.ascontiguousarray(orders, dtype=np.int32)
     matrices = {
-        name: _kernel.contiguous(getattr(reduced, name))
+        name: kernel.contiguous(getattr(reduced, name))
         for name in ("stiffness", "damping", "mass")
     }
     coupling = np.ascontiguousarray(reduced.coupling)
     limit = limits(law, reduced.n_contacts)
-    response = _kernel.ModalResponse(
+    response = kernel.ModalResponse(
         orders_count=len(orders),
         orders=responded.ctypes.data,
-        reaction=None if reaction is None else reaction.ctypes.data,
+        dynamic_stiffness=None if reaction is None else reaction.ctypes.data,
     )
-    problem = _kernel.Contact(
+    problem = kernel.Contact(
         contacts=reduced.n_contacts,
         modes=len(reduced.modes),
         law=law.code,
@@ -152,19 +152,19 @@ def contact_harmonics(
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
-    points = _kernel.contiguous(amplitudes)
+    points = kernel.contiguous(amplitudes)
     if points.ndim != 2 or points.shape[1] != len(reduced.modes):
         raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
-    rates = _kernel.contiguous(reduced.carrier)
-    smallest = _kernel.contiguous(smallest_scale)
+    rates = kernel.contiguous(reduced.carrier)
+    smallest = kernel.contiguous(smallest_scale)
     reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     problem = contact_problem(reduced, law, orders, reaction)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
     marched = np.empty(len(points), dtype=np.int32)
-    status = _kernel.lib.sm_torus_harmonics(
+    status = kernel.lib.sm_torus_harmonics(
         ctypes.byref(problem),
         *(
             rates.ctypes.data,
@@ -177,7 +177,7 @@ def contact_harmonics(
         *(len(points), points.ctypes.data, len(orders_array), orders_array.ctypes.data),
         *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
     )
-    _kernel.check(status, "contact problem on the torus")
+    kernel.check(status, "contact problem on the torus")
     return ContactHarmonics(P, mean_square, residual, marched)
 
 

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 import scipy.linalg
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.short_repr import short_repr
@@ -58,7 +58,7 @@ class ModalCoordinates:
             shapes=shapes,
             squares=squares,
             damping=damping,
-            directions=_kernel.contiguous(structure.directions.T @ shapes),
+            directions=kernel.contiguous(structure.directions.T @ shapes),
             to_modal=shapes.T @ mass,
         )
 
@@ -77,7 +77,7 @@ class ModalCoordinates:
         S = scipy.linalg.inv(W.T @ response)
         return np.asarray(0.5 * (S + S.T))
 
-    def kernel(self, law: Friction, patterns: Floats, output: Floats, step: float) -> _kernel.Full:
+    def kernel(self, law: Friction, patterns: Floats, output: Floats, step: float) -> kernel.Full:
         """The problem as the core reads it, for one size of the time step.
 
         Parameters
@@ -98,8 +98,8 @@ class ModalCoordinates:
             "inverse": inverse,
             "resistance": self.resistance(inverse),
         }
-        arrays = {name: _kernel.contiguous(array) for name, array in arrays.items()}
-        full = _kernel.Full(
+        arrays = {name: kernel.contiguous(array) for name, array in arrays.items()}
+        full = kernel.Full(
             coordinates=self.squares.size,
             contacts=len(self.directions),
             modes=len(patterns),

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduction import force_vector
@@ -55,7 +55,7 @@ class Excitation:
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:
-            value = _kernel.contiguous(getattr(self, name))
+            value = kernel.contiguous(getattr(self, name))
             if not np.all(np.isfinite(value)):
                 raise SlipmodeError(f"{name}: must be finite, found NaN or infinity")
             object.__setattr__(self, name, value)
@@ -143,7 +143,7 @@ class Excitation:
         """The segments as the core reads them, (segments,)."""
         lasting = np.diff(self.start)[:, np.newaxis]
         turned = lasting * (self.frequency[:-1] + 0.5 * lasting * self.frequency_rate[:-1])
-        inputs = _kernel.inputs(self.start.size)
+        inputs = kernel.inputs(self.start.size)
         modes = slice(0, self.modes)
         inputs["force"][:, modes] = self.amplitude
         inputs["force_rate"][:, modes] = self.amplitude_rate

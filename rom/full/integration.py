@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
@@ -145,12 +145,12 @@ class Integrator:
         problem = self._coordinates.kernel(
             self._law, self.excitation.patterns, self._output, run.step
         )
-        status = _kernel.lib.sm_full_march(
+        status = kernel.lib.sm_full_march(
             *(ctypes.byref(problem), self._inputs[run.segment :].ctypes.data),
             *(run.begin - self.excitation.start[run.segment], run.samples, run.every),
             *(state.ctypes.data, *record.addresses()),
         )
-        _kernel.check(status, "full-order integration")
+        kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:
         """Modal state, contact motion and dissipated energy as the core reads them."""

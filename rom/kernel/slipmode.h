@@ -20,9 +20,9 @@
 #endif
 
 #define SM_MODES 2 /* the method treats one or two forced modes */
-#define SM_NEAR 8  /* near resonances that a slow flow may have at most */
-#define SM_MOST_FIELDS (2 * (SM_MODES + SM_NEAR + 1)) /* of a table */
-#define SM_LAGS (2 * SM_MODES * SM_MODES)             /* of a table of two modes */
+#define SM_COMBINATIONS 8  /* combination resonances that a slow flow may have at most */
+#define SM_MOST_FIELDS (2 * (SM_MODES + SM_COMBINATIONS + 1)) /* of a table */
+#define SM_RATE_CORRECTIONS (2 * SM_MODES * SM_MODES)             /* of a table of two modes */
 
 typedef enum {
     SM_OK = 0,
@@ -36,6 +36,14 @@ typedef enum {
 
 SM_API const char *sm_message(sm_status status);
 
+/* A field of a structure below as it was compiled, in bytes; "": the whole structure. */
+typedef struct {
+    const char *structure, *field;
+    size_t offset, size;
+} sm_layout_row;
+
+SM_API const sm_layout_row *sm_layout(size_t *count);
+
 /* ---- friction and the contact problem ------------------------------------------------ */
 
 typedef enum { SM_TANH = 0, SM_COULOMB = 1 } sm_law;
@@ -44,16 +52,16 @@ typedef enum { SM_TANH = 0, SM_COULOMB = 1 } sm_law;
  * carrier of a mode: it drives that mode by T = -L^T P_nm. */
 typedef struct {
     int32_t mode, n, m;
-} sm_near;
+} sm_combination;
 
-/* How the modes answer to harmonics of the contact motion that are not their carrier. */
+/* How the modes respond to harmonics of the contact motion that are not their carrier. */
 typedef struct {
     int32_t orders_count;
     const int32_t *orders; /* (orders_count, 2) harmonics (n, m) */
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
      * Only the torus reads it; along a trajectory the segments bring the force. */
-    const double *feedback;
-} sm_modal_answer;
+    const double *dynamic_stiffness;
+} sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
  * damping of the contacts. */
@@ -67,7 +75,7 @@ typedef struct {
     const double *damping;   /* (N_c, N_c) D */
     const double *coupling;  /* (modes, N_c, 2) L_j at the carrier */
     const double *mass;      /* (N_c, N_c) M; NULL: massless */
-    const sm_modal_answer *answer; /* NULL: the modes move at their carrier alone */
+    const sm_modal_response *response; /* NULL: the modes move at their carrier alone */
 } sm_contact;
 
 SM_API sm_status sm_contact_check(const sm_contact *contact);
@@ -96,11 +104,11 @@ SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rat
                                     double *harmonics, double *mean_square, double *residual,
                                     int32_t *marched);
 
-/* How far friction lags while amplitudes grow: harmonics P_nm of the contact motion over two
- * periods of mode A, from rest through `amplitudes` in their middle. Differences of two growths are
- * their effect; the modes answer at their carrier alone.
- *   growth     (points, modes) of the amplitudes per period of mode A
- *   harmonics  (points, orders_count, N_c, 2), weighted by a hat over the two periods */
+/* The rate correction: how far friction is behind while amplitudes grow: harmonics P_nm of the
+ * contact motion over two periods of mode A, from rest through `amplitudes` in their middle.
+ * Differences of two growths are their effect; the modes respond at their carrier alone. growth
+ * (points, modes) of the amplitudes per period of mode A harmonics  (points, orders_count, N_c, 2),
+ * weighted by a hat over the two periods */
 SM_API sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32_t steps,
                                   int32_t lines, size_t points, const double *amplitudes,
                                   const double *growth, int32_t orders_count,
@@ -118,9 +126,9 @@ typedef struct {
     double angle[SM_MODES];                    /* theta_j at the start [rad] */
     double frequency[SM_MODES];                /* Omega_j at the start [rad/s] */
     double frequency_rate[SM_MODES];           /* dOmega_j/dt [rad/s^2] */
-    /* (answer->orders_count, N_c, 2) G_nm at the start and the end, or NULL: the modes' answer
-     * pulls at the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)) [N] */
-    const double *pull_start, *pull_end;
+    /* (response->orders_count, N_c, 2) G_nm at the start and the end, or NULL: the modes' response
+     * acts on the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)) [N] */
+    const double *reaction_start, *reaction_end;
 } sm_segment;
 
 /* Contact displacement, velocity and force at increasing times inside consecutive segments,
@@ -150,29 +158,30 @@ SM_API sm_status sm_harmonic_motion(const sm_harmonic_sum *sum, size_t segments,
 
 /* ---- friction tables ------------------------------------------------------------------ */
 
-/* Bicubic Hermite surface of S_j, of the near-resonant terms T_k if there are any, and of what
- * friction dissipates less what leaves the modes (real) if that is known. For one mode: count_b = 1 and node_b = NULL.
- *   values (count_a, count_b, 4, 2 (modes + near + power)): value, d/da, d/db, d2/dadb of
- *   (Re, Im) of each S_j, of each T_k, of the difference. */
+/* Bicubic Hermite surface of S_j, of the combination-resonant terms T_k if there are any, and of
+ * what friction dissipates less what leaves the modes (real) if that is known. For one mode:
+ * count_b = 1 and node_b = NULL. values (count_a, count_b, 4, 2 (modes + combinations + power)):
+ * value, d/da, d/db, d2/dadb of (Re, Im) of each S_j, of each T_k, of the difference. */
 typedef struct {
     int32_t modes;
-    int32_t near;
+    int32_t combinations;
     int32_t power; /* 1: the difference is tabulated; 0: friction takes all that leaves the modes */
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
     /* (count_a, count_b, 4, 2 modes modes): dS_j / d(d|a_k|/dt), by mode j and k, in the same way:
-     * while amplitudes grow, friction lags behind that of steady motion. NULL: it does not. */
-    const double *lag;
-    const uint8_t *visited; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
+     * while amplitudes grow, friction is behind that of steady motion. NULL: it does not. */
+    const double *rate_correction;
+    const uint8_t *region; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
                                not looked up; NULL: it holds everywhere, as it does for one mode */
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
-/* All columns at amplitudes (a, b): (2 (modes + near + power)). SM_OUTSIDE_TABLE beyond the last
- * node and in cells that are not visited. */
+/* All columns at amplitudes (a, b): (2 (modes + combinations + power)). SM_OUTSIDE_TABLE beyond the
+ * last node and in cells outside the region. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* Values and slopes: (3, 2 (modes + near + power)), the columns, their d/da and their d/db. */
+/* Values and slopes: (3, 2 (modes + combinations + power)), the columns, their d/da and their d/db.
+ */
 SM_API sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
                                         double *slopes);
 /* Values at many points: amplitudes (points, modes), s as above for each. */
@@ -185,20 +194,20 @@ SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
  * L_j(nu) = (1 + c_0 + i nu c_1) L_j(carrier), c_k complex. */
 typedef struct {
     double c[2][2];
-} sm_turn;
+} sm_coupling_ratio;
 
 /* Amplitude equations (18), (19) in the frame of the forcing:
- *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j [+ near resonances]. */
+ *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j [+ combination resonances]. */
 typedef struct {
     int32_t paper;              /* 1: carrier at the natural frequency; 0: at the forcing */
     double natural[SM_MODES];   /* omega_j [rad/s] */
     double damping[SM_MODES];   /* phi_j^T C phi_j [1/s] */
     sm_table table;
-    sm_turn turn[SM_MODES];
-    double shift[SM_MODES][2];  /* the contacts feel a_j + shift_j F_j exp(i ph_j) */
-    double across[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance per
-                                             F_j exp(i ph_j) of another mode, 0 for its own */
-    sm_near near[SM_NEAR];      /* table.near of them */
+    sm_coupling_ratio coupling_ratio[SM_MODES];
+    double off_resonance[SM_MODES][2];  /* effective: a_j + off_resonance_j F_j exp(i ph_j) */
+    double cross_response[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance
+                                             per F_j exp(i ph_j) of another mode, 0 for its own */
+    sm_combination combination[SM_COMBINATIONS];      /* table.combinations of them */
 } sm_slow_flow;
 
 /* Inputs over a step: value at its start and rate of change during it. */
@@ -225,23 +234,38 @@ SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inp
                                           double *d_rate, double *d_input_power,
                                           double *d_friction_power);
 
+/* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2). */
+SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
+                                    const sm_inputs *inputs, const double *amplitude,
+                                    double *rate);
+
+/* What balances in steady motion, without a'' and without the combination resonances, whose mean
+ * over time is zero:
+ *   balance  (points, 4, modes, 2): mass_j, stiffness_j, Q_j a_j and da_j/dt
+ *   jacobian (points, 2 modes, 2 modes) of da_j/dt by (Re, Im) of the amplitudes; NULL: not wanted
+ * SM_OUTSIDE_TABLE if a point is outside the table; it is NaN then, and the others are right. */
+SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
+                                      const sm_inputs *inputs, const double *amplitude,
+                                      double *balance, double *jacobian);
+
 /* ---- the step-able component ----------------------------------------------------------- */
 
 typedef struct sm_component sm_component;
 
-/* Motion at the communication point. The modes answer to harmonics (n, m) of the contact motion:
- * their answer pulls at the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)), and moves the
- * elastic outputs by Re sum E_nm exp(...); G and E are straight between the nodes of the friction
- * table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out x_c + E. */
+/* Motion at the communication point. The modes respond to harmonics (n, m) of the contact motion:
+ * their response acts on the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)), and moves
+ * the elastic outputs by Re sum E_nm exp(...); G and E are straight between the nodes of the
+ * friction table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out
+ * x_c + E. */
 typedef struct {
     int32_t wanted;              /* 1: contact motion is computed at every communication point */
     int32_t elastic;             /* number of elastic outputs */
     const double *modes_out;     /* (elastic, modes, 2) */
     const double *contacts_out;  /* (elastic, N_c) */
-    int32_t orders_count;        /* harmonics that the modes answer to, 0 or more */
+    int32_t orders_count;        /* harmonics that the modes respond to, 0 or more */
     const int32_t *orders;       /* (orders_count, 2) */
-    const double *pull;          /* (count_a, count_b, orders_count, N_c, 2) G_nm [N] */
-    const double *answer;        /* (count_a, count_b, orders_count, elastic, 2) E_nm [m] */
+    const double *reaction;          /* (count_a, count_b, orders_count, N_c, 2) G_nm [N] */
+    const double *response;        /* (count_a, count_b, orders_count, elastic, 2) E_nm [m] */
     int32_t steps_per_period;    /* of the faster carrier */
     double memory_periods;       /* periods of the slower carrier marched before a communication
                                     point; a shorter step continues the previous march */

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.errors import SlipmodeError
@@ -103,11 +103,11 @@ def reconstruct(
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, response.orders)
-    status = _kernel.lib.sm_contact_motion(
+    status = kernel.lib.sm_contact_motion(
         *(ctypes.byref(problem), len(effective), effective.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
-    _kernel.check(status, "contact motion")
+    kernel.check(status, "contact motion")
     coefficients = np.concatenate((response.modal, _loads(response, part)), axis=2)
     signals = _summed(segments, response, coefficients, _carriers(model, 0), sample)
     modal, load = np.split(signals, [response.modal.shape[2]], axis=1)
@@ -147,7 +147,7 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
 
 
 def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
-    sample = _kernel.contiguous(times)
+    sample = kernel.contiguous(times)
     first, last = trajectory.time[[0, -1]]
     if sample.size == 0 or not np.all(np.isfinite(sample)) or np.any(np.diff(sample) <= 0):
         raise SlipmodeError("times: must be finite and increasing, at least one")
@@ -203,10 +203,10 @@ def _summed(
     coefficients (points, orders, signals), shape (modes, signals); returns (times, signals).
     """
     by_signal = coefficients.transpose(0, 2, 1)
-    rows = _kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
+    rows = kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
     orders = np.ascontiguousarray(response.orders, dtype=np.int32)
-    weights = _kernel.contiguous(shape)
-    harmonic_sum = _kernel.HarmonicSum(
+    weights = kernel.contiguous(shape)
+    harmonic_sum = kernel.HarmonicSum(
         modes=len(weights),
         orders_count=len(response.orders),
         orders=orders.ctypes.data,
@@ -215,9 +215,9 @@ def _summed(
         coefficient=rows.ctypes.data,
     )
     motion = np.empty((times.size, weights.shape[1]))
-    status = _kernel.lib.sm_harmonic_motion(
+    status = kernel.lib.sm_harmonic_motion(
         *(ctypes.byref(harmonic_sum), len(segments), segments.ctypes.data),
         *(times.size, times.ctypes.data, motion.ctypes.data),
     )
-    _kernel.check(status, "sum of harmonics")
+    kernel.check(status, "sum of harmonics")
     return motion

@@ -1,169 +1,172 @@
-"""The slow flow, Eqs. (18) and (19), in the frame of the forcing.
+"""The slow flow, Eqs. (18) and (19), in the frame of the forcing: the core's, at many points.
 
 mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 """
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.coupling import coupling_coefficients, coupling_factor
+from slipmode.rom.reduction.coupling import coupling_coefficients
 from slipmode.rom.reduction.force_response import Forces, cross_response, off_resonance_shift
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
-_SHORT_STEP = 1e-4  # of a difference along the flow, in radians of mode A
 
-
-def slow_flow(model: Model, force: Forces | None = None) -> _kernel.SlowFlow:
+def slow_flow(model: Model, force: Forces | None = None) -> kernel.SlowFlow:
     """The amplitude equations as the core reads them; forces act as `off_resonance_shift` says."""
     shift = None if force is None else off_resonance_shift(model.reduced, force)
     off_resonance = None if force is None else cross_response(model.reduced, force)
-    table = model.table.kernel()
-    flow = _kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
-    for mode in range(model.modes):
-        flow.natural[mode] = model.reduced.frequency[mode]
-        flow.damping[mode] = model.reduced.modal_damping[mode]
-        for power, coefficient in enumerate(coupling_coefficients(model.reduced)[mode]):
-            flow.factor[mode][power][:] = (coefficient.real, coefficient.imag)
-        if shift is not None:
-            flow.shift[mode][:] = (shift[mode].real, shift[mode].imag)
-        if off_resonance is not None:
-            for other, response in enumerate(off_resonance[mode]):
-                flow.cross_response[mode][other][:] = (response.real, response.imag)
-    for k, term in enumerate(model.combinations):
-        flow.combinations[k] = _kernel.Near(term.mode, term.n, term.m)
-    flow.owned = table
-    return flow
+    return _slow_flow(model, shift, off_resonance)
+
+
+def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
+    """The same, the contacts feeling a_j + shift_j F_j exp(i phase_j), and no other response."""
+    return _slow_flow(model, np.broadcast_to(np.asarray(shift, dtype=complex), model.modes), None)
+
+
+def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
+    """F exp(i phase) of forces F cos(theta + phase), in whatever shape they come."""
+    return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
+
+
+def inputs_of(
+    force: Complexes,
+    frequency: Floats,
+    force_rate: ArrayLike = 0.0,
+    frequency_rate: ArrayLike = 0.0,
+    angle: ArrayLike = 0.0,
+) -> NDArray[np.void]:
+    """The core's inputs, one for each row of arrays (points, modes).
+
+    Parameters
+    ----------
+    force, force_rate : complex ndarray
+        F_j exp(i phase_j), modal [N kg^-1/2], and its rate.
+    frequency, frequency_rate : ndarray
+        Omega_j [rad/s], [rad/s^2].
+    angle : ndarray
+        theta_j of the carriers [rad]; combination resonances depend on it.
+    """
+    modes = force.shape[1]
+    inputs = kernel.inputs(len(force))
+    moving = np.broadcast_to(np.asarray(force_rate, dtype=complex), force.shape)
+    size = np.abs(force)
+    phase = np.angle(np.where(size > 0.0, force, moving))  # from rest, that in which it grows
+    turned = moving * np.exp(-1j * phase)
+    given = {
+        "force": size,
+        "force_rate": turned.real,
+        "phase": phase,
+        "phase_rate": np.divide(turned.imag, size, out=np.zeros_like(size), where=size > 0.0),
+        "frequency": frequency,
+        "frequency_rate": frequency_rate,
+        "angle": angle,
+    }
+    for name, values in given.items():
+        inputs[name][:, :modes] = values
+    return inputs
+
+
+def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
+    """da/dt (points, modes) at amplitudes (points, modes), all terms of the slow flow in it.
+
+    Raises
+    ------
+    SlipmodeError
+        Outside the friction table.
+    """
+    a = np.ascontiguousarray(amplitude, dtype=complex)
+    rate = np.empty_like(a)
+    status = kernel.lib.sm_slow_flow_rates(
+        ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
+    )
+    kernel.check(status, "amplitude: slow flow")
+    return rate
 
 
 @dataclass(frozen=True, eq=False)
-class LinearPart:
-    """Coefficients of the amplitude equations at constant forcing frequencies.
+class Balance:
+    """The amplitude equations of steady motion, at points; NaN outside the friction table.
+
+    Without a'', and without the combination resonances, whose mean over time is zero.
 
     Attributes
     ----------
-    mass : (..., modes) complex ndarray
+    mass : (points, modes) complex ndarray
         Factor of da_j/dt [rad/s].
-    stiffness : (..., modes) complex ndarray
+    stiffness : (points, modes) complex ndarray
         Factor of a_j [rad^2/s^2].
+    friction : (points, modes) complex ndarray
+        Q_j a_j [N kg^-1/2], tending to 0 with a_j.
+    rate : (points, modes) complex ndarray
+        da_j/dt [kg^1/2 m/s].
     """
 
     mass: Complexes
     stiffness: Complexes
+    friction: Complexes
+    rate: Complexes
 
     __repr__ = short_repr
 
 
-def linear_part(reduced: Reduced, frequency: ArrayLike) -> LinearPart:
-    """Linear part of the slow flow at forcing frequencies (..., modes) [rad/s].
-
-    In the "paper" formulation the carrier is the natural frequency and the detuning enters to
-    first order; in "consistent" the carrier is the forcing itself.
-    """
-    Omega = np.asarray(frequency, dtype=float)
-    omega, gamma = reduced.frequency, reduced.modal_damping
-    if reduced.formulation == "paper":
-        mass = np.broadcast_to(2j * omega, Omega.shape)
-        return LinearPart(mass, 2 * omega * (omega - Omega) + 1j * gamma * omega)
-    return LinearPart(gamma + 2j * Omega, (omega - Omega) * (omega + Omega) + 1j * gamma * Omega)
+def balance(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Balance:
+    """What balances in steady motion at amplitudes (points, modes)."""
+    parts, _ = _balance(flow, inputs, amplitude, None)
+    return Balance(*np.moveaxis(parts, 1, 0))
 
 
-def amplitude_rate(
-    model: Model,
-    amplitude: Complexes,
-    frequency: Floats,
-    force: Complexes,
-    frequency_rate: Floats | float = 0.0,
-    shift: Complexes | float = 0.0,
-    force_rate: Complexes | float = 0.0,
-) -> Complexes:
-    """da/dt (..., modes) at amplitudes (..., modes), without combination resonances.
-
-    Parameters
-    ----------
-    frequency : (..., modes) ndarray
-        Forcing frequencies [rad/s].
-    force : (..., modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2].
-    frequency_rate : (..., modes) ndarray or float
-        Rate of a sweep [rad/s^2]; the "paper" formulation has no such term.
-    shift : (modes,) complex ndarray or float
-        As `off_resonance_shift` gives it.
-    force_rate : (..., modes) complex ndarray or float
-        d(force)/dt.
-
-    Notes
-    -----
-    The exact equation has a second derivative, a'' + mass a' + stiffness a = .... With v(a) the
-    rate without it, a'' is v' along the flow to first order, so a' = v - v' / mass. To the same
-    order friction lags behind that of steady motion (rate_correction). The paper neglects both.
-    """
-    frequency = np.asarray(frequency, dtype=float)
-    v = first_order_rate(model, amplitude, frequency, force, frequency_rate, shift)
-    if model.reduced.formulation == "paper":
-        return v
-    ahead = _SHORT_STEP / model.reduced.carrier[0]
-    amplitude_ahead = amplitude + ahead * v
-    frequency_ahead = frequency + ahead * np.asarray(frequency_rate)
-    force_ahead = force + ahead * np.asarray(force_rate)
-    later = first_order_rate(
-        model, amplitude_ahead, frequency_ahead, force_ahead, frequency_rate, shift
+def rate_and_jacobian(
+    flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes
+) -> tuple[Floats, Floats]:
+    """da/dt of `balance` as reals (points, 2 modes), its Jacobian (points, 2 modes, 2 modes)."""
+    unknowns = 2 * amplitude.shape[1]
+    parts, jacobian = _balance(
+        flow, inputs, amplitude, np.empty((len(amplitude), unknowns, unknowns))
     )
-    factor = coupling_factor(model.reduced, frequency)
-    effective = factor * (amplitude + shift * force)
-    factor_ahead = coupling_factor(model.reduced, frequency_ahead)
-    effective_ahead = factor_ahead * (amplitude_ahead + shift * force_ahead)
-    growth = (np.abs(effective_ahead) - np.abs(effective)) / ahead
-    rate_correction = np.einsum(
-        "...jk,...k->...j", model.table.rate_correction_at(np.abs(effective)), growth
-    )
-    # from rest an amplitude has the direction in which it moves
-    rate_correction = factor * rate_correction * _unit(effective_ahead)
-    mass = linear_part(model.reduced, frequency).mass
-    rate: Complexes = v - ((later - v) / ahead - rate_correction) / mass
-    return rate
+    return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
 
 
-def first_order_rate(
-    model: Model,
+def _balance(
+    flow: kernel.SlowFlow,
+    inputs: NDArray[np.void],
     amplitude: Complexes,
-    frequency: Floats,
-    force: Complexes,
-    frequency_rate: Floats | float = 0.0,
-    shift: Complexes | float = 0.0,
-) -> Complexes:
-    """The rate without the second derivative, see `amplitude_rate`: 0 at the same amplitudes."""
-    part = linear_part(model.reduced, frequency)
-    contact_force = friction_force(model, amplitude, frequency, shift * force)
-    sweep = 0.0 if model.reduced.formulation == "paper" else 1j * np.asarray(frequency_rate)
-    rate: Complexes = (
-        0.5 * force + contact_force - (part.stiffness + sweep) * amplitude
-    ) / part.mass
-    return rate
+    jacobian: Floats | None,
+) -> tuple[Complexes, Floats]:
+    a = np.ascontiguousarray(amplitude, dtype=complex)
+    parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
+    status = kernel.lib.sm_slow_flow_balance(
+        *(ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, parts.ctypes.data),
+        None if jacobian is None else jacobian.ctypes.data,
+    )
+    if status != kernel.OUTSIDE_TABLE:
+        kernel.check(status, "amplitude: slow flow")
+    return parts, np.empty(0) if jacobian is None else jacobian
 
 
-def friction_force(
-    model: Model, amplitude: Complexes, frequency: Floats, shift: Complexes | float = 0.0
-) -> Complexes:
-    """Q_j a_j (..., modes) at forcing frequencies (..., modes), tending to 0 with a_j.
-
-    Without the combination resonances, whose mean over time is zero. `shift` is what the contacts
-    feel on top of the amplitude: off_resonance_shift times the modal force.
-    """
-    factor = coupling_factor(model.reduced, np.asarray(frequency))
-    effective = factor * (amplitude + shift)
-    return np.asarray(factor * model.table(np.abs(effective)) * _unit(effective))
-
-
-def _unit(effective: Complexes) -> Complexes:
-    """Direction of what the contacts feel, 0 at rest."""
-    modulus = np.abs(effective)
-    tiny = np.finfo(float).tiny  # below it the quotient overflows
-    return np.divide(effective, modulus, out=np.zeros_like(effective), where=modulus > tiny)
+def _slow_flow(
+    model: Model, shift: Complexes | None, off_resonance: Complexes | None
+) -> kernel.SlowFlow:
+    table = model.table.kernel()
+    flow = kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
+    for mode in range(model.modes):
+        flow.natural[mode] = model.reduced.frequency[mode]
+        flow.damping[mode] = model.reduced.modal_damping[mode]
+        for power, coefficient in enumerate(coupling_coefficients(model.reduced)[mode]):
+            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
+        if shift is not None:
+            flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
+        if off_resonance is not None:
+            for other, response in enumerate(off_resonance[mode]):
+                flow.cross_response[mode][other][:] = (response.real, response.imag)
+    for k, term in enumerate(model.combinations):
+        flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
+    flow.owned = table
+    return flow

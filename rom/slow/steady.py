@@ -6,13 +6,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import first_order_rate, friction_force, linear_part
+from slipmode.rom.slow.slow_flow import (
+    Balance,
+    balance,
+    inputs_of,
+    phasor,
+    rate_and_jacobian,
+    slow_flow,
+)
+from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
 
 Force = Sequence[Mapping[int, float] | ArrayLike]
@@ -103,9 +111,7 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    problem = _Steady(
-        model, _excitation(model, force, phase), off_resonance_shift(model.reduced, force)
-    )
+    problem = _Steady(model, _excitation(model, force, phase), slow_flow(model, force))
     points = Omega.reshape(-1, model.modes)
     amplitude = problem.polish(points, problem.relax(points))
     for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
@@ -142,11 +148,14 @@ def resonance_curve(
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
     paper = model.reduced.formulation == "paper"
 
+    flow, still = slow_flow(model), np.zeros(points.shape, dtype=complex)
+
     def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
         """Q, and the square of the detuning that the force affords, at frequencies Omega."""
         frequencies = np.tile(model.reduced.carrier, (r.size, 1))
         frequencies[:, mode] = Omega
-        Q = friction_force(model, points.astype(complex), frequencies)[:, mode] / r
+        friction = balance(flow, inputs_of(still, frequencies), points.astype(complex)).friction
+        Q = friction[:, mode] / r
         loss = Q.imag - gamma * (omega if paper else Omega)
         return Q, half_force**2 - loss**2
 
@@ -170,8 +179,7 @@ def _excitation(model: Model, force: Force, phase: Sequence[float]) -> Complexes
     if len(force) != model.modes:
         raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
     modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
-    turned: Complexes = np.array(modal) * np.exp(1j * np.asarray(phase)[: model.modes])
-    return turned
+    return phasor(np.array(modal), np.asarray(phase)[: model.modes])
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,25 +188,28 @@ class _Steady:
 
     model: Model
     excitation: Complexes
-    shift: Complexes
+    flow: kernel.SlowFlow
 
-    def rate(self, amplitude: Complexes, Omega: Floats) -> Complexes:
-        return first_order_rate(self.model, amplitude, Omega, self.excitation, shift=self.shift)
-
-    def friction(self, amplitude: Complexes, Omega: Floats) -> Complexes:
-        return friction_force(self.model, amplitude, Omega, self.shift * self.excitation)
+    def balance(self, amplitude: Complexes, Omega: Floats) -> Balance:
+        found = balance(self.flow, self._inputs(Omega), amplitude)
+        outside = np.isnan(found.rate).any(axis=-1)
+        if outside.any():
+            raise outside_table(np.abs(amplitude[outside]), self.model.table)
+        return found
 
     def relax(self, Omega: Floats) -> Complexes:
         """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
-        stiffness = linear_part(self.model.reduced, Omega).stiffness
         amplitude = np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex)
+        moving = np.arange(len(amplitude))
         for _ in range(_RELAXATION_PASSES):
-            Q = self.friction(amplitude, Omega) / amplitude
-            balanced = 0.5 * self.excitation / (stiffness - Q)
-            before, wanted = np.abs(amplitude), np.minimum(np.abs(balanced), self._range)
-            modulus = np.maximum(0.5 * (before + wanted), 1e-12 * self._range)
-            amplitude = modulus * np.exp(1j * np.angle(balanced))
-            if np.all(np.abs(wanted - before) <= _RELAXED * self._range):
+            before = amplitude[moving]
+            now = self.balance(before, Omega[moving])
+            balanced = 0.5 * self.excitation / (now.stiffness - now.friction / before)
+            step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
+            modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
+            amplitude[moving] = phasor(modulus, np.angle(balanced))
+            moving = moving[(np.abs(step) > _RELAXED * self._range).any(axis=-1)]
+            if moving.size == 0:
                 break
         return np.where(self.excitation == 0.0, 0.0, amplitude)  # an unforced mode is at rest
 
@@ -208,32 +219,21 @@ class _Steady:
         moving = np.arange(len(found))
         for _ in range(_NEWTON_PASSES):
             before = found[moving]
-            after = self.inside(before - self._newton_update(Omega[moving], before))
+            rate, jacobian = rate_and_jacobian(self.flow, self._inputs(Omega[moving]), before)
+            update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]
+            after = self.inside(before - np.ascontiguousarray(update).view(complex))
             found[moving] = after
             moving = moving[np.abs(after - before).max(axis=-1) > _SETTLED * self._range.max()]
             if moving.size == 0:
                 break
         return found
 
-    def _newton_update(self, Omega: Floats, amplitude: Complexes) -> Complexes:
-        """Jacobian^-1 rate (points, modes), the Jacobian by differences in one call."""
-        y = amplitude.view(float)
-        step = 1e-7 * self._range.max()
-        shifts = np.vstack((np.zeros(y.shape[-1]), step * np.eye(y.shape[-1])))
-        shifted = y + shifts[:, np.newaxis]  # (1 + 2 modes, points, 2 modes)
-        rates = self.rate(shifted.view(complex), Omega).view(float)
-        jacobian = np.moveaxis(rates[1:] - rates[0], 0, -1) / step
-        return np.asarray(np.linalg.solve(jacobian, rates[0][..., np.newaxis])[..., 0]).view(
-            complex
-        )
-
     def imbalance(self, Omega: Floats, amplitude: Complexes) -> Floats:
         """Unbalanced force relative to the forces in the amplitude equations, (points,)."""
-        stiffness = linear_part(self.model.reduced, Omega).stiffness
-        elastic = stiffness * amplitude
-        balance = 0.5 * self.excitation + self.friction(amplitude, Omega) - elastic
-        scale = 0.5 * np.abs(self.excitation).max() + np.abs(elastic).max(axis=-1) + 1e-300
-        return np.asarray(np.abs(balance).max(axis=-1) / scale)
+        now = self.balance(amplitude, Omega)
+        elastic = np.abs(now.stiffness * amplitude).max(axis=-1)
+        scale = 0.5 * np.abs(self.excitation).max() + elastic + 1e-300
+        return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) / scale)
 
     def from_rest(self, Omega: Floats) -> Complexes:
         """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
@@ -244,18 +244,21 @@ class _Steady:
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
         points = Omega[np.newaxis]
+
+        def rate(_: float, z: Floats) -> Floats:
+            moving: Floats = self.balance(z.view(complex)[np.newaxis], points).rate[0].view(float)
+            return moving
+
         for _ in range(20):
-            y = solve_ivp(
-                lambda _, z: self.rate(z.view(complex), Omega).view(float),
-                *((0.0, 10.0 / slowest), y),
-                rtol=1e-8,
-                atol=1e-12,
-            ).y[:, -1]
+            y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
             point = self.polish(points, y.view(complex)[np.newaxis])
             if self.imbalance(points, point)[0] <= _CONVERGED:
                 found: Complexes = point[0]
                 return found
         raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s")
+
+    def _inputs(self, Omega: Floats) -> NDArray[np.void]:
+        return inputs_of(np.broadcast_to(self.excitation, Omega.shape), Omega)
 
     def inside(self, amplitude: Complexes) -> Complexes:
         """The amplitudes, scaled back to the table where they leave it."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import amplitude_rate
+from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
 
@@ -91,27 +91,19 @@ class SlowTrajectory:
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
         """da/dt at the start and at the end of each step, (steps, modes)."""
-        later = np.diff(self.time)[:, np.newaxis]
-        rates = self.frequency_rate
-        start = amplitude_rate(
-            model,
-            self.amplitude_start,
-            self.frequency,
-            self.force,
-            rates,
-            self.shift,
-            self.force_rate,
-        )
-        end = amplitude_rate(
-            model,
-            self.amplitude[1:],
-            self.frequency + rates * later,
+        flow = shifted_flow(model, self.shift)
+        later, moving = np.diff(self.time)[:, np.newaxis], (self.force_rate, self.frequency_rate)
+        start = inputs_of(self.force, self.frequency, *moving, self.angle[:-1])
+        end = inputs_of(
             self.force + self.force_rate * later,
-            rates,
-            self.shift,
-            self.force_rate,
+            self.frequency + self.frequency_rate * later,
+            *moving,
+            self.angle[1:],
         )
-        return start, end
+        return (
+            rates(flow, start, self.amplitude_start),
+            rates(flow, end, self.amplitude[1:]),
+        )
 
     def effective(self, model: Model) -> Complexes:
         """What the contacts feel of each mode at every time, (steps + 1, modes)."""
@@ -121,7 +113,7 @@ class SlowTrajectory:
     def segments(self, model: Model) -> np.ndarray:
         """The steps as the core reads them."""
         duration = np.diff(self.time)
-        segments = np.zeros(duration.size, dtype=_kernel.SEGMENT)
+        segments = np.zeros(duration.size, dtype=kernel.SEGMENT)
         segments["start"], segments["duration"] = self.time[:-1], duration
         modes = slice(0, model.modes)
         segments["amplitude_start"][:, modes] = self.amplitude_start

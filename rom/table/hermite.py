@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solve_banded
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideRegionError, SlipmodeError
 
@@ -71,14 +71,14 @@ class Table:
         values: Complexes = np.ascontiguousarray(self.values[:, :, 0]).view(complex)
         return values
 
-    def kernel(self) -> _kernel.Table:
+    def kernel(self) -> kernel.Table:
         """The table as the core reads it."""
-        return _kernel.table(
+        return kernel.table(
             self.modes,
-            _kernel.contiguous(self.node_a),
-            _kernel.contiguous(self.node_b),
-            _kernel.contiguous(self.values),
-            None if self.rate_correction is None else _kernel.contiguous(self.rate_correction),
+            kernel.contiguous(self.node_a),
+            kernel.contiguous(self.node_b),
+            kernel.contiguous(self.values),
+            None if self.rate_correction is None else kernel.contiguous(self.rate_correction),
             self.region,
         )
 
@@ -104,23 +104,28 @@ class Table:
         SlipmodeError
             Outside the table: it is never extrapolated.
         """
-        points = _kernel.contiguous(amplitudes)
+        points = kernel.contiguous(amplitudes)
         if points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
-        status = _kernel.lib.sm_table_lookup_many(
+        status = kernel.lib.sm_table_lookup_many(
             ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
         )
-        if status == _kernel.OUTSIDE_TABLE:
-            largest = points.reshape(-1, self.modes).max(axis=0)
-            if np.all(largest <= self.amplitude_range):
-                raise OutsideRegionError
-            raise SlipmodeError(
-                f"amplitude: {largest} is outside the friction table, whose range is "
-                f"{self.amplitude_range}; tabulate a larger range"
-            )
-        _kernel.check(status, "table look-up")
+        if status == kernel.OUTSIDE_TABLE:
+            raise outside_table(points, self)
+        kernel.check(status, "table look-up")
         return result
+
+
+def outside_table(amplitudes: Floats, table: Table) -> SlipmodeError:
+    """What to say of amplitudes (..., modes) of which some are outside a table."""
+    largest = amplitudes.reshape(-1, table.modes).max(axis=0)
+    if table.region is not None and np.all(largest <= table.amplitude_range):
+        return OutsideRegionError()
+    return SlipmodeError(
+        f"amplitude: {largest} is outside the friction table, whose range is "
+        f"{table.amplitude_range}; tabulate a larger range"
+    )
 
 
 def make_table(

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
-from slow_time import slow_trajectory
+from slow_time import slow_trajectory, steady_balance
 from stepping import (
     FORCE,
     HELD,
@@ -25,7 +25,7 @@ from slipmode import rom
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
-from slipmode.rom.slow.slow_flow import amplitude_rate, friction_force
+from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 
 # Steps
 
@@ -104,8 +104,12 @@ def test_a_swept_step_solves_the_slow_flow():
     force, frequency = np.array([0.15, 0.25]), np.array([0.98, 1.65])
     rate = np.array([-1e-4, 2e-4])
 
+    equations = slow_flow(of)
+
     def flow(time, a):
-        return amplitude_rate(of, a, frequency + rate * time, force, rate)
+        moved = (frequency + rate * time)[np.newaxis]
+        inputs = inputs_of(force[np.newaxis].astype(complex), moved, frequency_rate=rate)
+        return rates(equations, inputs, a[np.newaxis])[0]
 
     exact = solve_ivp(flow, (0.0, 100.0), np.zeros(2, complex), rtol=1e-10, atol=1e-12).y[:, -1]
     swept = component(HELD | {"frequency_rate_A": rate[0], "frequency_rate_B": rate[1]}, of)
@@ -266,7 +270,8 @@ def test_in_steady_state_what_goes_in_leaves(modes, formulation):
     turned = of.reduced.frequency if formulation == "paper" else forced
     a = amplitude(steady)[: of.modes]
     structural = np.sum(2.0 * of.reduced.modal_damping * turned * forced * np.abs(a) ** 2)
-    contacts = -np.sum(2.0 * forced * np.imag(a.conj() * friction_force(of, a, forced)))
+    friction = steady_balance(of, a, forced, np.zeros(of.modes)).friction[0]
+    contacts = -np.sum(2.0 * forced * np.imag(a.conj() * friction))
     assert 0.1 * now["input_power"] < structural < 0.9 * now["input_power"]
     assert now["input_power"] == pytest.approx(structural + contacts, rel=1e-5)
     march(steady, [100.0])

@@ -1,8 +1,11 @@
 """What an FMU contains: descriptions, resources, sources, documentation."""
 
+import importlib.util
 import io
 import shutil
+import subprocess
 import zipfile
+from pathlib import Path
 
 import fmpy
 import numpy as np
@@ -13,6 +16,7 @@ from fmu_fixtures import FORCE, START, VERSIONS, component, instance
 from lxml import etree
 
 from slipmode import fmu, rom
+from slipmode.fmu.archive.binaries import source_files
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.rom import SlipmodeError
 
@@ -218,3 +222,21 @@ def test_a_name_of_any_script_is_kept(one_mode_model, tmp_path, fmi):
     path = fmu.export(one_mode_model, tmp_path / "x.fmu", name=name, fmi=fmi)
     assert validate_fmu(str(path)) == []
     assert fmpy.read_model_description(path).modelName == name
+
+
+def test_the_library_shows_the_functions_of_fmi_alone():
+    found = importlib.util.find_spec("slipmode.fmu._native")
+    nm = shutil.which("nm")
+    if nm is None or not found.origin.endswith(".so"):
+        pytest.skip("no nm for shared objects")
+    listed = subprocess.run(
+        [nm, "-D", "--defined-only", found.origin], capture_output=True, text=True, check=True
+    )
+    names = {line.split()[-1] for line in listed.stdout.splitlines()}
+    assert {"fmi2DoStep", "fmi3DoStep"} <= names
+    assert not {name for name in names if not name.startswith("fmi")}
+
+
+def test_no_two_sources_have_one_file_name():
+    names = [Path(name).name for name in source_files() if name.endswith(".c")]
+    assert len(names) == len(set(names)) > 20

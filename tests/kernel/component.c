@@ -12,18 +12,18 @@
 #define COUNT_B 5
 
 /* Harmonics of `width` signals at the nodes that a linear surface holds exactly. */
-static double answer_at(double a, double b, int order, int part, size_t signal) {
+static double response_at(double a, double b, int order, int part, size_t signal) {
     return 0.01 * (order + 1) * (a - 0.5 * b) * (part == 0 ? 1.0 : -0.3) * (1.0 + (double)signal);
 }
 
-static double *new_answer(const table *t, size_t width) {
+static double *new_response(const table *t, size_t width) {
     const size_t count_b = (size_t)t->table.count_b;
     double *values = new_doubles(COUNT_A * count_b * ORDERS * width * 2), *v = values;
     for (size_t k = 0; k < COUNT_A * count_b; k++)
         for (int q = 0; q < ORDERS; q++)
             for (size_t s = 0; s < width; s++)
                 for (int part = 0; part < 2; part++)
-                    *v++ = answer_at(t->node_a[k / count_b],
+                    *v++ = response_at(t->node_a[k / count_b],
                                      t->node_b ? t->node_b[k % count_b] : 0.0, q, part, s);
     return values;
 }
@@ -38,8 +38,8 @@ model new_model(int modes, int contacts, int wanted) {
     const int32_t orders[2][2 * ORDERS] = {{1, 0, 3, 0, 5, 0}, {0, 1, 2, -1, -3, 2}};
     if (!m.orders) abort();
     memcpy(m.orders, orders[modes - 1], sizeof orders[0]);
-    m.pull = new_answer(&m.t, (size_t)contacts);
-    m.answer = new_answer(&m.t, ELASTIC);
+    m.reaction = new_response(&m.t, (size_t)contacts);
+    m.response = new_response(&m.t, ELASTIC);
     m.pulls = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * contacts * 2);
     m.answers = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * ELASTIC * 2);
     for (int k = 0; k < 2 * ELASTIC * modes; k++) m.modes_out[k] = 0.3 + 0.1 * k;
@@ -51,8 +51,8 @@ model new_model(int modes, int contacts, int wanted) {
                            .contacts_out = m.contacts_out,
                            .orders_count = ORDERS,
                            .orders = m.orders,
-                           .pull = m.pull,
-                           .answer = m.answer,
+                           .reaction = m.reaction,
+                           .response = m.response,
                            .steps_per_period = 32,
                            .memory_periods = 4.0};
     CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &m.component),
@@ -69,8 +69,8 @@ void free_model(model *m) {
     free(m->modes_out);
     free(m->contacts_out);
     free(m->orders);
-    free(m->pull);
-    free(m->answer);
+    free(m->reaction);
+    free(m->response);
 }
 
 sm_status create_once(void *arguments) {
@@ -85,7 +85,7 @@ sm_status create_once(void *arguments) {
 
 /* Without friction a(t) = a_s + (a_0 - a_s) exp(s t), s = -r (1 + r / mass), r = stiffness / mass:
  * the root of s^2 + mass s + stiffness = 0 to second order. */
-static void check_linear_answer(void) {
+static void check_linear_response(void) {
     model m = new_model(2, 1, 0);
     const double start[4] = {0.5, 0.1, -0.3, 0.2};
     const sm_inputs inputs = {.force = {0.01, 0.02},
@@ -166,23 +166,24 @@ static void check_energy(void) {
     free_model(&m);
 }
 
-/* What the modes answer at a signal, from the outputs. */
-static double answer_in(const model *m, const double *out, size_t signal) {
-    double complex felt[2] = {0.0, 0.0}, turn[2] = {1.0, 1.0};
+/* What the modes respond at a signal, from the outputs. */
+static double response_in(const model *m, const double *out, size_t signal) {
+    double complex effective[2] = {0.0, 0.0}, turn[2] = {1.0, 1.0};
     double sum = 0.0;
     for (int j = 0; j < m->flow.table.modes; j++) {
-        felt[j] = out[1 + 2 * j] + I * out[2 + 2 * j];
-        turn[j] = cexp(I * out[5 + j]) * felt[j] / cabs(felt[j]);
+        effective[j] = out[1 + 2 * j] + I * out[2 + 2 * j];
+        turn[j] = cexp(I * out[5 + j]) * effective[j] / cabs(effective[j]);
     }
     for (int q = 0; q < ORDERS; q++) {
-        const double a = cabs(felt[0]), b = cabs(felt[1]);
-        const double complex c = answer_at(a, b, q, 0, signal) + I * answer_at(a, b, q, 1, signal);
+        const double a = cabs(effective[0]), b = cabs(effective[1]);
+        const double complex c =
+            response_at(a, b, q, 0, signal) + I * response_at(a, b, q, 1, signal);
         sum += creal(c * cpow(turn[0], m->orders[2 * q]) * cpow(turn[1], m->orders[2 * q + 1]));
     }
     return sum;
 }
 
-/* Contacts in equilibrium with the amplitudes and the modes' answer at the communication point;
+/* Contacts in equilibrium with the amplitudes and the modes' response at the communication point;
  * elastic outputs their linear combination. */
 static void check_motion_outputs(int modes, int contacts) {
     model m = new_model(modes, contacts, 1);
@@ -198,7 +199,7 @@ static void check_motion_outputs(int modes, int contacts) {
         for (int j = 0; j < modes; j++)
             q[j] = 2.0 * (out[1 + 2 * j] + I * out[2 + 2 * j]) * cexp(I * out[5 + j]);
         for (int i = 0; i < contacts; i++) {
-            double left = f[i] - answer_in(&m, out, (size_t)i);
+            double left = f[i] - response_in(&m, out, (size_t)i);
             for (int c = 0; c < contacts; c++)
                 left += m.p.stiffness[i * contacts + c] * x[c]
                         + m.p.damping[i * contacts + c] * v[c];
@@ -212,7 +213,7 @@ static void check_motion_outputs(int modes, int contacts) {
             largest = fmax(largest, fabs(x[i]));
         }
         for (int e = 0; e < ELASTIC; e++) {
-            double sum = answer_in(&m, out, (size_t)e);
+            double sum = response_in(&m, out, (size_t)e);
             for (int j = 0; j < modes; j++) {
                 const double *shape = m.modes_out + 2 * (e * modes + j);
                 sum += creal((shape[0] + I * shape[1]) * q[j]);
@@ -283,14 +284,14 @@ static void check_continuation(int modes, int wanted) {
     free_model(&twin);
 }
 
-/* With a near resonance, so that the rate depends on the angles as well. */
-static model new_near_model(void) {
+/* With a combination resonance, so that the rate depends on the angles as well. */
+static model new_combination_model(void) {
     model m = new_model(2, 1, 0);
     sm_component_free(m.component);
     free_table(&m.t);
     m.t = new_rich_table(4, 5, 1);
     m.flow = flow_over(&m.t);
-    m.flow.near[0] = (sm_near){1, 5, -2};
+    m.flow.combination[0] = (sm_combination){1, 5, -2};
     CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &m.component),
                  SM_OK);
     return m;
@@ -299,7 +300,7 @@ static model new_near_model(void) {
 /* Whether the rate at the communication point is remembered from the step, or computed anew after
  * the same inputs or the same state are set, changes no bit. */
 static void check_memory_of_the_rate(int ramps) {
-    model m = new_near_model(), twin = new_near_model();
+    model m = new_combination_model(), twin = new_combination_model();
     sm_inputs inputs = resonant_inputs();
     double state[64], a[SM_OUTPUTS_FIXED], b[SM_OUTPUTS_FIXED];
     inputs.frequency_rate[0] = ramps ? 1e-4 : 0.0;
@@ -379,16 +380,16 @@ static void check_reset_and_work(void) {
 }
 
 /* A component keeps its own copy of which cells are visited. */
-static void check_visited(void) {
+static void check_region(void) {
     model m = new_model(2, 2, 0);
     const sm_inputs inputs = resonant_inputs();
     const double at_rest[4] = {0.0};
-    uint8_t visited[(COUNT_A - 1) * (COUNT_B - 1)] = {1}; /* the first one */
+    uint8_t region[(COUNT_A - 1) * (COUNT_B - 1)] = {1}; /* the first one */
     double out[SM_OUTPUTS_FIXED];
     sm_component *part = NULL;
-    m.flow.table.visited = visited;
+    m.flow.table.region = region;
     CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &part), SM_OK);
-    memset(visited, 1, sizeof visited);
+    memset(region, 1, sizeof region);
     CHECK_STATUS(sm_component_set_inputs(part, &inputs), SM_OK);
     CHECK_STATUS(sm_component_reset(part, 0.0, at_rest), SM_OK);
     CHECK_STATUS(sm_component_step(part, 1.0), SM_OK);
@@ -400,8 +401,8 @@ static void check_visited(void) {
 }
 
 void check_component(void) {
-    check_visited();
-    check_linear_answer();
+    check_region();
+    check_linear_response();
     check_step_pattern();
     check_energy();
     for (int modes = 1; modes <= 2; modes++) {

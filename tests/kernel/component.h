@@ -5,14 +5,14 @@
 #include "fixtures.h"
 
 #define ELASTIC 3
-#define ORDERS 3 /* harmonics that the modes answer to */
+#define ORDERS 3 /* harmonics that the modes respond to */
 
 typedef struct {
     table t;
     problem p;
     sm_slow_flow flow;
     sm_motion motion;
-    double *modes_out, *contacts_out, *pull, *answer, tolerance;
+    double *modes_out, *contacts_out, *reaction, *response, tolerance;
     int32_t *orders;
     size_t pulls, answers; /* numbers of them */
     sm_component *component;

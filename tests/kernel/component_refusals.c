@@ -59,8 +59,8 @@ static void check_creation_not_finite(model *m) {
     CHECK_REFUSES_NOT_FINITE(m->p.limit, 2, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->p.stiffness, 4, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->modes_out, ELASTIC * 4, create_once, m);
-    CHECK_REFUSES_NOT_FINITE(m->pull, m->pulls, create_once, m);
-    CHECK_REFUSES_NOT_FINITE(m->answer, m->answers, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->reaction, m->pulls, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->response, m->answers, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->contacts_out, ELASTIC * 2, create_once, m);
     CHECK_REFUSES_NOT_FINITE(&m->motion.memory_periods, 1, create_once, m);
 }
@@ -86,8 +86,8 @@ static void check_creation(model *m) {
         CHECK_REFUSES(int32_t, m->motion.orders_count, counts[k], create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, m->orders[1], 33, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const int32_t *, m->motion.orders, NULL, create_once(m), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, m->motion.pull, NULL, create_once(m), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, m->motion.answer, NULL, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, m->motion.reaction, NULL, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, m->motion.response, NULL, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, m->motion.steps_per_period, 3, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, m->motion.memory_periods, 0.0, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, m->motion.modes_out, NULL, create_once(m), SM_BAD_ARGUMENT);

@@ -32,12 +32,12 @@ static directional_call new_call(int modes, int paper) {
                           .elapsed = 0.5};
     c.flow = flow_over(&c.t);
     c.flow.paper = paper;
-    c.flow.near[0] = (sm_near){1, 5, -2};
-    c.flow.near[1] = (sm_near){0, -4, 3};
+    c.flow.combination[0] = (sm_combination){1, 5, -2};
+    c.flow.combination[1] = (sm_combination){0, -4, 3};
     for (int j = 0; j < modes; j++) {
-        c.flow.turn[j] = (sm_turn){{{0.02, -0.01}, {0.03, 0.01 * j}}};
-        c.flow.shift[j][0] = 0.2;
-        c.flow.shift[j][1] = -0.1;
+        c.flow.coupling_ratio[j] = (sm_coupling_ratio){{{0.02, -0.01}, {0.03, 0.01 * j}}};
+        c.flow.off_resonance[j][0] = 0.2;
+        c.flow.off_resonance[j][1] = -0.1;
     }
     return c;
 }
@@ -95,12 +95,12 @@ static void check_directions(int modes, int paper) {
 static void check_ends(void) {
     directional_call c = new_call(2, 0);
     memset(c.amplitude, 0, sizeof c.amplitude);
-    memset(c.flow.shift, 0, sizeof c.flow.shift);
+    memset(c.flow.off_resonance, 0, sizeof c.flow.off_resonance);
     c.d_amplitude[1] = 1.0;
     CHECK_STATUS(evaluate(&c), SM_OK);
     CHECK_FINITE(c.change, RESULTS);
     CHECK(fabs(c.change[1]) > 1e-3);
-    memset(c.flow.turn, 0, sizeof c.flow.turn);
+    memset(c.flow.coupling_ratio, 0, sizeof c.flow.coupling_ratio);
     c.amplitude[1] = 4.0 * (c.inputs.limit_scale + c.elapsed * c.inputs.limit_scale_rate);
     double inside[RESULTS];
     CHECK_STATUS(evaluate(&c), SM_OK);

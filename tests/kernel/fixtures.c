@@ -112,22 +112,22 @@ table new_table(int modes, int count_a, int count_b) {
     return t;
 }
 
-table new_rich_table(int count_a, int count_b, int near) {
+table new_rich_table(int count_a, int count_b, int combinations) {
     table t = new_table(2, count_a, count_b);
-    const int fields = 2 * (2 + near + 1), rows = count_a * count_b * 4;
+    const int fields = 2 * (2 + combinations + 1), rows = count_a * count_b * 4;
     double *values = new_doubles((size_t)(rows * fields));
     for (int r = 0; r < rows; r++) {
         for (int f = 0; f < fields - 2; f++)
             values[r * fields + f] = t.values[r * 4 + f % 4] * (f < 4 ? 1.0 : 0.3);
         values[r * fields + fields - 2] = 0.2 * t.values[r * 4];
     }
-    t.lag = new_doubles((size_t)(rows * SM_LAGS));
-    for (int r = 0; r < rows * SM_LAGS; r++)
-        t.lag[r] = (r % 3 - 0.7) * t.values[r / SM_LAGS * 4 + r % 4];
+    t.rate_correction = new_doubles((size_t)(rows * SM_RATE_CORRECTIONS));
+    for (int r = 0; r < rows * SM_RATE_CORRECTIONS; r++)
+        t.rate_correction[r] = (r % 3 - 0.7) * t.values[r / SM_RATE_CORRECTIONS * 4 + r % 4];
     free(t.values);
     t.table.values = t.values = values;
-    t.table.lag = t.lag;
-    t.table.near = near;
+    t.table.rate_correction = t.rate_correction;
+    t.table.combinations = combinations;
     t.table.power = 1;
     return t;
 }
@@ -136,7 +136,7 @@ void free_table(table *t) {
     free(t->node_a);
     free(t->node_b);
     free(t->values);
-    free(t->lag);
+    free(t->rate_correction);
 }
 
 sm_slow_flow flow_over(const table *t) {

@@ -22,13 +22,14 @@ void free_problem(problem *p);
 
 typedef struct {
     sm_table table;
-    double *node_a, *node_b, *values, *lag;
+    double *node_a, *node_b, *values, *rate_correction;
 } table;
 
 /* Amplitudes 0 to 4, unevenly spaced; S_j is a polynomial that a bicubic surface holds exactly. */
 table new_table(int modes, int count_a, int count_b);
-/* For two modes, with columns for `near` near resonances and for the friction power, and a lag. */
-table new_rich_table(int count_a, int count_b, int near);
+/* For two modes, with columns for `near` combination resonances and for the friction power, and a
+ * lag. */
+table new_rich_table(int count_a, int count_b, int combinations);
 void free_table(table *t);
 /* S_j of that polynomial, (Re, Im) of one or two modes. */
 void exact_friction(int modes, double a, double b, double *s);
@@ -37,7 +38,7 @@ void exact_friction(int modes, double a, double b, double *s);
 sm_slow_flow flow_over(const table *t);
 /* Doubles at the start of sm_inputs that the user sets. */
 #define INPUT_COUNT (offsetof(sm_inputs, angle) / sizeof(double))
-#define SEGMENT_COUNT (offsetof(sm_segment, pull_start) / sizeof(double)) /* of sm_segment */
+#define SEGMENT_COUNT (offsetof(sm_segment, reaction_start) / sizeof(double)) /* of sm_segment */
 /* Forces 0.15 and 0.25, close to resonance. */
 sm_inputs resonant_inputs(void);
 

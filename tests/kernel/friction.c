@@ -365,23 +365,24 @@ static void check_contact_refusals(void) {
     free_problem(&p);
 }
 
-static void check_answer_refusals(void) {
+static void check_response_refusals(void) {
     problem p = new_problem(2, 2, SM_TANH);
-    double feedback[8] = {0.1, 0.0, 0.02, 0.01, 0.02, 0.01, 0.1, 0.0};
+    double dynamic_stiffness[8] = {0.1, 0.0, 0.02, 0.01, 0.02, 0.01, 0.1, 0.0};
     int32_t orders[] = {2, -1};
-    sm_modal_answer answer = {.orders_count = 1, .orders = orders, .feedback = feedback};
+    sm_modal_response response = {
+        .orders_count = 1, .orders = orders, .dynamic_stiffness = dynamic_stiffness};
     sm_contact *c = &p.contact;
-    c->answer = &answer;
+    c->response = &response;
     CHECK_STATUS(sm_contact_check(c), SM_OK);
-    CHECK_REFUSES(const double *, answer.feedback, NULL, sm_contact_check(c), SM_OK);
-    CHECK_REFUSES(const int32_t *, answer.orders, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, response.dynamic_stiffness, NULL, sm_contact_check(c), SM_OK);
+    CHECK_REFUSES(const int32_t *, response.orders, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
     const int32_t wrong[] = {-100000, INT32_MIN, INT32_MAX};
     for (int k = 0; k < 3; k++) {
-        CHECK_REFUSES(int32_t, answer.orders_count, wrong[k], sm_contact_check(c),
+        CHECK_REFUSES(int32_t, response.orders_count, wrong[k], sm_contact_check(c),
                       SM_BAD_ARGUMENT);
         CHECK_REFUSES(int32_t, orders[1], wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
     }
-    CHECK_REFUSES_NOT_FINITE(feedback, 8, call_contact_check, c);
+    CHECK_REFUSES_NOT_FINITE(dynamic_stiffness, 8, call_contact_check, c);
     free_problem(&p);
 }
 
@@ -429,5 +430,5 @@ void check_friction(void) {
     check_rank_deficient_stage();
     check_overflowing_stage();
     check_contact_refusals();
-    check_answer_refusals();
+    check_response_refusals();
 }

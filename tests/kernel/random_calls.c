@@ -18,7 +18,7 @@ static void spoil(double *values, size_t count) {
     if (random_below(2)) values[random_below((int)count)] = hostile_number();
 }
 
-static void check_answer(sm_status status, const double *values, size_t count) {
+static void check_response(sm_status status, const double *values, size_t count) {
     CHECK(status >= SM_OK && status <= SM_STEP_TOO_SMALL);
     if (status == SM_OK) CHECK_FINITE(values, count);
 }
@@ -58,8 +58,8 @@ static void random_torus(void) {
         sm_torus_harmonics(&p.contact, rates, 4 + random_below(5), 1 << random_below(6), tolerance,
                            smallest, 1 + random_below(3), points, amplitudes, 2, orders, P,
                            mean_square, residual, marched);
-    check_answer(status, P, points * 2 * n * 2);
-    check_answer(status, mean_square, points * n);
+    check_response(status, P, points * 2 * n * 2);
+    check_response(status, mean_square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
     free_problem(&p);
     free(amplitudes);
@@ -87,7 +87,7 @@ static void random_motion(void) {
     const sm_status status =
         sm_contact_motion(&p.contact, 1, &g, start, 4 + random_below(9), 3, times, x, x + 3 * n,
                           x + 6 * n);
-    check_answer(status, x, 9 * n);
+    check_response(status, x, 9 * n);
     free_problem(&p);
     free(x);
     free(start);
@@ -102,15 +102,15 @@ static void random_lookup(table *t) {
     double *const value = &t->values[random_below(100)], kept = *value;
     spoil(value, 1);
     spoil(at, 2);
-    check_answer(sm_table_lookup(&t->table, at, s), s, terms);
-    check_answer(sm_table_lookup_many(&t->table, 1, at, s), s, terms);
+    check_response(sm_table_lookup(&t->table, at, s), s, terms);
+    check_response(sm_table_lookup_many(&t->table, 1, at, s), s, terms);
     spoil((double *)&inputs, INPUT_COUNT);
     spoil(amplitude, 4);
     spoil(flow.natural, 2);
     const sm_status status =
         sm_slow_flow_rate(&flow, &inputs, random_number(), amplitude, rate, powers, powers + 1);
-    check_answer(status, rate, terms);
-    check_answer(status, powers, 2);
+    check_response(status, rate, terms);
+    check_response(status, powers, 2);
     *value = kept;
 }
 
@@ -150,7 +150,7 @@ static void random_component_call(model *m, double *before, double *state, doubl
     CHECK_STATUS(sm_component_get_state(c, state), SM_OK);
     CHECK_FINITE(state, m->state);
     if (status != SM_OK) CHECK(memcmp(before, state, m->state * sizeof(double)) == 0);
-    check_answer(sm_component_outputs(c, out), out, m->outputs);
+    check_response(sm_component_outputs(c, out), out, m->outputs);
 }
 
 static void random_component(int modes, int wanted, int calls) {

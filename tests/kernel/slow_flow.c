@@ -150,8 +150,8 @@ static void integrate(const rate_call *c, int steps, double *y) {
     CHECK_STATUS(sm_slow_flow_derivative(&c->flow, &c->inputs, &instant, y, dy), SM_OK);
     for (int k = 0; k < steps; k++) {
         const sm_inputs end = sm_inputs_after(&c->inputs, c->flow.table.modes, h * (k + 1));
-        CHECK_STATUS(sm_slow_flow_try(&c->flow, &c->inputs, h * k, h, &end, 1e-6, &instant, y, dy,
-                                      y_new, dy_new, &error),
+        CHECK_STATUS(sm_slow_flow_dopri5(&c->flow, &c->inputs, h * k, h, &end, 1e-6, &instant, y,
+                                         dy, y_new, dy_new, &error),
                      SM_OK);
         memcpy(y, y_new, sizeof y_new);
         memcpy(dy, dy_new, sizeof dy_new);
@@ -186,7 +186,7 @@ static void check_error_estimate(void) {
     for (int k = 0; k < 2; k++) {
         const double h = k == 0 ? 0.4 : 0.2;
         end = sm_inputs_after(&c.inputs, 2, h);
-        CHECK_STATUS(sm_slow_flow_try(&c.flow, &c.inputs, 0.0, h, &end, 1e-9, &instant, y, dy,
+        CHECK_STATUS(sm_slow_flow_dopri5(&c.flow, &c.inputs, 0.0, h, &end, 1e-9, &instant, y, dy,
                                       y_new, dy_new, &error[k]),
                      SM_OK);
     }
@@ -204,8 +204,8 @@ static void check_homogeneity(double s) {
         free_table(&both[k]->t);
         both[k]->t = new_rich_table(4, 5, 1);
         both[k]->flow = flow_over(&both[k]->t);
-        both[k]->flow.near[0] = (sm_near){1, 5, -2};
-        both[k]->flow.shift[1][0] = 0.3;
+        both[k]->flow.combination[0] = (sm_combination){1, 5, -2};
+        both[k]->flow.off_resonance[1][0] = 0.3;
     }
     c.inputs.limit_scale = 1.0;
     scaled.inputs.limit_scale = s;
@@ -224,22 +224,22 @@ static void check_homogeneity(double s) {
     free_table(&scaled.t);
 }
 
-static void check_near_refusals(void) {
+static void check_combination_refusals(void) {
     rate_call c = new_call(2, 0);
     const int32_t wrong[] = {INT32_MIN, -1001, 1001, INT32_MAX};
-    sm_near *const near = &c.flow.near[0];
-    c.flow.table.near = 1;
+    sm_combination *const combination = &c.flow.combination[0];
+    c.flow.table.combinations = 1;
     for (int k = 0; k < 4; k++) {
-        CHECK_REFUSES(int32_t, near->mode, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, near->n, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, near->m, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, c.flow.table.near, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, combination->mode, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, combination->n, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, combination->m, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, c.flow.table.combinations, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);
     }
-    c.flow.table.near = 0;
+    c.flow.table.combinations = 0;
     for (int j = 0; j < 2; j++) {
-        CHECK_REFUSES_NOT_FINITE((double *)&c.flow.turn[j], sizeof c.flow.turn[j] / sizeof(double),
-                                 evaluate, &c);
-        CHECK_REFUSES_NOT_FINITE(c.flow.shift[j], 2, evaluate, &c);
+        CHECK_REFUSES_NOT_FINITE((double *)&c.flow.coupling_ratio[j],
+                                 sizeof c.flow.coupling_ratio[j] / sizeof(double), evaluate, &c);
+        CHECK_REFUSES_NOT_FINITE(c.flow.off_resonance[j], 2, evaluate, &c);
     }
     free_table(&c.t);
 }
@@ -281,6 +281,6 @@ void check_slow_flow(void) {
     check_homogeneity(1e-3);
     check_homogeneity(7.0);
     check_error_estimate();
-    check_near_refusals();
+    check_combination_refusals();
     check_refusals();
 }

@@ -119,12 +119,12 @@ static void check_lookup_refusals(void) {
 }
 
 /* The whole surface in visited cells, nothing in the others. */
-static void check_visited(void) {
+static void check_region(void) {
     table t = new_table(2, 4, 6);
-    uint8_t visited[3 * 5] = {0};
+    uint8_t region[3 * 5] = {0};
     for (int place = 0; place < 3 * 5; place++) {
         const int cell[2] = {place / 5, place % 5};
-        visited[place] = 1;
+        region[place] = 1;
         for (int k = 0; k < 20; k++) {
             double at[2], s[4], whole[4], slopes[12];
             int32_t found[2] = {0, 0}, inside = 1;
@@ -134,9 +134,9 @@ static void check_visited(void) {
                               : node[cell[j]] + (node[cell[j] + 1] - node[cell[j]]) * random_number();
                 inside = inside && at[j] >= node[cell[j]] && at[j] < node[cell[j] + 1];
             }
-            t.table.visited = NULL;
+            t.table.region = NULL;
             CHECK_STATUS(sm_table_lookup(&t.table, at, whole), SM_OK);
-            t.table.visited = visited;
+            t.table.region = region;
             const sm_status expected = inside ? SM_OK : SM_OUTSIDE_TABLE;
             CHECK_STATUS(sm_table_lookup(&t.table, at, s), expected);
             CHECK_STATUS(sm_table_lookup_many(&t.table, 1, at, s), expected);
@@ -144,11 +144,11 @@ static void check_visited(void) {
             CHECK_STATUS(sm_table_slopes_from(&t.table, at, 4, found, slopes, NULL), expected);
             CHECK(!inside || memcmp(s, whole, sizeof s) == 0);
         }
-        visited[place] = 0;
+        region[place] = 0;
     }
     free_table(&t);
     table alone = new_table(1, 4, 1);
-    alone.table.visited = visited;
+    alone.table.region = region;
     CHECK_STATUS(sm_table_check(&alone.table), SM_BAD_ARGUMENT);
     free_table(&alone);
 }
@@ -171,27 +171,29 @@ static void check_some_slopes(void) {
 }
 
 /* The lag is a surface of its own over the same nodes. */
-static void check_lag(void) {
+static void check_rate_correction(void) {
     table t = new_rich_table(4, 5, 1);
     sm_table alone = t.table;
-    alone.values = t.lag;
-    alone.lag = NULL;
-    alone.near = 1; /* as many columns */
+    alone.values = t.rate_correction;
+    alone.rate_correction = NULL;
+    alone.combinations = 1; /* as many columns */
     for (int k = 0; k < 100; k++) {
         const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
-        double slopes[3 * SM_MOST_FIELDS], lag[SM_LAGS], expected[SM_LAGS];
+        double slopes[3 * SM_MOST_FIELDS], rate_correction[SM_RATE_CORRECTIONS],
+            expected[SM_RATE_CORRECTIONS];
         int32_t cell[2] = {0, 0};
-        CHECK_STATUS(sm_table_slopes_from(&t.table, at, 0, cell, slopes, lag), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, 0, cell, slopes, rate_correction), SM_OK);
         CHECK_STATUS(sm_table_lookup(&alone, at, expected), SM_OK);
-        CHECK(memcmp(lag, expected, sizeof lag) == 0);
+        CHECK(memcmp(rate_correction, expected, sizeof rate_correction) == 0);
     }
-    CHECK_REFUSES_NOT_FINITE(t.lag, 4 * 5 * 4 * SM_LAGS, call_table_check, &t.table);
+    CHECK_REFUSES_NOT_FINITE(t.rate_correction, 4 * 5 * 4 * SM_RATE_CORRECTIONS, call_table_check,
+                             &t.table);
     free_table(&t);
 }
 
 void check_table(void) {
-    check_lag();
-    check_visited();
+    check_rate_correction();
+    check_region();
     check_some_slopes();
     check_values(1, 2, 1);
     check_values(1, 17, 1);

@@ -123,7 +123,7 @@ static void check_shapes(void) {
 
 /* A light mass, and modes that answer to the contacts: 0 is neither, 1 and 2 are the one or the
  * other. */
-enum { MASSLESS, MASSIVE, ANSWERING, LINEAR_CASES };
+enum { MASSLESS, MASSIVE, RESPONDING, LINEAR_CASES };
 
 static const double MASS[9] = {0.5, 0.1, 0.0, 0.1, 0.7, 0.1, 0.0, 0.1, 0.6};
 static const double NATURAL[2] = {1.0, 1.7}, MODAL_DAMPING[2] = {0.01, 0.03};
@@ -131,23 +131,23 @@ static const double SPRING[6] = {-1.0, 0.5, 0.3, 0.8, -1.2, 0.4};
 static const double DAMPER[6] = {0.1, 0.0, 0.05, 0.0, 0.1, -0.1};
 
 /* Coupling of a mode to contact i at frequency nu. */
-static double complex answer_coupling(int mode, int i, double nu) {
+static double complex response_coupling(int mode, int i, double nu) {
     return SPRING[3 * mode + i] + I * nu * DAMPER[3 * mode + i];
 }
 
 /* H of contacts i and k at the carrier of a mode: what the other mode answers. */
-static double complex feedback_of(double nu, int other, int i, int k) {
+static double complex dynamic_stiffness_of(double nu, int other, int i, int k) {
     const double complex dynamic =
         NATURAL[other] * NATURAL[other] - nu * nu + I * MODAL_DAMPING[other] * nu;
-    return answer_coupling(other, i, nu) * answer_coupling(other, k, nu) / dynamic;
+    return response_coupling(other, i, nu) * response_coupling(other, k, nu) / dynamic;
 }
 
-static void fill_feedback(const torus_call *c, double *feedback) {
+static void fill_dynamic_stiffness(const torus_call *c, double *dynamic_stiffness) {
     for (int mode = 0; mode < 2; mode++)
         for (int k = 0; k < 9; k++) {
-            const double complex H = feedback_of(c->rates[mode], 1 - mode, k / 3, k % 3);
-            feedback[2 * (9 * mode + k)] = creal(H);
-            feedback[2 * (9 * mode + k) + 1] = cimag(H);
+            const double complex H = dynamic_stiffness_of(c->rates[mode], 1 - mode, k / 3, k % 3);
+            dynamic_stiffness[2 * (9 * mode + k)] = creal(H);
+            dynamic_stiffness[2 * (9 * mode + k) + 1] = cimag(H);
         }
 }
 
@@ -159,7 +159,7 @@ static double complex linear_rest(const torus_call *c, int mode, int i, int what
         const int at = 3 * i + k;
         double complex stiffness = c->p.stiffness[at] + I * nu * c->p.damping[at];
         if (what == MASSIVE) stiffness -= nu * nu * MASS[at];
-        if (what == ANSWERING) stiffness -= feedback_of(nu, 1 - mode, i, k);
+        if (what == RESPONDING) stiffness -= dynamic_stiffness_of(nu, 1 - mode, i, k);
         rest += stiffness * harmonic(c, 0, mode, k);
     }
     return rest;
@@ -167,7 +167,7 @@ static double complex linear_rest(const torus_call *c, int mode, int i, int what
 
 /* The error that the second-order rule leaves without friction. */
 static double linear_error(int32_t steps, int what) {
-    double feedback[ORDERS * 9 * 2] = {0.0};
+    double dynamic_stiffness[ORDERS * 9 * 2] = {0.0};
     torus_call c = new_call(3, 2, SM_TANH, 4, 1);
     double worst = 0.0;
     c.steps = steps;
@@ -175,10 +175,10 @@ static double linear_error(int32_t steps, int what) {
     c.amplitudes[0] = 1.3;
     c.amplitudes[1] = 0.7;
     if (what == MASSIVE) c.p.contact.mass = MASS;
-    fill_feedback(&c, feedback);
-    const sm_modal_answer answer = {
-        .orders_count = c.orders_count, .orders = c.orders, .feedback = feedback};
-    if (what == ANSWERING) c.p.contact.answer = &answer;
+    fill_dynamic_stiffness(&c, dynamic_stiffness);
+    const sm_modal_response response = {
+        .orders_count = c.orders_count, .orders = c.orders, .dynamic_stiffness = dynamic_stiffness};
+    if (what == RESPONDING) c.p.contact.response = &response;
     for (int i = 0; i < 3; i++) c.p.limit[i] = 0.0;
     for (int k = 0; k < 9; k++) c.p.damping[k] = c.p.stiffness[k]; /* time constant 1 s */
     CHECK_STATUS(solve(&c), SM_OK);
@@ -223,17 +223,18 @@ static void check_play_operator(void) {
     free_call(&c);
 }
 
-/* The modes must answer to the harmonics that are computed, and to no others. */
-static void check_answer_refusals(void) {
+/* The modes must respond to the harmonics that are computed, and to no others. */
+static void check_response_refusals(void) {
     torus_call c = new_call(3, 2, SM_TANH, 4, 1);
-    double feedback[ORDERS * 9 * 2] = {0.0};
+    double dynamic_stiffness[ORDERS * 9 * 2] = {0.0};
     int32_t orders[2 * ORDERS];
-    sm_modal_answer answer = {.orders_count = ORDERS, .orders = orders, .feedback = feedback};
+    sm_modal_response response = {
+        .orders_count = ORDERS, .orders = orders, .dynamic_stiffness = dynamic_stiffness};
     memcpy(orders, c.orders, sizeof orders);
-    c.p.contact.answer = &answer;
+    c.p.contact.response = &response;
     CHECK_STATUS(solve(&c), SM_OK);
-    CHECK_REFUSES(const double *, answer.feedback, NULL, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, answer.orders_count, ORDERS - 1, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, response.dynamic_stiffness, NULL, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, response.orders_count, ORDERS - 1, solve(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, orders[3], 2, solve(&c), SM_BAD_ARGUMENT);
     free_call(&c);
 }
@@ -336,7 +337,7 @@ void check_torus(void) {
     check_shapes();
     check_linear_contacts();
     check_play_operator();
-    check_answer_refusals();
+    check_response_refusals();
     check_limits();
     torus_call c = new_call(2, 2, SM_TANH, 8, 3);
     check_not_finite_arguments(&c);

@@ -44,7 +44,7 @@ static sm_status solve(void *arguments) {
 }
 
 /* Contacts that hardly resist follow at once: the hat sees the amplitude in its middle. */
-static void check_that_what_is_linear_does_not_lag(void) {
+static void check_that_linear_contacts_need_no_rate_correction(void) {
     growing_call c = new_call(1, 1, SM_COULOMB);
     double still[2 * POINTS];
     c.p.limit[0] = 0.0;
@@ -61,8 +61,9 @@ static void check_that_what_is_linear_does_not_lag(void) {
 
 static void check_refusals(void) {
     growing_call c = new_call(2, 2, SM_TANH);
-    double feedback[2 * 4 * 2] = {0.0};
-    const sm_modal_answer answer = {.orders_count = 2, .orders = c.orders, .feedback = feedback};
+    double dynamic_stiffness[2 * 4 * 2] = {0.0};
+    const sm_modal_response response = {
+        .orders_count = 2, .orders = c.orders, .dynamic_stiffness = dynamic_stiffness};
     CHECK_REFUSES_NOT_FINITE(c.rates, 2, solve, &c);
     CHECK_REFUSES_NOT_FINITE(c.amplitudes, 2 * POINTS, solve, &c);
     CHECK_REFUSES_NOT_FINITE(c.growth, 2 * POINTS, solve, &c);
@@ -75,7 +76,7 @@ static void check_refusals(void) {
     CHECK_REFUSES(int32_t, c.lines, 3, solve(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, c.orders_count, 0, solve(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(size_t, c.points, SIZE_MAX, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const sm_modal_answer *, c.p.contact.answer, &answer, solve(&c),
+    CHECK_REFUSES(const sm_modal_response *, c.p.contact.response, &response, solve(&c),
                   SM_BAD_ARGUMENT);
     CHECK_REFUSES(size_t, c.points, 0, solve(&c), SM_OK);
     sm_status status = SM_NO_MEMORY;
@@ -90,6 +91,6 @@ static void check_refusals(void) {
 }
 
 void check_torus_growth(void) {
-    check_that_what_is_linear_does_not_lag();
+    check_that_linear_contacts_need_no_rate_correction();
     check_refusals();
 }

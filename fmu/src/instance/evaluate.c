@@ -5,7 +5,7 @@
 
 /* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
  * a shorter step; a wrong value cannot. */
-static fmu_status answer(const fmu_instance *instance, sm_status status, const char *doing) {
+static fmu_status response(const fmu_instance *instance, sm_status status, const char *doing) {
     if (status == SM_OK) return FMU_OK;
     const int retry = status == SM_OUTSIDE_TABLE || status == SM_STEP_TOO_SMALL ||
                       status == SM_NOT_CONVERGED;
@@ -39,7 +39,7 @@ static fmu_status build(fmu_instance *instance) {
     const sm_status status =
         sm_component_create(&model->flow, &model->contact, &model->motion,
                             instance->parameters[FMU_TOLERANCE], &built);
-    if (status != SM_OK) return answer(instance, status, "model");
+    if (status != SM_OK) return response(instance, status, "model");
     sm_component_free(instance->component);
     instance->component = built;
     memcpy(instance->built_with, instance->parameters, size);
@@ -58,7 +58,7 @@ static fmu_status start(fmu_instance *instance) {
     sm_status status = sm_component_set_inputs(instance->component, &inputs);
     if (status == SM_OK)
         status = sm_component_reset(instance->component, instance->start, instance->amplitude);
-    if (status != SM_OK) return answer(instance, status, "start values");
+    if (status != SM_OK) return response(instance, status, "start values");
     instance->started = instance->inputs_current = 1;
     instance->outputs_current = instance->rates_current = instance->motion_current = 0;
     return FMU_OK;
@@ -73,7 +73,7 @@ static sm_status pass_inputs(fmu_instance *instance) {
 }
 
 static fmu_status apply_inputs(fmu_instance *instance) {
-    return answer(instance, pass_inputs(instance), "inputs");
+    return response(instance, pass_inputs(instance), "inputs");
 }
 
 sm_inputs fmu_inputs_now(const fmu_instance *instance) {
@@ -93,7 +93,7 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     if (status != FMU_OK || instance->rates_current) return status;
     double *outputs = instance->outputs, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
-    status = answer(instance,
+    status = response(instance,
                     sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
                                       instance->rates, &power[0], &power[1]),
                     "derivatives");
@@ -109,7 +109,7 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     double d_power[2]) {
     const sm_inputs inputs = fmu_inputs_now(instance);
     const fmu_status status =
-        answer(instance,
+        response(instance,
                sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
                                         instance->outputs + 1, d_amplitude, d_inputs, d_rates,
                                         &d_power[0], &d_power[1]),
@@ -128,7 +128,7 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     } else {
         status = apply_inputs(instance);
         if (status != FMU_OK) return status;
-        status = answer(instance, sm_component_outputs(instance->component, instance->outputs),
+        status = response(instance, sm_component_outputs(instance->component, instance->outputs),
                         "outputs");
     }
     instance->outputs_current = status == FMU_OK;
@@ -144,7 +144,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
         return status;
     const sm_inputs inputs = fmu_inputs_now(instance);
     double *outputs = instance->outputs;
-    status = answer(instance,
+    status = response(instance,
                     sm_component_recent_motion(instance->component, &inputs, outputs + 1,
                                                instance->rates, outputs + SM_OUTPUTS_FIXED),
                     "contact motion");
@@ -165,11 +165,11 @@ static void move_inputs(sm_inputs *inputs, double duration) {
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     fmu_status status = apply_inputs(instance);
     if (status != FMU_OK) return status;
-    status = answer(instance, sm_component_step(instance->component, duration), "step");
+    status = response(instance, sm_component_step(instance->component, duration), "step");
     if (status != FMU_OK) return status;
     move_inputs(&instance->inputs, duration);
     instance->rates_current = 0;
-    return answer(instance, sm_component_outputs(instance->component, instance->outputs),
+    return response(instance, sm_component_outputs(instance->component, instance->outputs),
                   "outputs");
 }
 
@@ -184,7 +184,7 @@ fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters
     memcpy(instance->parameters, parameters, sizeof before);
     fmu_status status = build(instance);
     if (status == FMU_OK)
-        status = answer(instance, sm_component_set_state(instance->component, component_state),
+        status = response(instance, sm_component_set_state(instance->component, component_state),
                         "SetFMUState");
     if (status != FMU_OK) {
         memcpy(instance->parameters, before, sizeof before);

@@ -15,7 +15,8 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     const sm_inputs inputs = fmu_inputs_now(instance);
     double amplitude[2 * SM_MODES];
     memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
-    *states_changed = sm_force_jump(&instance->model.flow, &instance->held, &inputs, amplitude);
+    *states_changed =
+        sm_force_discontinuity(&instance->model.flow, &instance->held, &inputs, amplitude);
     if (!*states_changed) return FMU_OK;
     for (int k = 0; k < 2 * SM_MODES; k++)
         if (!isfinite(amplitude[k]))

@@ -25,15 +25,15 @@ static const char *const FILE_NAME[FILES] = {
 
 /* layout.npy */
 typedef struct {
-    int32_t format, modes, contacts, elastic, law, paper, near, power, count_a, count_b;
+    int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
     int32_t inertia, orders, steps_per_period, variables;
 } layout;
 
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], turn[SM_MODES][2][2], shift[SM_MODES][2];
-    double across[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
+    double natural[SM_MODES], turn[SM_MODES][2][2], off_resonance[SM_MODES][2];
+    double cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
 } constants;
 
@@ -114,35 +114,36 @@ static int layout_is_possible(loader *l, const layout *shape) {
     if (shape->format != FMU_FORMAT)
         return refuse(l, "resources/layout.npy: version %ld, this binary reads version %d",
                       (long)shape->format, FMU_FORMAT);
-    const int32_t counts[] = {shape->contacts, shape->elastic, shape->near,     shape->orders,
+    const int32_t counts[] = {shape->contacts, shape->elastic, shape->combinations, shape->orders,
                               shape->count_a,  shape->count_b, shape->variables};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
             return refuse(l, "resources/layout.npy: a count of %ld", (long)counts[k]);
-    if (shape->modes < 1 || shape->modes > SM_MODES || shape->near > SM_NEAR)
-        return refuse(l, "resources/layout.npy: %ld modes and %ld near resonances",
-                      (long)shape->modes, (long)shape->near);
+    if (shape->modes < 1 || shape->modes > SM_MODES || shape->combinations > SM_COMBINATIONS)
+        return refuse(l, "resources/layout.npy: %ld modes and %ld combination resonances",
+                      (long)shape->modes, (long)shape->combinations);
     return 1;
 }
 
 static int load_flow(loader *l, fmu_model *model, const layout *shape, const constants *given) {
     const size_t count_a = (size_t)shape->count_a, count_b = (size_t)shape->count_b;
-    const size_t fields = 2 * (size_t)(shape->modes + shape->near + shape->power);
+    const size_t fields = 2 * (size_t)(shape->modes + shape->combinations + shape->power);
     sm_slow_flow *flow = &model->flow;
-    const int32_t *near =
-        load_array(l, model, NEAR, NPY_INT32, 2, (size_t)shape->near, 3, 0, 0);
-    if (!near) return 0;
-    for (int32_t k = 0; k < shape->near; k++)
-        flow->near[k] = (sm_near){near[3 * k], near[3 * k + 1], near[3 * k + 2]};
+    const int32_t *combination =
+        load_array(l, model, NEAR, NPY_INT32, 2, (size_t)shape->combinations, 3, 0, 0);
+    if (!combination) return 0;
+    for (int32_t k = 0; k < shape->combinations; k++)
+        flow->combination[k] =
+            (sm_combination){combination[3 * k], combination[3 * k + 1], combination[3 * k + 2]};
     flow->paper = shape->paper;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
-    memcpy(flow->shift, given->shift, sizeof flow->shift);
-    memcpy(flow->across, given->across, sizeof flow->across);
+    memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
+    memcpy(flow->cross_response, given->cross_response, sizeof flow->cross_response);
     for (int j = 0; j < SM_MODES; j++)
-        memcpy(flow->turn[j].c, given->turn[j], sizeof flow->turn[j].c);
+        memcpy(flow->coupling_ratio[j].c, given->turn[j], sizeof flow->coupling_ratio[j].c);
     flow->table = (sm_table){.modes = shape->modes,
-                             .near = shape->near,
+                             .combinations = shape->combinations,
                              .power = shape->power,
                              .count_a = shape->count_a,
                              .count_b = shape->count_b};
@@ -152,11 +153,13 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     if (!flow->table.node_b) return 0;
     flow->table.values = load_array(l, model, TABLE, NPY_FLOAT64, 4, count_a, count_b, 4, fields);
     if (!flow->table.values) return 0;
-    const size_t lag_a = shape->paper ? 0 : count_a, lag_b = shape->paper ? 0 : count_b;
+    const size_t correction_a = shape->paper ? 0 : count_a,
+                 correction_b = shape->paper ? 0 : count_b;
     const size_t lags = shape->paper ? 0 : 2 * (size_t)(shape->modes * shape->modes);
-    const double *lag = load_array(l, model, LAG, NPY_FLOAT64, 4, lag_a, lag_b, 4, lags);
-    flow->table.lag = shape->paper ? NULL : lag;
-    return lag != NULL;
+    const double *rate_correction =
+        load_array(l, model, LAG, NPY_FLOAT64, 4, correction_a, correction_b, 4, lags);
+    flow->table.rate_correction = shape->paper ? NULL : rate_correction;
+    return rate_correction != NULL;
 }
 
 static int load_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
@@ -194,18 +197,18 @@ static int load_motion(loader *l, fmu_model *model, const layout *shape, const c
         modes_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
     const int32_t *order =
         contacts_out ? load_array(l, model, ORDERS, NPY_INT32, 2, orders, 2, 0, 0) : NULL;
-    const double *pull =
+    const double *reaction =
         order ? load_array(l, model, PULL, NPY_FLOAT64, 4, a, b, orders, 2 * n) : NULL;
-    const double *answer =
-        pull ? load_array(l, model, ANSWER, NPY_FLOAT64, 4, a, b, orders, 2 * elastic) : NULL;
-    if (!answer) return 0;
+    const double *response =
+        reaction ? load_array(l, model, ANSWER, NPY_FLOAT64, 4, a, b, orders, 2 * elastic) : NULL;
+    if (!response) return 0;
     model->motion = (sm_motion){.elastic = shape->elastic,
                                 .modes_out = modes_out,
                                 .contacts_out = contacts_out,
                                 .orders_count = shape->orders,
                                 .orders = order,
-                                .pull = pull,
-                                .answer = answer,
+                                .reaction = reaction,
+                                .response = response,
                                 .steps_per_period = shape->steps_per_period,
                                 .memory_periods = given->memory_periods};
     return 1;

@@ -20,8 +20,8 @@ static int highest_order(int count, const int32_t *orders, int mode) {
     return highest;
 }
 
-void sm_turns(int count, const int32_t *orders, const sm_complex carrier[SM_MODES], double *re,
-              double *im) {
+void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carrier[SM_MODES],
+                         double *re, double *im) {
     sm_complex a[2 * MOST_ORDER + 1], b[2 * MOST_ORDER + 1];
     fill_powers(carrier[0], highest_order(count, orders, 0), a + MOST_ORDER);
     fill_powers(carrier[1], highest_order(count, orders, 1), b + MOST_ORDER);

@@ -11,7 +11,7 @@
 sm_status sm_orders_check(int count, const int32_t *orders);
 
 /* exp(i (n theta_A + m theta_B)) of each harmonic. */
-void sm_turns(int count, const int32_t *orders, const sm_complex carrier[SM_MODES], double *re,
-              double *im);
+void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carrier[SM_MODES],
+                         double *re, double *im);
 
 #endif

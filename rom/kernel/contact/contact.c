@@ -13,12 +13,12 @@ static int symmetric(const double *matrix, size_t n) {
     return 1;
 }
 
-static sm_status check_answer(const sm_contact *contact) {
-    const sm_modal_answer *answer = contact->answer;
+static sm_status check_response(const sm_contact *contact) {
+    const sm_modal_response *response = contact->response;
     const size_t n = (size_t)contact->contacts;
-    const sm_status status = sm_orders_check(answer->orders_count, answer->orders);
-    if (status != SM_OK || !answer->feedback) return status;
-    return sm_all_finite(answer->feedback, (size_t)answer->orders_count * n * n * 2)
+    const sm_status status = sm_orders_check(response->orders_count, response->orders);
+    if (status != SM_OK || !response->dynamic_stiffness) return status;
+    return sm_all_finite(response->dynamic_stiffness, (size_t)response->orders_count * n * n * 2)
                ? SM_OK : SM_NOT_FINITE;
 }
 
@@ -45,5 +45,5 @@ sm_status sm_contact_check(const sm_contact *contact) {
     if (!symmetric(contact->stiffness, n) || !symmetric(contact->damping, n) ||
         (contact->mass && !symmetric(contact->mass, n)))
         return SM_BAD_ARGUMENT;
-    return contact->answer ? check_answer(contact) : SM_OK;
+    return contact->response ? check_response(contact) : SM_OK;
 }

@@ -45,7 +45,7 @@ typedef struct {
 
 size_t sm_stepper_size(int contacts);                /* doubles */
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
-/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique answer. */
+/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique solution. */
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);

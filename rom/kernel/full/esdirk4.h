@@ -8,19 +8,20 @@
  * With free velocities v_0 = A^-1 (...) the contacts see S v_c + g(v_c) = S W^T v_0,
  * S = (W^T A^-1 W)^-1, and v = v_0 - A^-1 W g: O(n N_c) a stage where A is diagonal.
  */
-#ifndef SLIPMODE_FULL_H
-#define SLIPMODE_FULL_H
+#ifndef SLIPMODE_ESDIRK4_H
+#define SLIPMODE_ESDIRK4_H
 
 #include "full/carrier.h"
 #include "contact/stage/warm_chebyshev.h"
 
-#define SM_FULL_STAGES SM_CARRIER_STAGES
-#define SM_FULL_BLOCK 4 /* coordinates go in blocks of this many, the last one filled with zeros */
+#define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
+#define SM_ESDIRK4_BLOCK \
+    4 /* coordinates go in blocks of this many, the last one filled with zeros */
 
 /* For each coordinate k, in blocks that the vectoriser takes whole. */
 #define SM_EACH(k, width)                                          \
-    for (size_t block = 0; block < (width); block += SM_FULL_BLOCK) \
-        SM_SIMD for (size_t k = block; k < block + SM_FULL_BLOCK; k++)
+    for (size_t block = 0; block < (width); block += SM_ESDIRK4_BLOCK) \
+        SM_SIMD for (size_t k = block; k < block + SM_ESDIRK4_BLOCK; k++)
 
 typedef struct {
     int contacts, diagonal;
@@ -40,16 +41,16 @@ typedef struct {
     double *inverse;           /* A^-1: its diagonal, or (n) rows */
     double *load;              /* right-hand side of A */
     double *pattern;           /* (SM_MODES) force patterns, where absent 0 */
-    double *answer;            /* (SM_MODES) A^-1 pattern */
+    double *pattern_response;            /* (SM_MODES) A^-1 pattern */
     double *response;          /* (N_c) A^-1 W */
     double *gather;            /* (N_c) S W^T */
-} sm_march_full;
+} sm_esdirk4;
 
-static const double SM_FULL_OFFSET[SM_FULL_STAGES] = {
+static const double SM_ESDIRK4_OFFSET[SM_ESDIRK4_STAGES] = {
     0.0, 0.5, 83.0 / 250.0, 31.0 / 50.0, 17.0 / 20.0, 1.0};
 
 /* Weights of the earlier stages; that of the stage itself is SM_FULL_GAMMA. */
-static const double SM_FULL_WEIGHT[SM_FULL_STAGES][SM_FULL_STAGES] = {
+static const double SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES][SM_ESDIRK4_STAGES] = {
     {0.0},
     {0.25},
     {8611.0 / 62500.0, -1743.0 / 31250.0},
@@ -59,7 +60,7 @@ static const double SM_FULL_WEIGHT[SM_FULL_STAGES][SM_FULL_STAGES] = {
     {82889.0 / 524892.0, 0.0, 15625.0 / 83664.0, 69875.0 / 102672.0, -2260.0 / 8211.0}};
 
 /* What a stage starts from: the state, moved by the `stage` earlier ones (a literal). */
-SM_INLINE void sm_full_combine(const int stage, sm_march_full *m) {
+SM_INLINE void sm_esdirk4_combine(const int stage, sm_esdirk4 *m) {
     const size_t width = m->width;
     const double *restrict q = m->q, *restrict v = m->v;
     const double *restrict stage_v = m->stage_v, *restrict stage_dv = m->stage_dv;
@@ -67,26 +68,26 @@ SM_INLINE void sm_full_combine(const int stage, sm_march_full *m) {
     SM_EACH(k, width) {
         double moved = 0.0, sped = 0.0;
         for (int j = 0; j < stage; j++) {
-            moved += SM_FULL_WEIGHT[stage][j] * stage_v[(size_t)j * width + k];
-            sped += SM_FULL_WEIGHT[stage][j] * stage_dv[(size_t)j * width + k];
+            moved += SM_ESDIRK4_WEIGHT[stage][j] * stage_v[(size_t)j * width + k];
+            sped += SM_ESDIRK4_WEIGHT[stage][j] * stage_dv[(size_t)j * width + k];
         }
         base_q[k] = q[k] + m->h * moved;
         base_v[k] = v[k] + sped / SM_FULL_GAMMA;
     }
 }
 
-SM_INLINE void sm_full_start_stage(sm_march_full *m, int stage) {
+SM_INLINE void sm_esdirk4_start_stage(sm_esdirk4 *m, int stage) {
     switch (stage) {
-    case 1: sm_full_combine(1, m); break;
-    case 2: sm_full_combine(2, m); break;
-    case 3: sm_full_combine(3, m); break;
-    case 4: sm_full_combine(4, m); break;
-    default: sm_full_combine(5, m); break;
+    case 1: sm_esdirk4_combine(1, m); break;
+    case 2: sm_esdirk4_combine(2, m); break;
+    case 3: sm_esdirk4_combine(3, m); break;
+    case 4: sm_esdirk4_combine(4, m); break;
+    default: sm_esdirk4_combine(5, m); break;
     }
 }
 
 /* v = A^-1 load, dense */
-SM_INLINE void sm_full_divide(const sm_march_full *m, double *restrict v) {
+SM_INLINE void sm_esdirk4_divide(const sm_esdirk4 *m, double *restrict v) {
     const size_t width = m->width;
     const double *restrict load = m->load;
     for (size_t i = 0; i < width; i++) v[i] = 0.0;
@@ -98,33 +99,34 @@ SM_INLINE void sm_full_divide(const sm_march_full *m, double *restrict v) {
 }
 
 /* Velocities v of the stage as they would be without friction, under forces (SM_MODES). */
-SM_INLINE void sm_full_free(sm_march_full *m, const double *force, double *restrict v) {
+SM_INLINE void sm_esdirk4_free(sm_esdirk4 *m, const double *force, double *restrict v) {
     const size_t width = m->width;
     const double *restrict base_q = m->base_q, *restrict base_v = m->base_v;
     const double *restrict stiffness = m->stiffness, *restrict inverse = m->inverse;
-    const double *restrict answer = m->answer, *restrict second = m->answer + width;
+    const double *restrict pattern_response = m->pattern_response, *restrict second =
+                                                                       m->pattern_response + width;
     double *restrict load = m->load;
     const double per_step = 1.0 / (SM_FULL_GAMMA * m->h), f_0 = force[0], f_1 = force[1];
     if (m->diagonal) {
         SM_EACH(k, width) {
             const double load_k = base_v[k] * per_step - stiffness[k] * base_q[k];
-            v[k] = inverse[k] * load_k + answer[k] * f_0 + second[k] * f_1;
+            v[k] = inverse[k] * load_k + pattern_response[k] * f_0 + second[k] * f_1;
         }
         return;
     }
     SM_EACH(k, width) load[k] = base_v[k] * per_step - stiffness[k] * base_q[k];
-    sm_full_divide(m, v);
-    SM_EACH(k, width) v[k] += answer[k] * f_0 + second[k] * f_1;
+    sm_esdirk4_divide(m, v);
+    SM_EACH(k, width) v[k] += pattern_response[k] * f_0 + second[k] * f_1;
 }
 
 /* Friction at the contacts: from the free velocities v to the velocities of the stage. */
-SM_INLINE sm_status sm_full_friction(sm_march_full *m, double *restrict v) {
+SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
     const int contacts = m->contacts;
     const size_t width = m->width;
     for (int i = 0; i < contacts; i++) {
         const double *restrict gather = m->gather + (size_t)i * width;
-        double part[SM_FULL_BLOCK] = {0.0};
-        SM_EACH(k, width) part[k % SM_FULL_BLOCK] += gather[k] * v[k];
+        double part[SM_ESDIRK4_BLOCK] = {0.0};
+        SM_EACH(k, width) part[k % SM_ESDIRK4_BLOCK] += gather[k] * v[k];
         m->lane.r[i] = (part[0] + part[1]) + (part[2] + part[3]);
     }
     const sm_status status = sm_warm_solve(&m->stepper, &m->warm, &m->lane);
@@ -140,7 +142,7 @@ SM_INLINE sm_status sm_full_friction(sm_march_full *m, double *restrict v) {
 }
 
 /* Contact displacement and dissipated energy: the same quadrature as the step's. */
-SM_INLINE void sm_full_accumulate(sm_march_full *m, double weight) {
+SM_INLINE void sm_esdirk4_accumulate(sm_esdirk4 *m, double weight) {
     for (int i = 0; i < m->contacts; i++) {
         m->x_c[i] += weight * m->warm.v[i];
         m->dissipated += weight * m->force[i] * m->warm.v[i];
@@ -149,26 +151,26 @@ SM_INLINE void sm_full_accumulate(sm_march_full *m, double weight) {
 
 /* The step that starts `elapsed` seconds after the inputs do. On entry stage_dv[0] belongs to the
  * state, and the carrier to this step; both are made ready for the next one. */
-SM_INLINE sm_status sm_full_step(sm_march_full *m, double elapsed) {
+SM_INLINE sm_status sm_esdirk4_step(sm_esdirk4 *m, double elapsed) {
     const size_t width = m->width;
     const double h = m->h, own = SM_FULL_GAMMA * h;
-    sm_full_accumulate(m, SM_FULL_WEIGHT[SM_FULL_STAGES - 1][0] * h);
+    sm_esdirk4_accumulate(m, SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES - 1][0] * h);
     memcpy(m->stage_v, m->v, width * sizeof(double));
-    for (int stage = 1; stage < SM_FULL_STAGES; stage++) {
+    for (int stage = 1; stage < SM_ESDIRK4_STAGES; stage++) {
         double *restrict v = m->stage_v + (size_t)stage * width;
         double *restrict dv = m->stage_dv + (size_t)stage * width;
         double force[SM_MODES] = {0.0};
         sm_carrier_force(&m->carrier, stage, elapsed, force);
-        sm_full_start_stage(m, stage);
-        sm_full_free(m, force, v);
-        const sm_status status = sm_full_friction(m, v);
+        sm_esdirk4_start_stage(m, stage);
+        sm_esdirk4_free(m, force, v);
+        const sm_status status = sm_esdirk4_friction(m, v);
         if (status != SM_OK) return status;
-        const int last = stage == SM_FULL_STAGES - 1;
-        sm_full_accumulate(m, last ? own : h * SM_FULL_WEIGHT[SM_FULL_STAGES - 1][stage]);
+        const int last = stage == SM_ESDIRK4_STAGES - 1;
+        sm_esdirk4_accumulate(m, last ? own : h * SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES - 1][stage]);
         SM_EACH(k, width) dv[k] = v[k] - m->base_v[k];
     }
-    const double *restrict v = m->stage_v + (SM_FULL_STAGES - 1) * width;
-    const double *restrict dv = m->stage_dv + (SM_FULL_STAGES - 1) * width;
+    const double *restrict v = m->stage_v + (SM_ESDIRK4_STAGES - 1) * width;
+    const double *restrict dv = m->stage_dv + (SM_ESDIRK4_STAGES - 1) * width;
     SM_EACH(k, width) {
         m->q[k] = m->base_q[k] + own * v[k];
         m->v[k] = v[k];

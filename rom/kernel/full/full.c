@@ -42,8 +42,8 @@ static sm_status check_values(const sm_full *full) {
 }
 
 static size_t width_of(const sm_full *full) {
-    const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
-    return blocks * SM_FULL_BLOCK;
+    const size_t blocks = ((size_t)full->coordinates + SM_ESDIRK4_BLOCK - 1) / SM_ESDIRK4_BLOCK;
+    return blocks * SM_ESDIRK4_BLOCK;
 }
 
 static size_t inverse_size(const sm_full *full) {
@@ -52,7 +52,7 @@ static size_t inverse_size(const sm_full *full) {
 
 static size_t march_size(const sm_full *full) { /* doubles */
     const size_t contacts = (size_t)full->contacts;
-    const size_t rows = 6 + 2 * SM_FULL_STAGES + 2 * SM_MODES + 2 * contacts;
+    const size_t rows = 6 + 2 * SM_ESDIRK4_STAGES + 2 * SM_MODES + 2 * contacts;
     return rows * width_of(full) + inverse_size(full) + 2 * contacts
            + sm_warm_size(full->contacts) + sm_lanes_size(full->contacts, 1)
            + sm_stepper_size(full->contacts);
@@ -65,14 +65,14 @@ static double *take(double **free, size_t count) {
     return taken;
 }
 
-static void place(sm_march_full *m, const sm_full *full, double *memory) {
+static void place(sm_esdirk4 *m, const sm_full *full, double *memory) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = take(&memory, width);
-    m->stage_v = take(&memory, SM_FULL_STAGES * width);
-    m->stage_dv = take(&memory, SM_FULL_STAGES * width);
+    m->stage_v = take(&memory, SM_ESDIRK4_STAGES * width);
+    m->stage_dv = take(&memory, SM_ESDIRK4_STAGES * width);
     m->pattern = take(&memory, SM_MODES * width);
-    m->answer = take(&memory, SM_MODES * width);
+    m->pattern_response = take(&memory, SM_MODES * width);
     m->response = take(&memory, contacts * width);
     m->gather = take(&memory, contacts * width);
     m->inverse = take(&memory, inverse_size(full));
@@ -96,7 +96,7 @@ static void divide(const sm_full *full, const double *from, double *to) {
 }
 
 /* What does not change from step to step. */
-static sm_status prepare(sm_march_full *m, const sm_full *full) {
+static sm_status prepare(sm_esdirk4 *m, const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t width = m->width, rows = full->diagonal ? 1 : n;
     memcpy(m->stiffness, full->stiffness, n * sizeof(double));
@@ -104,7 +104,7 @@ static sm_status prepare(sm_march_full *m, const sm_full *full) {
         memcpy(m->inverse + i * width, full->inverse + i * n, n * sizeof(double));
     for (size_t j = 0; j < (size_t)full->modes; j++) {
         memcpy(m->pattern + j * width, full->patterns + j * n, n * sizeof(double));
-        divide(full, m->pattern + j * width, m->answer + j * width);
+        divide(full, m->pattern + j * width, m->pattern_response + j * width);
     }
     for (size_t i = 0; i < contacts; i++) {
         divide(full, full->directions + i * n, m->response + i * width);
@@ -124,7 +124,7 @@ static sm_status prepare(sm_march_full *m, const sm_full *full) {
 }
 
 /* stage_dv[0] = gamma h (f - Lambda q - C v - W g) */
-static void start_acceleration(sm_march_full *m, const sm_full *full, const double *force) {
+static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double *force) {
     const size_t n = (size_t)full->coordinates, width = m->width;
     for (size_t k = 0; k < n; k++) {
         double sum = m->pattern[k] * force[0] + m->pattern[width + k] * force[1]
@@ -138,7 +138,7 @@ static void start_acceleration(sm_march_full *m, const sm_full *full, const doub
     }
 }
 
-static void start(sm_march_full *m, const sm_full *full, const sm_inputs *inputs, double elapsed,
+static void start(sm_esdirk4 *m, const sm_full *full, const sm_inputs *inputs, double elapsed,
                   const double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
@@ -152,15 +152,15 @@ static void start(sm_march_full *m, const sm_full *full, const sm_inputs *inputs
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;
     m->carrier.h = full->step;
-    for (int stage = 0; stage < SM_FULL_STAGES; stage++)
-        m->carrier.offset[stage] = SM_FULL_OFFSET[stage] * full->step;
+    for (int stage = 0; stage < SM_ESDIRK4_STAGES; stage++)
+        m->carrier.offset[stage] = SM_ESDIRK4_OFFSET[stage] * full->step;
     sm_carrier_anchor(&m->carrier, elapsed);
     double force[SM_MODES] = {0.0};
     sm_carrier_force(&m->carrier, 0, elapsed, force);
     start_acceleration(m, full, force);
 }
 
-static void finish(const sm_march_full *m, const sm_full *full, double *state) {
+static void finish(const sm_esdirk4 *m, const sm_full *full, double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
     memcpy(state, m->q, n * sizeof(double));
@@ -172,11 +172,11 @@ static void finish(const sm_march_full *m, const sm_full *full, double *state) {
 }
 
 /* `steps` steps, the first one `elapsed` seconds after the inputs start; `first` of the run. */
-SM_HOT static sm_status march(sm_march_full *m, double elapsed, size_t first, size_t steps) {
+SM_HOT static sm_status march(sm_esdirk4 *m, double elapsed, size_t first, size_t steps) {
     for (size_t k = first; k < first + steps; k++) {
         const double now = elapsed + m->h * (double)k;
         if (k % SM_ANCHOR == 0) sm_carrier_anchor(&m->carrier, now);
-        const sm_status status = sm_full_step(m, now);
+        const sm_status status = sm_esdirk4_step(m, now);
         if (status != SM_OK) return status;
     }
     return SM_OK;
@@ -188,7 +188,7 @@ static double dot(const double *a, const double *b, size_t n) {
     return sum;
 }
 
-static void sample_contacts(const sm_march_full *m, const sm_full *full, double *contact) {
+static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *contact) {
     const size_t contacts = (size_t)full->contacts;
     for (size_t i = 0; i < contacts; i++) {
         const double limit = full->limit[i]; /* rounding must not carry the force beyond it */
@@ -218,7 +218,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     if (status != SM_OK) return status;
     double *memory = calloc(march_size(full), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
-    sm_march_full m = {.contacts = full->contacts,
+    sm_esdirk4 m = {.contacts = full->contacts,
                        .diagonal = full->diagonal,
                        .width = width_of(full),
                        .h = full->step};

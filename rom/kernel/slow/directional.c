@@ -15,7 +15,7 @@ typedef struct {
     double y[2 * SM_MODES], dy[2 * SM_MODES];
 } straight_line;
 
-/* The rates at a point of the ray, and v' and the lag of friction there. */
+/* The rates at a point of the ray, and v' and the rate correction there. */
 typedef struct {
     sm_instant instant;
     sm_flow_state state;
@@ -60,9 +60,9 @@ static double short_distance(const straight_line *ray) {
     return size > 0.0 ? FAR / size : 1.0; /* all the rest is at most quadratic */
 }
 
-/* Changes of v' and of the lag along the ray: v' would take second derivatives of the table, and
- * being small against v they are taken from a central difference; one-sided at the table's very
- * edge. */
+/* Changes of v' and of the rate correction along the ray: v' would take second derivatives of the
+ * table, and being small against v they are taken from a central difference; one-sided at the
+ * table's very edge. */
 static sm_status change_of_bend(const straight_line *ray, const ray_point *here,
                                 sm_flow_change *change) {
     const double distance = short_distance(ray);
@@ -75,41 +75,43 @@ static sm_status change_of_bend(const straight_line *ray, const ray_point *here,
     const double length = distance * ((forth == SM_OK) + (back == SM_OK));
     for (int j = 0; j < ray->flow->table.modes; j++) {
         const sm_complex rate = sm_csub(sm_of(&ahead.flow.rate, j), sm_of(&behind.flow.rate, j));
-        const sm_complex lag = sm_csub(sm_of(&ahead.flow.lag, j), sm_of(&behind.flow.lag, j));
+        const sm_complex rate_correction =
+            sm_csub(sm_of(&ahead.flow.rate_correction, j), sm_of(&behind.flow.rate_correction, j));
         sm_put(&change->rate, j, sm_cscale(rate, 1.0 / length));
-        sm_put(&change->lag, j, sm_cscale(lag, 1.0 / length));
+        sm_put(&change->rate_correction, j, sm_cscale(rate_correction, 1.0 / length));
     }
     return SM_OK;
 }
 
 /* Change along the ray of what friction takes, see sm_friction_power. */
 static double change_of_friction(const straight_line *ray, const ray_point *here,
-                                 const sm_flow_change *change, const sm_modal *lag_change) {
+                                 const sm_flow_change *change, const sm_modal *correction_change) {
     const sm_slow_flow *flow = ray->flow;
     const double scale = ray->at.limit_scale;
     double power = 0.0;
-    const sm_modal *lag = &here->flow.lag;
-    if (flow->table.power && sm_friction_power(flow, &here->instant, &here->state, lag) == 0.0)
+    const sm_modal *rate_correction = &here->flow.rate_correction;
+    if (flow->table.power
+        && sm_friction_power(flow, &here->instant, &here->state, rate_correction) == 0.0)
         return 0.0; /* its lower limit */
     for (int j = 0; j < flow->table.modes; j++) {
-        const sm_complex a = sm_conj(sm_of(&here->state.felt.amplitude, j));
+        const sm_complex a = sm_conj(sm_of(&here->state.effective.amplitude, j));
         const sm_complex da = sm_cx(ray->dy[2 * j], -ray->dy[2 * j + 1]);
-        const sm_complex force = sm_cadd(sm_of(&here->state.force, j), sm_of(lag, j));
-        const sm_complex d_force = sm_cadd(sm_of(&change->force, j), sm_of(lag_change, j));
+        const sm_complex force = sm_cadd(sm_of(&here->state.force, j), sm_of(rate_correction, j));
+        const sm_complex d_force = sm_cadd(sm_of(&change->force, j), sm_of(correction_change, j));
         power -= 2.0 * ray->along.frequency[j] * sm_cmul(a, force).im
                  + 2.0 * ray->at.frequency[j] * (sm_cmul(da, force).im + sm_cmul(a, d_force).im);
     }
     if (flow->table.power)
         power += scale * scale * change->difference
                  + 2.0 * scale * ray->along.limit_scale
-                       * here->state.slopes[2 * (flow->table.modes + flow->table.near)];
+                       * here->state.slopes[2 * (flow->table.modes + flow->table.combinations)];
     return power;
 }
 
 /* Mean of F cos(theta + ph) q' is Re conj(excitation) (a' + i Omega a). */
 static double change_of_input(const straight_line *ray, const ray_point *here, int j,
                               sm_complex excitation, sm_complex rate, sm_complex change) {
-    const sm_complex a = sm_of(&here->state.felt.amplitude, j);
+    const sm_complex a = sm_of(&here->state.effective.amplitude, j);
     const sm_complex da = sm_cx(ray->dy[2 * j], ray->dy[2 * j + 1]);
     const double Omega = ray->at.frequency[j], dOmega = ray->along.frequency[j];
     const sm_complex velocity = sm_cx(rate.re - Omega * a.im, rate.im + Omega * a.re);
@@ -125,28 +127,32 @@ static sm_status change_along(const straight_line *ray, double *d_rate, double *
     ray_point here;
     sm_coefficients now;
     sm_modal ahead;
-    double near_angle[SM_NEAR];
+    double combination_angle[SM_COMBINATIONS];
     sm_flow_change bend = {.difference = 0.0};
     sm_status status = point_at(ray, 0.0, &here);
     if (status == SM_OK && !flow->paper) status = change_of_bend(ray, &here, &bend);
     if (status != SM_OK) return status;
-    const sm_direction along = {.amplitude = &ahead, .now = &now, .near_angle = near_angle,
+    const sm_direction along = {.amplitude = &ahead,
+                                .now = &now,
+                                .combination_angle = combination_angle,
                                 .limit_scale = ray->along.limit_scale};
     for (int j = 0; j < flow->table.modes; j++)
         sm_put(&ahead, j, sm_cx(ray->dy[2 * j], ray->dy[2 * j + 1]));
     sm_coefficients_change(flow, &here.instant, &ray->along, &now);
-    for (int k = 0; k < flow->table.near; k++)
-        near_angle[k] = sm_near_angle(&flow->near[k], ray->along.angle);
+    for (int k = 0; k < flow->table.combinations; k++)
+        combination_angle[k] = sm_combination_angle(&flow->combination[k], ray->along.angle);
     sm_flow_change change;
     sm_first_order_change(flow, &here.instant, &here.state, &along, &change);
     *d_input_power = 0.0;
-    *d_friction_power = change_of_friction(ray, &here, &change, &bend.lag);
+    *d_friction_power = change_of_friction(ray, &here, &change, &bend.rate_correction);
     for (int j = 0; j < flow->table.modes; j++) {
         const sm_complex per_mass = sm_of(&here.instant.per_mass, j);
         sm_complex rate = sm_of(&here.state.rate, j), d = sm_of(&change.rate, j);
-        if (!flow->paper) { /* of v - (v' - lag) / mass */
-            const sm_complex bent = sm_csub(sm_of(&here.flow.rate, j), sm_of(&here.flow.lag, j));
-            const sm_complex d_bent = sm_csub(sm_of(&bend.rate, j), sm_of(&bend.lag, j));
+        if (!flow->paper) { /* of v - (v' - rate correction) / mass */
+            const sm_complex bent =
+                sm_csub(sm_of(&here.flow.rate, j), sm_of(&here.flow.rate_correction, j));
+            const sm_complex d_bent =
+                sm_csub(sm_of(&bend.rate, j), sm_of(&bend.rate_correction, j));
             const sm_complex less = sm_cmul(bent, per_mass);
             const sm_complex d_less =
                 sm_cmul(sm_csub(d_bent, sm_cmul(less, sm_of(&now.mass, j))), per_mass);

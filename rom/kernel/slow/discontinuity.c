@@ -16,26 +16,27 @@ static sm_complex at_angle(double size, double angle) {
     return sm_cx(size * cos(angle), size * sin(angle));
 }
 
-int sm_force_jump(const sm_slow_flow *flow, const sm_held_force *held, const sm_inputs *now,
-                  double *amplitude) {
+int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *held,
+                           const sm_inputs *now, double *amplitude) {
     const int modes = flow->table.modes;
     const size_t size = (size_t)modes * sizeof(double);
     if (flow->paper || held->known == 0.0) return 0;
     if (memcmp(held->force, now->force, size) == 0 && memcmp(held->phase, now->phase, size) == 0)
         return 0;
-    sm_complex jump[SM_MODES]; /* as it is at the angle of the carrier */
+    sm_complex discontinuity[SM_MODES]; /* as it is at the angle of the carrier */
     for (int j = 0; j < modes; j++)
-        jump[j] = sm_csub(at_angle(now->force[j], now->angle[j] + now->phase[j]),
+        discontinuity[j] = sm_csub(at_angle(now->force[j], now->angle[j] + now->phase[j]),
                           at_angle(held->force[j], now->angle[j] + held->phase[j]));
     for (int k = 0; k < modes; k++) {
         const double decay = 0.5 * flow->damping[k], omega = flow->natural[k];
         if (decay >= omega) continue; /* overdamped: no vibration is left behind */
         const double omega_d = sqrt((omega - decay) * (omega + decay));
         const sm_complex both = sm_cx(flow->damping[k], 2.0 * (now->frequency[k] + omega_d));
-        sm_complex left = sm_cx(0.0, sm_cdiv(jump[k], both).re / omega_d);
+        sm_complex left = sm_cx(0.0, sm_cdiv(discontinuity[k], both).re / omega_d);
         for (int j = 0; j < modes; j++) {
-            const double *across = flow->across[k][j];
-            const sm_complex q = sm_cmul(sm_cx(across[0], across[1]), jump[j]);
+            const double *cross_response = flow->cross_response[k][j];
+            const sm_complex q =
+                sm_cmul(sm_cx(cross_response[0], cross_response[1]), discontinuity[j]);
             left.re -= q.re;
             left.im += (decay * q.re - now->frequency[j] * q.im) / omega_d;
         }

@@ -92,7 +92,7 @@ SM_INLINE sm_status add_stage(const attempt *step, int stage, double *y_new) {
     return sm_slow_flow_derivative_at(step->flow, step->instant, y_new, step->k[stage]);
 }
 
-SM_HOT_ONE sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs,
+SM_HOT_ONE sm_status sm_slow_flow_dopri5(const sm_slow_flow *flow, const sm_inputs *inputs,
                                       double elapsed, double h, const sm_inputs *end,
                                       double tolerance, sm_instant *instant, const double *y,
                                       const double *dy, double *y_new, double *dy_new,

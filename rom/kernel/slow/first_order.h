@@ -4,42 +4,45 @@
 
 #include "slow/instant.h"
 
-/* What the contacts feel of the modes; a mode that is not there is 0. */
+/* The effective amplitudes, which the contacts see of the modes; a mode that is not there is 0. */
 typedef struct {
     sm_modal amplitude;           /* a_j */
-    sm_modal unit;                /* direction of what the contacts feel; 1 at rest */
+    sm_modal unit;                /* direction of the effective amplitude; 1 at rest */
     double modulus[SM_MODES];     /* of it, relative to the scale of the limits */
     double per_modulus[SM_MODES]; /* 1 / modulus; 0 at rest */
-} sm_felt;
+} sm_effective;
 
-/* And what they answer. */
+/* And how they react. */
 typedef struct {
-    sm_felt felt;
-    sm_modal pull;  /* of the contacts, as tabulated: S_j unit_j and the near resonances */
+    sm_effective effective;
+    sm_modal
+        reaction;   /* of the contacts, as tabulated: S_j unit_j and the combination resonances */
     sm_modal force; /* turned and scaled: on the mode */
     sm_modal rate;  /* of the amplitude */
-    sm_complex near_turn[SM_NEAR]; /* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j */
+    sm_complex combination_phasor[SM_COMBINATIONS]; /* exp(i (n t_A + m t_B - t_j)), t_j = theta_j +
+                                                       arg a_j */
     double slopes[3 * SM_MOST_FIELDS]; /* of the table: values, d/da, d/db */
-    double lag[SM_LAGS];
+    double rate_correction[SM_RATE_CORRECTIONS];
 } sm_flow_state;
 
 /* A direction in amplitudes and inputs. */
 typedef struct {
     const sm_modal *amplitude;
     const sm_coefficients *now;
-    const double *near_angle; /* (near) */
+    const double *combination_angle; /* (combinations) */
     double limit_scale;
 } sm_direction;
 
 /* What changes along it. */
 typedef struct {
     sm_modal rate, force;
-    sm_modal lag;      /* along the flow: the force of friction less that in steady motion */
+    sm_modal rate_correction; /* along the flow: the force of friction less that in steady motion */
     double difference; /* tabulated: the friction power less what leaves the modes */
 } sm_flow_change;
 
 /* At amplitudes y (2 modes) and the inputs that `instant` is set to. */
-void sm_feel(const sm_slow_flow *flow, const sm_instant *instant, const double *y, sm_felt *felt);
+void sm_effective_at(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
+                     sm_effective *effective);
 
 /* At amplitudes y (2 modes) and the inputs that `instant` is set to. */
 sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,

@@ -45,10 +45,11 @@ static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]
  *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
 static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
-    const sm_complex c0 = pair(flow->turn[j].c[0]), c1 = pair(flow->turn[j].c[1]);
+    const sm_complex c0 = pair(flow->coupling_ratio[j].c[0]),
+                     c1 = pair(flow->coupling_ratio[j].c[1]);
     sm_coefficients *now = &instant->now;
     sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
-    sm_put(&now->turn, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
+    sm_put(&now->coupling_ratio, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
     if (flow->paper) {
         sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
         sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));
@@ -64,10 +65,10 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
     const sm_inputs *in = &instant->inputs;
     for (int j = 0; j < flow->table.modes; j++) {
         const double omega = flow->natural[j], dOmega = change->frequency[j];
-        const sm_complex c1 = pair(flow->turn[j].c[1]);
+        const sm_complex c1 = pair(flow->coupling_ratio[j].c[1]);
         const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
         sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
-        sm_put(&d->turn, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
+        sm_put(&d->coupling_ratio, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
         if (flow->paper) {
             sm_put(&d->mass, j, sm_cx(0.0, 0.0));
             sm_put(&d->stiffness, j, sm_cx(-2.0 * omega * dOmega, 0.0));
@@ -80,8 +81,8 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
     }
 }
 
-double sm_near_angle(const sm_near *near, const double *theta) {
-    return near->n * theta[0] + near->m * theta[1] - theta[near->mode];
+double sm_combination_angle(const sm_combination *combination, const double *theta) {
+    return combination->n * theta[0] + combination->m * theta[1] - theta[combination->mode];
 }
 
 /* d/dt of the inputs, as inputs. */
@@ -99,16 +100,18 @@ static sm_inputs rates_of(const sm_inputs *in) {
 static void set_factors(sm_instant *instant, const sm_slow_flow *flow, int j) {
     const sm_coefficients *now = &instant->now;
     sm_factors *by = &instant->factor;
-    const sm_complex per_mass = sm_of(&instant->per_mass, j), turn = sm_of(&now->turn, j);
+    const sm_complex per_mass = sm_of(&instant->per_mass, j),
+                     ratio = sm_of(&now->coupling_ratio, j);
     const sm_complex excitation = sm_of(&now->excitation, j);
-    const sm_complex grip = sm_cscale(turn, instant->inputs.limit_scale);
-    const sm_complex feel = sm_cscale(turn, instant->per_scale);
-    sm_put(&by->feel, j, feel);
-    sm_put(&by->felt_force, j, sm_cmul(feel, sm_cmul(pair(flow->shift[j]), excitation)));
-    sm_put(&by->grip, j, grip);
+    const sm_complex force_ratio = sm_cscale(ratio, instant->inputs.limit_scale);
+    const sm_complex amplitude_ratio = sm_cscale(ratio, instant->per_scale);
+    sm_put(&by->amplitude_ratio, j, amplitude_ratio);
+    sm_put(&by->off_resonance, j,
+           sm_cmul(amplitude_ratio, sm_cmul(pair(flow->off_resonance[j]), excitation)));
+    sm_put(&by->force_ratio, j, force_ratio);
     sm_put(&by->drive, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
     sm_put(&by->spring, j, sm_cmul(sm_of(&now->stiffness, j), per_mass));
-    sm_put(&by->push, j, sm_cmul(grip, per_mass));
+    sm_put(&by->rate_ratio, j, sm_cmul(force_ratio, per_mass));
 }
 
 static int is_held(const sm_inputs *in) {
@@ -119,8 +122,9 @@ static int is_held(const sm_inputs *in) {
     return !moving;
 }
 
-/* 1 where the angles of two near resonances are equal whatever the thetas, -1 where opposite. */
-static int relation(const sm_near *a, const sm_near *b) {
+/* 1 where the angles of two combination resonances are equal whatever the thetas, -1 where
+ * opposite. */
+static int relation(const sm_combination *a, const sm_combination *b) {
     const int32_t n_a = a->n - (a->mode == 0), m_a = a->m - (a->mode == 1);
     const int32_t n_b = b->n - (b->mode == 0), m_b = b->m - (b->mode == 1);
     if (n_a == n_b && m_a == m_b) return 1;
@@ -140,25 +144,28 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
     instant->held = is_held(in);
     sm_coefficients_change(flow, instant, &rates, &instant->rate);
     for (int j = 0; j < flow->table.modes; j++) set_factors(instant, flow, j);
-    for (int k = 0; k < flow->table.near; k++) {
-        instant->near_rate[k] = sm_near_angle(&flow->near[k], in->frequency);
-        instant->like_first[k] = k > 0 ? relation(&flow->near[k], &flow->near[0]) : 0;
-        instant->near_order[k][0] = flow->near[k].n;
-        instant->near_order[k][1] = flow->near[k].m;
-        for (int j = 0; j < SM_MODES; j++) instant->near_on[k][j] = flow->near[k].mode == j;
+    for (int k = 0; k < flow->table.combinations; k++) {
+        instant->combination_rate[k] = sm_combination_angle(&flow->combination[k], in->frequency);
+        instant->like_first[k] = k > 0 ? relation(&flow->combination[k], &flow->combination[0]) : 0;
+        instant->combination_order[k][0] = flow->combination[k].n;
+        instant->combination_order[k][1] = flow->combination[k].m;
+        for (int j = 0; j < SM_MODES; j++)
+            instant->combination_on[k][j] = flow->combination[k].mode == j;
     }
 }
 
-/* p theta_A close to q theta_B makes near resonances of both modes, often of opposite angles. */
-static void set_near_waves(sm_instant *instant, const sm_slow_flow *flow, const double *theta) {
-    for (int k = 0; k < flow->table.near; k++) {
-        const sm_complex first = instant->near_wave[0];
+/* p theta_A close to q theta_B makes combination resonances of both modes, often of opposite
+ * angles. */
+static void set_combination_waves(sm_instant *instant, const sm_slow_flow *flow,
+                                  const double *theta) {
+    for (int k = 0; k < flow->table.combinations; k++) {
+        const sm_complex first = instant->combination_wave[0];
         if (instant->like_first[k]) {
-            instant->near_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
+            instant->combination_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
             continue;
         }
-        const double angle = sm_near_angle(&flow->near[k], theta);
-        instant->near_wave[k] = sm_cx(cos(angle), sin(angle));
+        const double angle = sm_combination_angle(&flow->combination[k], theta);
+        instant->combination_wave[k] = sm_cx(cos(angle), sin(angle));
     }
 }
 
@@ -171,7 +178,7 @@ void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inpu
     const int same = same_but_angles(instant, inputs);
     const int here = instant->known && memcmp(instant->inputs.angle, inputs->angle, angles) == 0;
     if (!same) set_coefficients(instant, flow, inputs);
-    if (!here) set_near_waves(instant, flow, inputs->angle);
+    if (!here) set_combination_waves(instant, flow, inputs->angle);
     instant->inputs = *inputs;
     instant->known = 1;
 }
@@ -184,5 +191,5 @@ void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inp
                      double elapsed) {
     for (int j = 0; j < flow->table.modes; j++)
         instant->inputs.angle[j] = angle_after(inputs, j, elapsed);
-    set_near_waves(instant, flow, instant->inputs.angle);
+    set_combination_waves(instant, flow, instant->inputs.angle);
 }

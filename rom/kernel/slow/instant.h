@@ -4,20 +4,22 @@
 
 #include "base/modal.h"
 
-/* mass a' + stiffness a = excitation / 2 + turn s G(turn (a + shift excitation) / s), with G the
- * pull of the contacts as tabulated and s the scale of their limits. */
+/* mass a' + stiffness a = excitation / 2 + c s G(c (a + off_resonance excitation) / s), with c the
+ * coupling ratio, G the reaction of the contacts as tabulated and s the scale of their limits. */
 typedef struct {
     sm_modal excitation; /* F exp(i ph) */
-    sm_modal turn;       /* L_j(Omega_j) / L_j(carrier) */
+    sm_modal coupling_ratio;       /* L_j(Omega_j) / L_j(carrier) */
     sm_modal mass, stiffness;
 } sm_coefficients;
 
 /* The same equation by what it multiplies, for the hot path:
- *   felt = feel a + felt_force,  rate = drive - spring a + push pull(felt),  force = grip pull. */
+ *   e = amplitude_ratio a + off_resonance,  rate = drive - spring a + rate_ratio G(e),
+ *   force = force_ratio G(e).
+ */
 typedef struct {
-    sm_modal feel, felt_force; /* relative to the limits */
-    sm_modal grip;             /* turn s */
-    sm_modal drive, spring, push;
+    sm_modal amplitude_ratio, off_resonance; /* relative to the limits */
+    sm_modal force_ratio;             /* coupling_ratio s */
+    sm_modal drive, spring, rate_ratio;
 } sm_factors;
 
 typedef struct {
@@ -29,11 +31,11 @@ typedef struct {
     double per_scale; /* 1 / limit_scale */
     sm_coefficients now, rate; /* and d/dt of them */
     sm_factors factor;
-    sm_complex near_wave[SM_NEAR]; /* exp(i (n theta_A + m theta_B - theta_j)) */
-    double near_rate[SM_NEAR];     /* d/dt of that angle */
-    int like_first[SM_NEAR];       /* that angle is the first one's times 1, -1; or another: 0 */
-    double near_on[SM_NEAR][SM_MODES]; /* 1 for the mode that it drives, else 0 */
-    double near_order[SM_NEAR][SM_MODES]; /* n, m */
+    sm_complex combination_wave[SM_COMBINATIONS]; /* exp(i (n theta_A + m theta_B - theta_j)) */
+    double combination_rate[SM_COMBINATIONS];     /* d/dt of that angle */
+    int like_first[SM_COMBINATIONS]; /* that angle is the first one's times 1, -1; or another: 0 */
+    double combination_on[SM_COMBINATIONS][SM_MODES]; /* 1 for the mode that it drives, else 0 */
+    double combination_order[SM_COMBINATIONS][SM_MODES]; /* n, m */
     int32_t cell[SM_MODES];        /* of the table, where the last amplitudes were */
 } sm_instant;
 
@@ -55,7 +57,7 @@ void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inp
 /* How the coefficients change with the inputs. */
 void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
                             const sm_inputs *change, sm_coefficients *d);
-/* How the angle of a near resonance does. */
-double sm_near_angle(const sm_near *near, const double *theta);
+/* How the angle of a combination resonance does. */
+double sm_combination_angle(const sm_combination *combination, const double *theta);
 
 #endif

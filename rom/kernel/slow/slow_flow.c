@@ -4,29 +4,32 @@
 #include "base/check.h"
 #include "table/table.h"
 
-#define MAX_ORDER 1000 /* of a near resonance */
+#define MAX_ORDER 1000 /* of a combination resonance */
 
-static int near_is_valid(const sm_near *near, int modes) {
+static int combination_is_valid(const sm_combination *combination, int modes) {
     const int most = modes == SM_MODES ? MAX_ORDER : 0;
-    return near->mode >= 0 && near->mode < modes && near->n >= -MAX_ORDER &&
-           near->n <= MAX_ORDER && near->m >= -most && near->m <= most;
+    return combination->mode >= 0 && combination->mode < modes && combination->n >= -MAX_ORDER &&
+           combination->n <= MAX_ORDER && combination->m >= -most && combination->m <= most;
 }
 
 sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     const int modes = flow->table.modes;
-    if (modes < 1 || modes > SM_MODES || flow->table.near < 0 || flow->table.near > SM_NEAR)
+    if (modes < 1 || modes > SM_MODES || flow->table.combinations < 0
+        || flow->table.combinations > SM_COMBINATIONS)
         return SM_BAD_ARGUMENT;
     for (int j = 0; j < modes; j++) {
         sm_status status = sm_check_positive(flow->natural[j]);
         if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
         if (status != SM_OK) return status;
-        if (!sm_all_finite(flow->turn[j].c[0], sizeof flow->turn[j].c / sizeof(double)) ||
-            !sm_all_finite(flow->shift[j], 2) ||
-            !sm_all_finite(flow->across[j][0], sizeof flow->across[j] / sizeof(double)))
+        if (!sm_all_finite(flow->coupling_ratio[j].c[0],
+                           sizeof flow->coupling_ratio[j].c / sizeof(double))
+            || !sm_all_finite(flow->off_resonance[j], 2)
+            || !sm_all_finite(flow->cross_response[j][0],
+                              sizeof flow->cross_response[j] / sizeof(double)))
             return SM_NOT_FINITE;
     }
-    for (int k = 0; k < flow->table.near; k++)
-        if (!near_is_valid(&flow->near[k], modes)) return SM_BAD_ARGUMENT;
+    for (int k = 0; k < flow->table.combinations; k++)
+        if (!combination_is_valid(&flow->combination[k], modes)) return SM_BAD_ARGUMENT;
     return SM_OK;
 }
 

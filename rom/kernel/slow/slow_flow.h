@@ -18,10 +18,10 @@ sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *input
                                 sm_inputs *now);
 
 /* Friction takes what leaves the modes at the contacts, on average -2 Omega Im(conj(a) force),
- * less what the dampers between modes and contacts take of it; 0 if that were negative. `lag` is what
- * the force has on top of that in steady motion. */
+ * less what the dampers between modes and contacts take of it; 0 if that were negative.
+ * `rate_correction` is what the force has on top of that in steady motion. */
 double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                         const sm_flow_state *state, const sm_modal *lag);
+                         const sm_flow_state *state, const sm_modal *rate_correction);
 
 /* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
  * work: equal arguments give equal bits. */
@@ -34,7 +34,7 @@ sm_status sm_slow_flow_derivative_at(const sm_slow_flow *flow, sm_instant *insta
 /* One Dormand-Prince 5(4) step from y (with derivative dy), `elapsed` seconds after the inputs'
  * start, over h: new values, the derivative there and the error relative to tolerance (1 is the
  * limit). `end`: the inputs at the end of the step. */
-sm_status sm_slow_flow_try(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
+sm_status sm_slow_flow_dopri5(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                            double h, const sm_inputs *end, double tolerance, sm_instant *instant,
                            const double *y, const double *dy, double *y_new, double *dy_new,
                            double *error);

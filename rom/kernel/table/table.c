@@ -16,10 +16,10 @@ static sm_status check_nodes(const double *node, int32_t count) {
 }
 
 static size_t field_count(const sm_table *table) {
-    return 2 * (size_t)(table->modes + table->near + table->power);
+    return 2 * (size_t)(table->modes + table->combinations + table->power);
 }
 
-static size_t lag_count(const sm_table *table) {
+static size_t correction_count(const sm_table *table) {
     return 2 * (size_t)(table->modes * table->modes);
 }
 
@@ -27,8 +27,9 @@ static size_t lag_count(const sm_table *table) {
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
-    if (table->near < 0 || table->near > SM_NEAR || (table->power & ~1)) return 0;
-    if (table->modes == 1) return table->count_b == 1 && !table->visited;
+    if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
+        return 0;
+    if (table->modes == 1) return table->count_b == 1 && !table->region;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
            table->count_b <= MAX_COUNT;
 }
@@ -45,25 +46,27 @@ sm_status sm_table_check(const sm_table *table) {
     if (status != SM_OK) return status;
     const size_t rows = (size_t)table->count_a * (size_t)table->count_b * 4;
     if (!sm_all_finite(table->values, rows * field_count(table))) return SM_NOT_FINITE;
-    return !table->lag || sm_all_finite(table->lag, rows * lag_count(table)) ? SM_OK
-                                                                             : SM_NOT_FINITE;
+    return !table->rate_correction
+                   || sm_all_finite(table->rate_correction, rows * correction_count(table))
+               ? SM_OK
+               : SM_NOT_FINITE;
 }
 
-/* Doubles of the nodes, of the values and of the lag, bytes of the cells. */
+/* Doubles of the nodes, of the values and of the rate correction, bytes of the cells. */
 typedef struct {
-    size_t a, b, values, lag, cells;
+    size_t a, b, values, rate_correction, cells;
 } sizes;
 
 static sizes sizes_of(const sm_table *table) {
     const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
     return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
-                   table->lag ? a * b * 4 * lag_count(table) : 0,
-                   table->visited ? (a - 1) * (b - 1) : 0};
+                   table->rate_correction ? a * b * 4 * correction_count(table) : 0,
+                   table->region ? (a - 1) * (b - 1) : 0};
 }
 
 size_t sm_table_size(const sm_table *table) {
     const sizes s = sizes_of(table);
-    return s.a + s.b + s.values + s.lag + sm_doubles(s.cells);
+    return s.a + s.b + s.values + s.rate_correction + sm_doubles(s.cells);
 }
 
 sm_table sm_table_copy(const sm_table *table, double **memory) {
@@ -72,8 +75,8 @@ sm_table sm_table_copy(const sm_table *table, double **memory) {
     copy.node_a = sm_keep(memory, table->node_a, s.a);
     copy.node_b = sm_keep(memory, table->node_b, s.b);
     copy.values = sm_keep(memory, table->values, s.values);
-    copy.lag = sm_keep(memory, table->lag, s.lag);
-    copy.visited = sm_keep_bytes(memory, table->visited, s.cells);
+    copy.rate_correction = sm_keep(memory, table->rate_correction, s.rate_correction);
+    copy.region = sm_keep_bytes(memory, table->region, s.cells);
     return copy;
 }
 
@@ -208,9 +211,9 @@ SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, i
     sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
     if (status != SM_OK || table->modes != SM_MODES) return status;
     status = find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
-    if (status != SM_OK || !table->visited) return status;
+    if (status != SM_OK || !table->region) return status;
     const size_t place = (size_t)cell[0] * (size_t)(table->count_b - 1) + (size_t)cell[1];
-    return table->visited[place] ? SM_OK : SM_OUTSIDE_TABLE;
+    return table->region[place] ? SM_OK : SM_OUTSIDE_TABLE;
 }
 
 /* The nodes and values are not checked one by one: a NaN among them shows in the result. */
@@ -234,15 +237,15 @@ sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes
 
 SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes,
                                           size_t sloped, int32_t *cell, double *slopes,
-                                          double *lag) {
+                                          double *rate_correction) {
     const sm_status status = find_cell(table, amplitudes, cell);
     if (status != SM_OK) return status;
     patch found;
     patch_at(table, amplitudes, cell, &found);
     sum_patch(&found, table->modes, sloped, slopes);
-    if (!lag || !table->lag) return SM_OK;
-    look_at(&found, table, table->lag, lag_count(table));
-    sum_patch(&found, table->modes, 0, lag);
+    if (!rate_correction || !table->rate_correction) return SM_OK;
+    look_at(&found, table, table->rate_correction, correction_count(table));
+    sum_patch(&found, table->modes, 0, rate_correction);
     return SM_OK;
 }
 

@@ -50,8 +50,8 @@ static void fill_angles(sm_torus_grid *grid) {
     }
 }
 
-/* The answer to one period acts in the next: a fixed-point iteration with factor H / K. Where that
- * is large it is relaxed; more so where a mode in resonance answers a quarter turn late. */
+/* The response to one period acts in the next: a fixed-point iteration with factor H / K. Where
+ * that is large it is relaxed; more so where a mode in resonance responds a quarter turn late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
     double size = 0.0, re = 0.0, im = 0.0;
@@ -76,8 +76,8 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     const size_t rows = (size_t)steps + SM_TOGETHER;
     const size_t carrier = rows * 8, weight = rows * count * 2;
     const size_t stepper = sm_whole_lines(sm_stepper_size(contact->contacts));
-    const size_t turn = contact->answer ? rows * count * 4 : 0;
-    const size_t relaxation = contact->answer ? count : 0;
+    const size_t turn = contact->response ? rows * count * 4 : 0;
+    const size_t relaxation = contact->response ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
     grid->lines = lines;
@@ -91,12 +91,13 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
     grid->carrier = grid->memory + stepper;
     grid->weight = grid->carrier + carrier;
-    grid->turn = contact->answer ? grid->weight + weight : NULL;
-    grid->feedback = contact->answer ? contact->answer->feedback : NULL;
-    grid->relaxation = contact->answer ? grid->weight + weight + turn : NULL;
+    grid->turn = contact->response ? grid->weight + weight : NULL;
+    grid->dynamic_stiffness = contact->response ? contact->response->dynamic_stiffness : NULL;
+    grid->relaxation = contact->response ? grid->weight + weight + turn : NULL;
     fill_angles(grid);
-    for (int q = 0; q < orders_count && grid->feedback; q++)
-        grid->relaxation[q] = relaxation_of(contact, grid->feedback + (size_t)q * n * n * 2);
+    for (int q = 0; q < orders_count && grid->dynamic_stiffness; q++)
+        grid->relaxation[q] =
+            relaxation_of(contact, grid->dynamic_stiffness + (size_t)q * n * n * 2);
     return sm_stepper_set(&grid->stepper, contact, SM_TWO_PI / (rates[0] * steps));
 }
 

@@ -1,4 +1,5 @@
-/* The discretisation of the torus and the angles at its steps: what all groups of phase lines share. */
+/* The discretisation of the torus and the angles at its steps: what all groups of phase lines
+ * share. */
 #ifndef SLIPMODE_GRID_H
 #define SLIPMODE_GRID_H
 
@@ -17,8 +18,8 @@ typedef struct {
     double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
     double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
     double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
-    const double *feedback;  /* (orders, N_c, N_c, 2): modal answer; NULL without one */
-    double *relaxation;      /* (orders) part of a change that the modes answer to at once */
+    const double *dynamic_stiffness;  /* (orders, N_c, N_c, 2): modal response; NULL without one */
+    double *relaxation;      /* (orders) part of a change that the modes respond to at once */
     double *memory;
 } sm_torus_grid;
 

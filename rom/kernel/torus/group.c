@@ -14,12 +14,12 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t wide = (size_t)g->blocks * SM_LANES;
     const size_t lanes = sm_whole_lines(sm_lanes_size(n, SM_LANES)) * (size_t)g->blocks;
     const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
-    const size_t pull = grid->feedback ? sums : 0;
+    const size_t reaction = grid->dynamic_stiffness ? sums : 0;
     const size_t harmonics = sm_whole_lines(points * grid->per_point);
     const size_t speed = sm_whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
     const size_t row = (size_t)n * SM_LANES;
-    g->memory = calloc(lanes + 6 * wide + sums + pull + 2 * squares + 3 * SM_TOGETHER * row
+    g->memory = calloc(lanes + 6 * wide + sums + reaction + 2 * squares + 3 * SM_TOGETHER * row
                            + 8 * harmonics + points * speed + line_state + points * (size_t)n,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
@@ -35,14 +35,14 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->b_step = g->a_step + wide;
     g->phase = g->b_step + wide;
     g->sums = g->phase + 2 * wide;
-    g->pull = grid->feedback ? g->sums + sums : NULL;
-    g->squares[0] = g->sums + sums + pull;
+    g->reaction = grid->dynamic_stiffness ? g->sums + sums : NULL;
+    g->squares[0] = g->sums + sums + reaction;
     g->squares[1] = g->squares[0] + squares;
     g->forcing = g->squares[1] + squares;
     g->moved = g->forcing + 2 * SM_TOGETHER * row;
     memory = g->moved + SM_TOGETHER * row;
     double **arrays[] = {&g->half[0], &g->half[1], &g->fresh,   &g->last[0],
-                         &g->last[1], &g->idle_sum, &g->answered, &g->answer};
+                         &g->last[1], &g->idle_sum, &g->responded, &g->response};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++, memory += harmonics)
         *arrays[k] = memory;
     for (size_t p = 0; p < points; p++, memory += speed)
@@ -66,10 +66,10 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
-    memset(g->answered, 0, harmonics);
+    memset(g->responded, 0, harmonics);
     memset(g->half[1], 0, harmonics);
-    if (g->pull)
-        memset(g->pull, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
+    if (g->reaction)
+        memset(g->reaction, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const int block = lane / SM_LANES, l = lane % SM_LANES;
         size_t point = first + (size_t)(lane / grid->lines);

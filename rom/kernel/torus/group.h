@@ -14,15 +14,15 @@ typedef struct {
     double *a_step, *b_step; /* the same shape: what they grow by in a step */
     double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
     double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
-    double *pull;            /* the same shape: modal answer on the contacts at t_A = 0 */
+    double *reaction;            /* the same shape: modal response on the contacts at t_A = 0 */
     double *squares[2];      /* (blocks, N_c, SM_LANES): sum of x^2 over the steps of each half */
     double *half[2];         /* (points_per_group, orders, N_c, 2) harmonics of half a period */
     double *fresh;           /* the same shape: of the last whole period */
     double *last[2];         /* the same shape: of those that ended with each half before */
     double *idle_sum;        /* the same shape: sum over the halves without progress */
     double *idle_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
-    double *answered;        /* (points_per_group, orders, N_c, 2): harmonics that the modes answer to */
-    double *answer;          /* the same shape: force of that answer on the contacts */
+    double *responded; /* (points_per_group, orders, N_c, 2): harmonics that the modes respond to */
+    double *response;          /* the same shape: force of that response on the contacts */
     double *forcing, *moved; /* (2 SM_TOGETHER, N_c, SM_LANES), (SM_TOGETHER, N_c, SM_LANES) */
     sm_progress *track;      /* (points_per_group) */
     sm_acceleration *faster; /* (points_per_group) */

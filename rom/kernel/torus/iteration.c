@@ -87,18 +87,18 @@ static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t per_order = 2 * (size_t)grid->contact->contacts;
     for (size_t k = 0; k < (size_t)grid->points_per_group * grid->per_point; k++) {
         const double part = grid->relaxation[(k / per_order) % (size_t)grid->orders_count];
-        g->answered[k] += part * (g->fresh[k] - g->answered[k]);
+        g->responded[k] += part * (g->fresh[k] - g->responded[k]);
     }
 }
 
-/* answer = 2 H_q P_q: the force of the modes' non-resonant answer to x_c. */
-static void set_answer(const sm_torus_grid *grid, sm_torus_group *g) {
+/* response = 2 H_q P_q: the force of the modes' non-resonant response to x_c. */
+static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts;
     for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
-        const double *H = grid->feedback + k % (size_t)grid->orders_count * n * n * 2;
+        const double *H = grid->dynamic_stiffness + k % (size_t)grid->orders_count * n * n * 2;
         for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *P = g->answered + k * n * 2;
-            double *force = g->answer + (k * n + i) * 2;
+            const double *P = g->responded + k * n * 2;
+            double *force = g->response + (k * n + i) * 2;
             force[0] = force[1] = 0.0;
             for (size_t j = 0; j < 2 * n; j += 2) {
                 force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
@@ -108,21 +108,21 @@ static void set_answer(const sm_torus_grid *grid, sm_torus_group *g) {
     }
 }
 
-/* pull = answer exp(i m t_B0) */
-static void set_pull(const sm_torus_grid *grid, sm_torus_group *g) {
+/* reaction = response exp(i m t_B0) */
+static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts;
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
-        const double *point = g->answer + (size_t)(lane / grid->lines) * grid->per_point;
+        const double *point = g->response + (size_t)(lane / grid->lines) * grid->per_point;
         const double *phase = g->phase + block * 2 * SM_LANES;
-        double *pull = g->pull + block * SM_LANES * grid->per_point;
+        double *reaction = g->reaction + block * SM_LANES * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
             double re, im;
             sm_torus_power(phase[l], phase[SM_LANES + l], grid->orders[2 * q + 1], &re, &im);
             for (size_t i = 0; i < n; i++) {
                 const size_t at = ((size_t)q * n + i) * 2;
-                pull[at * SM_LANES + l] = point[at] * re - point[at + 1] * im;
-                pull[(at + 1) * SM_LANES + l] = point[at] * im + point[at + 1] * re;
+                reaction[at * SM_LANES + l] = point[at] * re - point[at + 1] * im;
+                reaction[(at + 1) * SM_LANES + l] = point[at] * im + point[at + 1] * re;
             }
         }
     }
@@ -133,8 +133,8 @@ void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t po
         sm_torus_group_turn(grid, g);
         accelerate(grid, g, points);
     }
-    if (!g->pull) return;
+    if (!g->reaction) return;
     relax(grid, g);
-    set_answer(grid, g);
-    set_pull(grid, g);
+    set_response(grid, g);
+    set_reaction(grid, g);
 }

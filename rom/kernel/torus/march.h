@@ -1,6 +1,6 @@
 /* A block of phase lines, marched through half a period of mode A. */
-#ifndef SLIPMODE_TORUS_MARCH_H
-#define SLIPMODE_TORUS_MARCH_H
+#ifndef SLIPMODE_MARCH_H
+#define SLIPMODE_MARCH_H
 
 #include "torus/group.h"
 

@@ -15,7 +15,7 @@
 #define COARSER 4
 #define FEWEST_STEPS 16
 
-/* What is asked of the points, and where the answers go. */
+/* What is asked of the points, and where the results go. */
 typedef struct {
     double tolerance;
     const double *smallest_scale;
@@ -26,10 +26,11 @@ typedef struct {
     int32_t *marched;
 } torus_task;
 
-/* The modes must answer to the harmonics that are computed. */
-static int answers_to(const sm_modal_answer *answer, int32_t orders_count, const int32_t *orders) {
-    return answer->feedback && answer->orders_count == orders_count &&
-           memcmp(answer->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
+/* The modes must respond to the harmonics that are computed. */
+static int responds_to(const sm_modal_response *response, int32_t orders_count,
+                       const int32_t *orders) {
+    return response->dynamic_stiffness && response->orders_count == orders_count &&
+           memcmp(response->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
 }
 
 static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
@@ -57,7 +58,7 @@ static void add_idle(const sm_progress *track, size_t count, const double *fresh
     for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
 }
 
-/* The answer of a point whose harmonics keep moving, by the error of the grid, while the phases
+/* The result of a point whose harmonics keep moving, by the error of the grid, while the phases
  * drift: their mean, and that of the mean squares, over those halves; and the distance of the last
  * harmonics from it. */
 static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
@@ -78,10 +79,10 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
     int open = 0;
     for (size_t p = 0; p < count; p++) {
         sm_progress *track = &g->track[p];
-        if (track->done) continue; /* its answer is already stored */
+        if (track->done) continue; /* its result is already stored */
         const size_t point = first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
-        double *answer = task->harmonics + point * per_point;
+        double *response = task->harmonics + point * per_point;
         double *mean_square = task->mean_square + point * n;
         const sm_scales scales = sm_displacement_scales(
             grid->contact, task->amplitudes + point * modes, task->smallest_scale);
@@ -91,12 +92,12 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
                                                           task->tolerance);
         task->marched[point] = marched;
         memcpy(last, fresh, sizeof(double) * per_point);
-        memcpy(answer, fresh, sizeof(double) * per_point);
+        memcpy(response, fresh, sizeof(double) * per_point);
         sm_torus_group_mean_square(grid, g, p, mean_square);
         add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->residual[point] > task->tolerance)
-            task->residual[point] = settle_for_mean(grid, g, p, &scales, answer, mean_square);
+            task->residual[point] = settle_for_mean(grid, g, p, &scales, response, mean_square);
         open |= !track->done;
     }
     return open;
@@ -128,7 +129,8 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
                              harmonics, mean_square,    residual,    marched};
     sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
-    if (status == SM_OK && contact->answer && !answers_to(contact->answer, orders_count, orders))
+    if (status == SM_OK && contact->response
+        && !responds_to(contact->response, orders_count, orders))
         return SM_BAD_ARGUMENT;
     if (status == SM_OK) status = sm_check_not_negative(tolerance);
     if (status == SM_OK) status = check_scales(contact, smallest_scale);

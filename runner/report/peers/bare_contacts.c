@@ -56,13 +56,13 @@ SM_INLINE void solve_pair(const two_contacts *c, const double *restrict u,
     }
 }
 
-/* u = Re sum_q pull_q turn_q, sums_q += x weight_q: SM_LANES lanes of two contacts. */
-SM_INLINE void load_pair(int orders, const double *restrict pull, const double *restrict turn,
+/* u = Re sum_q reaction_q turn_q, sums_q += x weight_q: SM_LANES lanes of two contacts. */
+SM_INLINE void load_pair(int orders, const double *restrict reaction, const double *restrict turn,
                          double *restrict u) {
     for (int i = 0; i < 2; i++) {
         double sum[SM_LANES] = {0.0};
         for (int q = 0; q < orders; q++) {
-            const double *restrict re = pull + (size_t)(2 * q + i) * 2 * SM_LANES;
+            const double *restrict re = reaction + (size_t)(2 * q + i) * 2 * SM_LANES;
             SM_SIMD
             for (int l = 0; l < SM_LANES; l++)
                 sum[l] = sum[l] + re[l] * turn[2 * q] - re[SM_LANES + l] * turn[2 * q + 1];
@@ -85,11 +85,11 @@ SM_INLINE void sum_pair(int orders, const double *restrict x, const double *rest
 }
 
 /* `steps` steps of SM_LANES lanes, around and around a table of `period` steps:
- *   turn (period, 2 stages, orders, 2), pull and sums (orders, 2 contacts, 2, SM_LANES),
+ *   turn (period, 2 stages, orders, 2), reaction and sums (orders, 2 contacts, 2, SM_LANES),
  *   x (2 contacts, SM_LANES). */
 SM_API SM_HOT sm_status peer_bare_contacts(const sm_contact *contact, double h, int32_t steps,
                                            int32_t period, int32_t orders, const double *turn,
-                                           const double *pull, double *sums, double *x) {
+                                           const double *reaction, double *sums, double *x) {
     if (contact->contacts != 2 || contact->law != SM_TANH) return SM_BAD_ARGUMENT;
     const double *K = contact->stiffness, *D = contact->damping, scale = SM_GAMMA * h;
     const sm_resolvent laws[2] = {
@@ -102,10 +102,10 @@ SM_API SM_HOT sm_status peer_bare_contacts(const sm_contact *contact, double h, 
     double base[2 * SM_LANES], u[2 * SM_LANES], v[2][2 * SM_LANES] = {{0.0}};
     for (int32_t k = 0; k < steps; k++) {
         const double *now = turn + (size_t)(k % period) * 4 * (size_t)orders;
-        load_pair(orders, pull, now, u);
+        load_pair(orders, reaction, now, u);
         solve_pair(&c, u, x, v[0]);
         for (int l = 0; l < 2 * SM_LANES; l++) base[l] = x[l] + (1.0 - SM_GAMMA) * h * v[0][l];
-        load_pair(orders, pull, now + 2 * orders, u);
+        load_pair(orders, reaction, now + 2 * orders, u);
         solve_pair(&c, u, base, v[1]);
         for (int l = 0; l < 2 * SM_LANES; l++) x[l] = base[l] + scale * v[1][l];
         sum_pair(orders, x, now + 2 * orders, sums);

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode import rom
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.reduction.combination import Order
@@ -73,5 +73,5 @@ def bare_march(
         *(turn.ctypes.data, reaction.ctypes.data, sums.ctypes.data, x.ctypes.data),
     )
     seconds = time.process_time() - started
-    _kernel.check(status, "bare contacts")
+    kernel.check(status, "bare contacts")
     return BareMarch(seconds / (count * 2 * _LANES * _CONTACTS), sums)

@@ -6,7 +6,7 @@ import ctypes
 import importlib.util
 from functools import cache
 
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 
 
 @cache
@@ -16,7 +16,7 @@ def library() -> ctypes.CDLL:
     if found is None or found.origin is None:
         raise ImportError("slipmode.runner.report.peers._peers is missing; install slipmode again")
     loaded = ctypes.CDLL(found.origin)
-    contact = ctypes.POINTER(_kernel.Contact)
+    contact = ctypes.POINTER(kernel.Contact)
     loaded.peer_paper_scheme.argtypes = [
         *(contact, ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32),
         *(ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p),

@@ -20,15 +20,15 @@ static void load(const sm_contact *contact, const double *amplitudes, const doub
                  sm_lanes *lane) {
     const int n = contact->contacts;
     for (int i = 0; i < n; i++) {
-        double pull[SM_MODES];
+        double reaction[SM_MODES];
         for (int j = 0; j < SM_MODES; j++) {
             const double *L = contact->coupling + 2 * (j * n + i);
-            pull[j] = -2.0 * (L[0] * cos(angle[j]) - L[1] * sin(angle[j]));
+            reaction[j] = -2.0 * (L[0] * cos(angle[j]) - L[1] * sin(angle[j]));
         }
         double *restrict u = lane->u + (size_t)i * SM_LANES;
         SM_SIMD
         for (int l = 0; l < SM_LANES; l++)
-            u[l] = pull[0] * amplitudes[l] + pull[1] * amplitudes[SM_LANES + l];
+            u[l] = reaction[0] * amplitudes[l] + reaction[1] * amplitudes[SM_LANES + l];
     }
 }
 

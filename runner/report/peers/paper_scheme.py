@@ -7,7 +7,7 @@ import ctypes
 import numpy as np
 
 from slipmode import rom
-from slipmode.rom import _kernel
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.runner.report.peers.library import library
@@ -29,13 +29,13 @@ def paper_scheme(
     corner : bool
         Start from x_c = 0 at t_A = t_B = 0 alone, as printed, or on both axes.
     """
-    points, rates = _kernel.contiguous(amplitudes), _kernel.contiguous(reduced.carrier)
+    points, rates = kernel.contiguous(amplitudes), kernel.contiguous(reduced.carrier)
     problem = contact_problem(reduced, law)
     P = np.empty((len(points), 2, reduced.n_contacts), dtype=complex)
     status = library().peer_paper_scheme(
         *(ctypes.byref(problem), rates.ctypes.data, steps, corner),
         *(len(points), points.ctypes.data, P.ctypes.data),
     )
-    _kernel.check(status, "scheme (31)")
+    kernel.check(status, "scheme (31)")
     Q: Complexes = -np.einsum("jc,pjc->pj", reduced.coupling, P) / points
     return Q

@@ -17,7 +17,7 @@
 #define LOOK_UPS 6 /* of a Dormand-Prince step */
 #define ROUNDS 15
 #define NODES 30
-#define SLOPED 8 /* columns: of two modes and two near resonances */
+#define SLOPED 8 /* columns: of two modes and two combination resonances */
 
 static double amplitudes[STEPS][2 * SM_MODES];
 
@@ -52,7 +52,7 @@ static int step_along(sm_component *c, double *nanoseconds) {
 }
 
 static int look_up_along(const sm_table *table, double *nanoseconds, double *sum) {
-    double slopes[2 * (SM_MODES + SM_NEAR + 1) * 3], lag[SM_LAGS];
+    double slopes[2 * (SM_MODES + SM_COMBINATIONS + 1) * 3], rate_correction[SM_RATE_CORRECTIONS];
     int32_t cell[SM_MODES] = {0, 0};
     const double started = now();
     for (int k = 0; k < STEPS; k++)
@@ -60,7 +60,9 @@ static int look_up_along(const sm_table *table, double *nanoseconds, double *sum
             const double *a = amplitudes[k];
             const double modulus[SM_MODES] = {sqrt(a[0] * a[0] + a[1] * a[1]) * (1 + 1e-9 * stage),
                                               sqrt(a[2] * a[2] + a[3] * a[3])};
-            if (sm_table_slopes_from(table, modulus, SLOPED, cell, slopes, lag) != SM_OK) return 0;
+            if (sm_table_slopes_from(table, modulus, SLOPED, cell, slopes, rate_correction)
+                != SM_OK)
+                return 0;
             *sum += slopes[0];
         }
     *nanoseconds = fmin(*nanoseconds, (now() - started) / STEPS);
@@ -71,8 +73,8 @@ int main(void) {
     table t = new_rich_table(NODES, NODES, 2);
     problem p = new_problem(2, 2, SM_TANH);
     sm_slow_flow flow = flow_over(&t);
-    flow.near[0] = (sm_near){1, 5, -2};
-    flow.near[1] = (sm_near){0, -4, 3};
+    flow.combination[0] = (sm_combination){1, 5, -2};
+    flow.combination[1] = (sm_combination){0, -4, 3};
     const sm_motion none = {.wanted = 0};
     sm_component *c = NULL;
     double stepped = INFINITY, looked = INFINITY, sum = 0.0;

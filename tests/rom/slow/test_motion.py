@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from conftest import LAW
-from slow_time import slow_trajectory
+from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import SlipmodeError, reduce, tabulate, two_mass
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct, sum_harmonics
-from slipmode.rom.slow.slow_flow import amplitude_rate, linear_part
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 FORCE = ({0: 1.0}, {1: 1.0})
@@ -42,8 +41,8 @@ def held_amplitude(model, amplitude, duration):
     """A trajectory at constant amplitudes, under the forces that hold them there."""
     a = np.array(amplitude, dtype=complex)
     Omega = model.reduced.frequency
-    mass = linear_part(model.reduced, Omega).mass
-    force = -2 * mass * amplitude_rate(model, a, Omega, np.zeros(2))
+    at_rest = steady_balance(model, a, Omega, np.zeros(2))
+    force = -2 * (at_rest.mass * at_rest.rate)[0]
     steps = 100
     time = np.linspace(0, duration, steps + 1)
     still = np.zeros((steps, 2))

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from slow_time import slow_trajectory
+from slow_time import linear_part, slow_trajectory
 
 from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import off_resonance_shift
-from slipmode.rom.slow.slow_flow import linear_part
 from slipmode.rom.slow.steady import steady
 
 FORCE = ({0: 1.0}, {1: 1.0})
@@ -97,10 +96,10 @@ def rate_of(model, t, a, forcing):
 
     def without_second_derivative(t, a):
         now = forcing(t)
-        part = linear_part(model.reduced, now.frequency)
+        mass, stiffness = linear_part(model.reduced, now.frequency)
         sweep = 1j * now.frequency_rate if model.reduced.formulation == "consistent" else 0.0
         forces = 0.5 * now.force + contact_force(model, a, now)
-        return (forces - (part.stiffness + sweep) * a) / part.mass
+        return (forces - (stiffness + sweep) * a) / mass
 
     v = without_second_derivative(t, a)
     if model.reduced.formulation == "paper":
@@ -118,8 +117,7 @@ def rate_of(model, t, a, forcing):
     rate_correction = coupling_factor(model.reduced, frequency) * behind
     return (
         v
-        - ((after - before) / (2 * h) - rate_correction)
-        / linear_part(model.reduced, frequency).mass
+        - ((after - before) / (2 * h) - rate_correction) / linear_part(model.reduced, frequency)[0]
     )
 
 

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from slow_time import slow_trajectory
+from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.slow.slow_flow import amplitude_rate
 from slipmode.rom.slow.steady import resonance, resonance_curve, steady
 
 LAW = Tanh(limit=2.0, alpha=0.02)
@@ -85,7 +84,7 @@ def test_the_peak_is_that_of_harmonic_balance(alpha, peak, bound):
 def test_the_steady_state_stands_still_in_the_slow_flow(two_mode_model):
     frequency = NATURAL + np.random.default_rng(3).uniform(-0.1, 0.1, (50, 2))
     a = steady(two_mode_model, frequency, BOTH)
-    rate = amplitude_rate(two_mode_model, a, frequency, np.array([0.15, 0.25]))
+    rate = steady_balance(two_mode_model, a, frequency, np.array([0.15, 0.25])).rate
     assert np.abs(rate).max() < 1e-9
 
 

@@ -151,7 +151,7 @@ SM_INLINE void sm_descent_retreat(const sm_stepper *s, const sm_descent *m, doub
     }
 }
 
-SM_INLINE sm_status sm_descend(const sm_stepper *s, sm_descent *m, const int lanes,
+SM_INLINE sm_status sm_active_set_solve(const sm_stepper *s, sm_descent *m, const int lanes,
                                const double *r) {
     const sm_slipping *a = &m->slipping;
     double work = 0.0, highest = INFINITY;
@@ -177,7 +177,7 @@ SM_INLINE sm_status sm_descend(const sm_stepper *s, sm_descent *m, const int lan
 }
 
 /* The lanes where `norm` of the residual is too large, from their velocities m->v. */
-SM_INLINE sm_status sm_descend_all(const int lanes, const sm_stepper *s, sm_lanes *m,
+SM_INLINE sm_status sm_active_set_all(const int lanes, const sm_stepper *s, sm_lanes *m,
                                    const double *norm) {
     const int n = s->contacts;
     if (m->factored != s->matrix) sm_lanes_forget(m, n, lanes);
@@ -192,7 +192,7 @@ SM_INLINE sm_status sm_descend_all(const int lanes, const sm_stepper *s, sm_lane
                         .step = m->packed,
                         .slipping = sm_slipping_of(n, l, m->slipping, m->factor)};
         for (int i = 0; i < n; i++) d.v[i] = norm[l] < INFINITY ? m->v[i * lanes + l] : 0.0;
-        const sm_status status = sm_descend(s, &d, lanes, m->r + l);
+        const sm_status status = sm_active_set_solve(s, &d, lanes, m->r + l);
         if (status != SM_OK) return status;
         for (int i = 0; i < n; i++) m->v[i * lanes + l] = d.v[i];
     }

@@ -193,7 +193,7 @@ SM_INLINE sm_status sm_newton_solve(const int lanes, const sm_stepper *s, sm_lan
         for (int l = 0; l < lanes; l++) worst = norm[l] > worst ? norm[l] : worst;
         if (worst <= SM_STAGE_TOLERANCE) return SM_OK;
         if (coulomb && (iteration == newton_only || !(worst < INFINITY)))
-            return sm_descend_all(lanes, s, m, norm);
+            return sm_active_set_all(lanes, s, m, norm);
         if (!(worst < INFINITY)) { /* Newton met a singular matrix, or the data overflow */
             if (!newton_works) return SM_NOT_FINITE;
             newton_works = 0;

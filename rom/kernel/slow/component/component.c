@@ -71,7 +71,7 @@ static size_t contact_count(const sm_component *c) {
     return 3 * (size_t)c->contacts.contact.contacts;
 }
 
-/* The inputs carry the angles for the near resonances; the state has them exactly. */
+/* The inputs carry the angles for the combination resonances; the state has them exactly. */
 static void align_angles(sm_component *c) {
     for (int j = 0; j < SM_MODES; j++) c->inputs.angle[j] = c->slow.angle[j].value;
 }
@@ -152,7 +152,7 @@ static sm_status integrate(sm_component *c, double duration, const sm_inputs *af
         const sm_inputs end =
             last ? *after : sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + tried);
         sm_status outcome =
-            sm_slow_flow_try(&c->flow, &c->inputs, elapsed, tried, &end, c->tolerance,
+            sm_slow_flow_dopri5(&c->flow, &c->inputs, elapsed, tried, &end, c->tolerance,
                              &c->instant, y, dy, y_new, dy_new, &error);
         if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
         if (outcome != SM_OK || error > 1.0) {
@@ -202,7 +202,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (sm_force_jump(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
+    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
     if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
     status = integrate(c, duration, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;

@@ -30,8 +30,8 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
     const size_t pairs = 2 * (size_t)motion->orders_count;
     status = check_values(motion->modes_out, elastic, 2 * modes);
     if (status == SM_OK) status = check_values(motion->contacts_out, elastic, n);
-    if (status == SM_OK) status = check_values(motion->pull, nodes, pairs * n);
-    if (status == SM_OK) status = check_values(motion->answer, nodes, pairs * elastic);
+    if (status == SM_OK) status = check_values(motion->reaction, nodes, pairs * n);
+    if (status == SM_OK) status = check_values(motion->response, nodes, pairs * elastic);
     return status == SM_OK ? sm_check_positive(motion->memory_periods) : status;
 }
 
@@ -68,7 +68,7 @@ static void place_contact(sm_contact_output *out, const sm_contact *contact, dou
     out->contact.damping = sm_keep(memory, contact->damping, n * n);
     out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
     out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
-    out->contact.answer = &out->answer;
+    out->contact.response = &out->response;
 }
 
 static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
@@ -78,13 +78,13 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
     out->motion = *motion;
     out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
     out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
-    out->motion.pull = sm_keep(memory, motion->pull, nodes * s.orders * n * 2);
-    out->motion.answer = sm_keep(memory, motion->answer, nodes * s.orders * s.elastic * 2);
-    for (int k = 0; k < 2; k++) out->pull[k] = sm_take(memory, s.orders * n * 2);
+    out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
+    out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+    for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(memory, s.orders * n * 2);
     int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
     if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
     out->motion.orders = orders;
-    out->answer = (sm_modal_answer){.orders_count = (int32_t)s.orders, .orders = orders};
+    out->response = (sm_modal_response){.orders_count = (int32_t)s.orders, .orders = orders};
 }
 
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
@@ -108,34 +108,38 @@ void sm_contact_output_begin(sm_contact_output *out) {
     sm_march_start(&out->march, out->state, out->state + n, out->state + 2 * n);
 }
 
-static void find_pull(const sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
-                      const sm_inputs *inputs, const double *y, double *pull) {
+static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow,
+                          sm_instant *instant, const sm_inputs *inputs, const double *y,
+                          double *reaction) {
     const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
     sm_plane_coefficients(&point, out->motion.orders_count, out->motion.orders,
-                          (size_t)out->contact.contacts, out->motion.pull, pull);
+                          (size_t)out->contact.contacts, out->motion.reaction, reaction);
 }
 
-/* The pull at both ends of a stretch; where one ends the next begins. */
-static void find_pulls(sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
+/* The reaction at both ends of a stretch; where one ends the next begins. */
+static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
                        const sm_slow_stretch *stretch) {
-    const int same = out->pull_known &&
-                     memcmp(&out->pull_inputs, stretch->start, offsetof(sm_inputs, angle)) == 0 &&
-                     memcmp(out->pull_amplitude, stretch->y, sizeof out->pull_amplitude) == 0;
-    double *spare = out->pull[0];
-    out->pull[0] = out->pull[1];
-    out->pull[1] = spare;
-    if (!same) find_pull(out, flow, instant, stretch->start, stretch->y, out->pull[0]);
-    find_pull(out, flow, instant, stretch->end, stretch->y_end, out->pull[1]);
-    out->pull_known = 1;
-    out->pull_inputs = *stretch->end;
-    memcpy(out->pull_amplitude, stretch->y_end, sizeof out->pull_amplitude);
+    const int same =
+        out->reaction_known
+        && memcmp(&out->reaction_inputs, stretch->start, offsetof(sm_inputs, angle)) == 0
+        && memcmp(out->reaction_amplitude, stretch->y, sizeof out->reaction_amplitude) == 0;
+    double *spare = out->reaction[0];
+    out->reaction[0] = out->reaction[1];
+    out->reaction[1] = spare;
+    if (!same) find_reaction(out, flow, instant, stretch->start, stretch->y, out->reaction[0]);
+    find_reaction(out, flow, instant, stretch->end, stretch->y_end, out->reaction[1]);
+    out->reaction_known = 1;
+    out->reaction_inputs = *stretch->end;
+    memcpy(out->reaction_amplitude, stretch->y_end, sizeof out->reaction_amplitude);
 }
 
-/* What the contacts feel of an amplitude at the carrier: with the force that acts on them. */
-static void add_shift(const sm_slow_flow *flow, int j, sm_complex force, double *amplitude) {
-    const sm_complex shift = sm_cmul(sm_cx(flow->shift[j][0], flow->shift[j][1]), force);
-    amplitude[2 * j] += shift.re;
-    amplitude[2 * j + 1] += shift.im;
+/* What acts on the contacts as an amplitude at the carrier: with the force that acts on them. */
+static void add_off_resonance(const sm_slow_flow *flow, int j, sm_complex force,
+                              double *amplitude) {
+    const sm_complex off_resonance =
+        sm_cmul(sm_cx(flow->off_resonance[j][0], flow->off_resonance[j][1]), force);
+    amplitude[2 * j] += off_resonance.re;
+    amplitude[2 * j + 1] += off_resonance.im;
 }
 
 static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *stretch) {
@@ -149,14 +153,15 @@ static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *st
         g.angle[j] = start->angle[j];
         g.frequency[j] = start->frequency[j];
         g.frequency_rate[j] = start->frequency_rate[j];
-        if (flow->shift[j][0] == 0.0 && flow->shift[j][1] == 0.0) continue;
+        if (flow->off_resonance[j][0] == 0.0 && flow->off_resonance[j][1] == 0.0) continue;
         const sm_complex from = sm_cx(cos(start->phase[j]), sin(start->phase[j]));
         const sm_complex to = sm_cx(cos(end->phase[j]), sin(end->phase[j]));
         const double growth = start->force_rate[j], turn = start->phase_rate[j];
-        add_shift(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
-        add_shift(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
-        add_shift(flow, j, sm_cmul(from, sm_cx(growth, turn * start->force[j])), g.rate_start);
-        add_shift(flow, j, sm_cmul(to, sm_cx(growth, turn * end->force[j])), g.rate_end);
+        add_off_resonance(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
+        add_off_resonance(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
+        add_off_resonance(flow, j, sm_cmul(from, sm_cx(growth, turn * start->force[j])),
+                          g.rate_start);
+        add_off_resonance(flow, j, sm_cmul(to, sm_cx(growth, turn * end->force[j])), g.rate_end);
     }
     return g;
 }
@@ -167,10 +172,10 @@ sm_status sm_contact_output_march(sm_contact_output *out, const sm_slow_flow *fl
     const double to = stretch->duration;
     if (from >= to) return SM_OK;
     sm_segment g = segment_of(flow, stretch);
-    if (out->answer.orders_count > 0) {
-        find_pulls(out, flow, instant, stretch);
-        g.pull_start = out->pull[0];
-        g.pull_end = out->pull[1];
+    if (out->response.orders_count > 0) {
+        find_reactions(out, flow, instant, stretch);
+        g.reaction_start = out->reaction[0];
+        g.reaction_end = out->reaction[1];
     }
     const double scale = stretch->start->limit_scale
                          + stretch->start->limit_scale_rate * 0.5 * (from + to);
@@ -206,10 +211,10 @@ static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
         }
         for (size_t i = 0; i < n; i++) x[k] += out->motion.contacts_out[k * n + i] * x_c[i];
     }
-    if (out->answer.orders_count == 0) return;
+    if (out->response.orders_count == 0) return;
     const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
-    sm_plane_add_sums(&point, out->answer.orders_count, out->answer.orders, elastic,
-                      out->motion.answer, carrier, x);
+    sm_plane_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
+                      out->motion.response, carrier, x);
 }
 
 void sm_contact_output_read(const sm_contact_output *out, const sm_slow_flow *flow,

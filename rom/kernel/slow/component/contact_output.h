@@ -15,15 +15,15 @@ typedef struct {
 typedef struct {
     sm_motion motion;
     sm_contact contact;        /* its limits are scaled_limit */
-    sm_modal_answer answer;    /* of the contact: the orders of the motion */
+    sm_modal_response response;    /* of the contact: the orders of the motion */
     const double *limit;       /* (N_c) friction limits of the model */
     double *scaled_limit;      /* (N_c) as they are in the march */
     double *state;             /* x_c, v_c, f_c at the communication point, 3 N_c */
     sm_march march;
-    double *pull[2];           /* (orders_count, N_c, 2) at the start and the end of a stretch */
-    int pull_known;            /* 1: pull[1] is that of the inputs and amplitudes here */
-    sm_inputs pull_inputs;
-    double pull_amplitude[2 * SM_MODES];
+    double *reaction[2]; /* (orders_count, N_c, 2) at the start and the end of a stretch */
+    int reaction_known;            /* 1: reaction[1] is that of the inputs and amplitudes here */
+    sm_inputs reaction_inputs;
+    double reaction_amplitude[2 * SM_MODES];
 } sm_contact_output;
 
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,

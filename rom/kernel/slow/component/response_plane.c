@@ -20,18 +20,19 @@ sm_plane_point sm_plane_point_at(const sm_slow_flow *flow, sm_instant *instant,
                                  const sm_inputs *inputs, const double *y) {
     const sm_table *table = &flow->table;
     const size_t count_b = (size_t)table->count_b;
-    sm_felt felt;
+    sm_effective effective;
     sm_instant_set(instant, flow, inputs);
-    sm_feel(flow, instant, y, &felt);
+    sm_effective_at(flow, instant, y, &effective);
     sm_plane_point point;
     for (int j = 0; j < SM_MODES; j++) /* there are no harmonics of a mode at rest */
-        point.unit[j] = felt.modulus[j] > 0.0 ? sm_of(&felt.unit, j) : sm_cx(0.0, 0.0);
+        point.unit[j] = effective.modulus[j] > 0.0 ? sm_of(&effective.unit, j) : sm_cx(0.0, 0.0);
     size_t a, b = 0;
-    const double in_a = place_in_cell(table->node_a, table->count_a, felt.modulus[0],
+    const double in_a = place_in_cell(table->node_a, table->count_a, effective.modulus[0],
                                       instant->cell[0], &a);
     double in_b = 0.0;
     if (table->modes == SM_MODES)
-        in_b = place_in_cell(table->node_b, table->count_b, felt.modulus[1], instant->cell[1], &b);
+        in_b = place_in_cell(table->node_b, table->count_b, effective.modulus[1], instant->cell[1],
+                             &b);
     const size_t next_b = table->modes == SM_MODES ? b + 1 : b;
     const double scale = inputs->limit_scale;
     for (int k = 0; k < 4; k++) {
@@ -55,7 +56,7 @@ SM_HOT void sm_plane_coefficients(const sm_plane_point *point, int count, const 
                                   double *restrict coefficient) {
     const size_t per_node = (size_t)count * width * 2;
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
-    sm_turns(count, orders, point->unit, re, im);
+    sm_harmonic_phasors(count, orders, point->unit, re, im);
     SM_SIMD
     for (size_t k = 0; k < per_node; k++)
         coefficient[k] = interpolated(point, values, per_node, k);
@@ -73,7 +74,7 @@ void sm_plane_add_sums(const sm_plane_point *point, int count, const int32_t *or
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
     const sm_complex turned[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
                                          sm_cmul(point->unit[1], carrier[1])};
-    sm_turns(count, orders, turned, re, im);
+    sm_harmonic_phasors(count, orders, turned, re, im);
     for (size_t q = 0; q < (size_t)count; q++)
         for (size_t s = 0; s < width; s++) {
             const size_t k = 2 * (q * width + s);

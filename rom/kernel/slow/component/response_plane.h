@@ -1,10 +1,10 @@
-/* What the modes answer to the harmonics of the contacts, tabulated over the amplitude plane.
+/* What the modes respond to the harmonics of the contacts, tabulated over the amplitude plane.
  *
- * Straight between the nodes of a friction table: the answer is a few per cent of the motion, so
+ * Straight between the nodes of a friction table: the response is a few per cent of the motion, so
  * that a surface of higher order would gain nothing.
  */
-#ifndef SLIPMODE_ANSWER_PLANE_H
-#define SLIPMODE_ANSWER_PLANE_H
+#ifndef SLIPMODE_RESPONSE_PLANE_H
+#define SLIPMODE_RESPONSE_PLANE_H
 
 #include "slow/instant.h"
 
@@ -12,7 +12,7 @@
 typedef struct {
     size_t node[4];
     double weight[4];          /* of those nodes, times the scale of the friction limits */
-    sm_complex unit[SM_MODES]; /* exp(i arg) of what the contacts feel; 0 at rest */
+    sm_complex unit[SM_MODES]; /* exp(i arg) of the effective amplitude; 0 at rest */
 } sm_plane_point;
 
 /* At amplitudes y under `inputs`, to which `instant` is set. Equal arguments give equal bits. */

@@ -18,7 +18,7 @@
 
 size_t sm_march_size(int contacts, int orders) {
     return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1) + sm_warm_size(contacts)
-           + sm_pull_size(contacts, orders) + (size_t)contacts;
+           + sm_reaction_size(contacts, orders) + (size_t)contacts;
 }
 
 void sm_march_place(sm_march *march, int contacts, int orders, double *memory) {
@@ -28,8 +28,8 @@ void sm_march_place(sm_march *march, int contacts, int orders, double *memory) {
     memory += sm_lanes_size(contacts, 1);
     sm_warm_place(&march->warm, contacts, memory);
     memory += sm_warm_size(contacts);
-    sm_pull_place(&march->pull, contacts, orders, memory);
-    march->force = memory + sm_pull_size(contacts, orders);
+    sm_reaction_place(&march->reaction, contacts, orders, memory);
+    march->force = memory + sm_reaction_size(contacts, orders);
 }
 
 void sm_march_start(sm_march *march, const double *x, const double *v, const double *f) {
@@ -53,17 +53,18 @@ SM_INLINE void load_forcing(const sm_contact *contact, const sm_segment *g, doub
     }
 }
 
-/* The modes' answer on top of it, in step k. */
-SM_INLINE void load_pull(sm_pull *pull, const sm_contact *contact, const sm_segment *g, int64_t k,
-                         int stage, double elapsed, const sm_rotor *rotor, double *u) {
+/* The modes' response on top of it, in step k. */
+SM_INLINE void load_reaction(sm_reaction *reaction, const sm_contact *contact, const sm_segment *g,
+                             int64_t k, int stage, double elapsed, const sm_rotor *rotor,
+                             double *u) {
     const int swept = g->frequency_rate[0] != 0.0 || g->frequency_rate[1] != 0.0;
-    const int32_t *orders = contact->answer->orders;
+    const int32_t *orders = contact->response->orders;
     if (swept || k % SM_ROTOR_TURNS == 0)
-        sm_pull_set(pull, stage, orders, rotor->carrier);
+        sm_reaction_set(reaction, stage, orders, rotor->carrier);
     else
-        sm_pull_turn(pull, stage);
-    if (k == 0 && stage == 0) sm_pull_set_turn(pull, orders, rotor->by);
-    sm_pull_add(pull, contact->contacts, stage, elapsed / g->duration, u);
+        sm_reaction_turn(reaction, stage);
+    if (k == 0 && stage == 0) sm_reaction_set_turn(reaction, orders, rotor->by);
+    sm_reaction_add(reaction, contact->contacts, stage, elapsed / g->duration, u);
 }
 
 /* g = r - S v, where rounding must not carry it beyond the limit. */
@@ -94,8 +95,8 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     sm_lanes_forget(&march->lane, contact->contacts, 1);
     sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
     sm_rotor rotor[2];
-    const int pulled = contact->answer && segment->pull_start && segment->pull_end;
-    if (pulled) sm_pull_start(&march->pull, contact->contacts, segment);
+    const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
+    if (reacting) sm_reaction_start(&march->reaction, contact->contacts, segment);
     for (int64_t k = 0; k < steps; k++) {
         march->warm.tolerance = k + 1 < steps ? ON_THE_WAY : AT_THE_END;
         for (int stage = 0; stage < 2; stage++) {
@@ -105,8 +106,8 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
             else
                 sm_rotor_turn(&rotor[stage], contact->modes);
             load_forcing(contact, segment, elapsed, rotor[stage].carrier, march->lane.u);
-            if (pulled)
-                load_pull(&march->pull, contact, segment, k, stage, elapsed, &rotor[stage],
+            if (reacting)
+                load_reaction(&march->reaction, contact, segment, k, stage, elapsed, &rotor[stage],
                           march->lane.u);
             status = sm_stage_one(&march->stepper, &march->warm, &march->lane, stage);
             if (status != SM_OK) return status;
@@ -129,7 +130,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples, n * sizeof(double)))
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
-    const int orders = contact->answer ? contact->answer->orders_count : 0;
+    const int orders = contact->response ? contact->response->orders_count : 0;
     double *memory = calloc(sm_march_size(contact->contacts, orders), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_march march;

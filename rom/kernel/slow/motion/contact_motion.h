@@ -1,5 +1,5 @@
-#ifndef SLIPMODE_MOTION_H
-#define SLIPMODE_MOTION_H
+#ifndef SLIPMODE_CONTACT_MOTION_H
+#define SLIPMODE_CONTACT_MOTION_H
 
 #include "slow/motion/reaction.h"
 #include "contact/stage/warm_chebyshev.h"
@@ -9,11 +9,11 @@ typedef struct {
     sm_stepper stepper;
     sm_lanes lane;
     sm_warm warm;
-    sm_pull pull;
+    sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
 } sm_march;
 
-/* With room for `orders` harmonics that pull at the contacts. */
+/* With room for `orders` harmonics that act on the contacts. */
 size_t sm_march_size(int contacts, int orders); /* doubles */
 void sm_march_place(sm_march *march, int contacts, int orders, double *memory);
 /* Start from displacement x, velocity v and friction force f (any of them NULL: zero). */

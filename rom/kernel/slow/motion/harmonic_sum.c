@@ -22,7 +22,7 @@ SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
     sm_complex carrier[SM_MODES], q[SM_MODES] = {{0.0, 0.0}, {0.0, 0.0}};
     sm_segment_carriers(g, sum->modes, elapsed, carrier);
-    sm_turns(sum->orders_count, sum->orders, carrier, re, im);
+    sm_harmonic_phasors(sum->orders_count, sum->orders, carrier, re, im);
     for (int j = 0; j < sum->modes; j++)
         q[j] = sm_cmul(sm_segment_amplitude(g, j, r), carrier[j]);
     for (size_t s = 0; s < signals; s++) {

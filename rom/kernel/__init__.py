@@ -1,0 +1,115 @@
+"""The C kernel as Python sees it: functions, structures and status codes of slipmode.h."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.kernel.library import load
+from slipmode.rom.kernel.structures import (
+    COMBINATIONS,
+    INPUT_FIELDS,
+    INPUT_QUANTITIES,
+    INPUTS,
+    MODES,
+    SCALE_FIELDS,
+    SEGMENT,
+    Combination,
+    Contact,
+    Full,
+    HarmonicSum,
+    ModalResponse,
+    Motion,
+    SlowFlow,
+    Table,
+)
+
+__all__ = [
+    "COMBINATIONS",
+    "INPUTS",
+    "INPUT_FIELDS",
+    "INPUT_QUANTITIES",
+    "MODES",
+    "OK",
+    "OUTPUTS_FIXED",
+    "OUTSIDE_TABLE",
+    "SCALE_FIELDS",
+    "SEGMENT",
+    "Combination",
+    "Contact",
+    "Full",
+    "HarmonicSum",
+    "ModalResponse",
+    "Motion",
+    "SlowFlow",
+    "Table",
+    "check",
+    "contiguous",
+    "inputs",
+    "lib",
+    "message",
+    "table",
+]
+
+OUTPUTS_FIXED = 10
+
+OK = 0
+OUTSIDE_TABLE = 5
+
+
+lib = load()
+
+
+def message(status: int) -> str:
+    """What a status means, in words."""
+    return str(lib.sm_message(status).decode())
+
+
+def check(status: int, doing: str) -> None:
+    """Raise SlipmodeError unless the status is OK."""
+    if status != OK:
+        raise SlipmodeError(f"{doing}: {message(status)}")
+
+
+def inputs(count: int) -> NDArray[np.void]:
+    """`count` sm_inputs: no force, frequencies of 1 rad/s, friction limits as tabulated."""
+    made = np.zeros(count, dtype=INPUTS)
+    made["frequency"] = 1.0
+    made["limit_scale"] = 1.0
+    return made
+
+
+def contiguous(values: Any) -> Floats:
+    """A C-contiguous float64 array that the core can read."""
+    return np.ascontiguousarray(values, dtype=float)
+
+
+def table(
+    modes: int,
+    node_a: Floats,
+    node_b: Floats,
+    values: Floats,
+    rate_correction: Floats | None,
+    region: Flags | None,
+) -> Table:
+    """sm_table over the given contiguous arrays, which it keeps alive."""
+    columns = values.shape[-1] // 2
+    power = int(columns > modes)
+    result = Table(
+        modes=modes,
+        combinations=columns - modes - power,
+        power=power,
+        count_a=node_a.size,
+        count_b=node_b.size,
+        node_a=node_a.ctypes.data,
+        node_b=node_b.ctypes.data if modes == 2 else None,
+        values=values.ctypes.data,
+        rate_correction=None if rate_correction is None else rate_correction.ctypes.data,
+        region=None if region is None else region.ctypes.data,
+    )
+    result.owned = (node_a, node_b, values, rate_correction, region)
+    return result

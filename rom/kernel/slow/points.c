@@ -1,0 +1,93 @@
+/* The slow flow at many points: its rates with everything, and what balances in steady motion. */
+#include <math.h>
+#include <string.h>
+
+#include "base/check.h"
+#include "slow/first_order.h"
+#include "slow/slow_flow.h"
+#include "table/table.h"
+
+sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points, const sm_inputs *inputs,
+                             const double *amplitude, double *rate) {
+    if (!flow || !inputs || !amplitude || !rate) return SM_BAD_ARGUMENT;
+    const size_t unknowns = 2 * (size_t)flow->table.modes;
+    for (size_t p = 0; p < points; p++) {
+        double powers[2];
+        const sm_status status =
+            sm_slow_flow_rate(flow, inputs + p, 0.0, amplitude + p * unknowns,
+                              rate + p * unknowns, &powers[0], &powers[1]);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+static void put(const sm_modal *values, int modes, double *out) {
+    for (int j = 0; j < modes; j++) {
+        const sm_complex z = sm_of(values, j);
+        out[2 * j] = z.re;
+        out[2 * j + 1] = z.im;
+    }
+}
+
+/* d rate / d amplitude (2 modes, 2 modes), a column for each real part and each imaginary one. */
+static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
+                        const sm_flow_state *state, double *jacobian) {
+    const int modes = flow->table.modes, unknowns = 2 * modes;
+    const sm_coefficients still = {.mass = {{0.0}, {0.0}}};
+    const double combination_angle[SM_COMBINATIONS] = {0.0};
+    for (int column = 0; column < unknowns; column++) {
+        sm_modal along = {{0.0}, {0.0}};
+        sm_flow_change change;
+        double rate[2 * SM_MODES];
+        sm_put(&along, column / 2, sm_cx(column % 2 == 0, column % 2));
+        const sm_direction direction = {
+            .amplitude = &along, .now = &still, .combination_angle = combination_angle, .limit_scale = 0.0};
+        sm_first_order_change(flow, instant, state, &direction, &change);
+        put(&change.rate, modes, rate);
+        for (int row = 0; row < unknowns; row++) jacobian[row * unknowns + column] = rate[row];
+    }
+}
+
+/* What `instant` remembers of another point is only spared work. */
+static sm_status balance_at(const sm_slow_flow *flow, const sm_inputs *inputs,
+                            sm_instant *instant, const double *amplitude, double *balance,
+                            double *jacobian) {
+    sm_inputs now;
+    sm_status status = sm_slow_flow_check_at(flow, inputs, 0.0, &now);
+    if (status != SM_OK) return status;
+    const int modes = flow->table.modes;
+    double y[2 * SM_MODES] = {0.0};
+    for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];
+    if (!sm_all_finite(y, 2 * SM_MODES)) return SM_NOT_FINITE;
+    sm_flow_state state;
+    sm_instant_set(instant, flow, &now);
+    memset(instant->combination_on, 0, sizeof instant->combination_on); /* their mean over time is zero */
+    status = sm_first_order(flow, instant, y, &state);
+    if (status != SM_OK) return status;
+    const sm_modal *const parts[] = {&instant->now.mass, &instant->now.stiffness, &state.force,
+                                     &state.rate};
+    for (int k = 0; k < 4; k++) put(parts[k], modes, balance + 2 * k * modes);
+    if (!sm_all_finite(balance, 8 * (size_t)modes)) return SM_NOT_FINITE;
+    if (jacobian) jacobian_at(flow, instant, &state, jacobian);
+    return SM_OK;
+}
+
+sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm_inputs *inputs,
+                               const double *amplitude, double *balance, double *jacobian) {
+    if (!flow || !inputs || !amplitude || !balance) return SM_BAD_ARGUMENT;
+    sm_status worst = SM_OK;
+    sm_instant instant = {.known = 0};
+    const size_t unknowns = 2 * (size_t)flow->table.modes;
+    for (size_t p = 0; p < points; p++) {
+        double *at = balance + 4 * p * unknowns;
+        double *slopes = jacobian ? jacobian + p * unknowns * unknowns : NULL;
+        const sm_status status = balance_at(
+            flow, inputs + p, &instant, amplitude + p * unknowns, at, slopes);
+        if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
+        if (status == SM_OK) continue;
+        worst = status;
+        for (size_t k = 0; k < 4 * unknowns; k++) at[k] = NAN;
+        for (size_t k = 0; slopes && k < unknowns * unknowns; k++) slopes[k] = NAN;
+    }
+    return worst;
+}
