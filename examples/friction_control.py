@@ -62,7 +62,7 @@ def step_together(path, schedule, controller):
         names = structure.input_names
         scripted = [dict(zip(names, row, strict=True)) for row in schedule.inputs(names)]
         outputs, scales = [structure.outputs()], [controller.scale]
-        for step, inputs in zip(schedule.durations, scripted, strict=True):
+        for step, inputs in zip(schedule.durations(), scripted, strict=True):
             now = outputs[-1]
             structure.set_inputs(**inputs | controller.do_step(now["A_abs"], step))
             structure.do_step(now["time"], step)
@@ -80,9 +80,9 @@ def record(scene, schedule, outputs, scales, path):
     with Recorder(sinks) as recorder:
         recorder.event(0.0, "info", "the friction limit follows |A|")
         for topic, names in (("/modes", SLOW), ("/energy", ENERGY)):
-            recorder.write(topic, schedule.time, np.column_stack([outputs[n] for n in names]))
-        recorder.write("/forcing", schedule.time, forcing)
-        recorder.write("/control", schedule.time, np.array(scales)[:, None])
+            recorder.write(topic, schedule.time(), np.column_stack([outputs[n] for n in names]))
+        recorder.write("/forcing", schedule.time(), forcing)
+        recorder.write("/control", schedule.time(), np.array(scales)[:, None])
 
 
 def main(folder="logs"):
@@ -96,8 +96,9 @@ def main(folder="logs"):
     fixed = runner.run(scene, folder, fmu=fmu).read().channels["/modes"][2][:, -1]
     outputs, scales = step_together(fmu, plan.schedule, LoadController(most_damped(model)))
     record(scene, plan.schedule, outputs, scales, folder / "controlled.mcap")
+    sweeps = plan.schedule.time() // 2000
     return [
-        [signal[plan.schedule.time // 2000 == sweep].max() for signal in (fixed, outputs["A_abs"])]
+        [signal[sweeps == sweep].max() for signal in (fixed, outputs["A_abs"])]
         for sweep in range(3)
     ]
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import isfinite
 
 import numpy as np
@@ -34,6 +34,8 @@ from slipmode.rom.slow.slow_flow import slow_flow
 
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
+
+_TRACED_ROWS = 4096  # outputs in memory together
 
 
 class Component:
@@ -193,11 +195,8 @@ class Component:
         SlipmodeError
             If the arrays have other shapes.
         """
-        lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
-        expected = (lengths.size, len(self.input_names))
-        if lengths.ndim != 1 or values.shape != expected:
-            raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        scaled = self._named.modal(self._named.records(values))
+        lengths, records = self._checked(durations, inputs)
+        scaled = self._named.modal(records)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         status = kernel.lib.sm_component_run(
@@ -207,15 +206,48 @@ class Component:
         )
         if done.value:
             last = done.value - 1
-            record = self._named.records(values[last : done.value])
-            self._inputs = moved_on(record, float(lengths[last]))
+            self._inputs = moved_on(records[last : done.value], float(lengths[last]))
         if status != kernel.OK:
-            failed = self._named.records(values[done.value : done.value + 1])
-            stop = self._stopped(status, float(lengths[done.value]), failed, outputs[: done.value])
-            own = self._named.modal(self._inputs)
-            kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
-            raise stop
+            failed = records[done.value : done.value + 1]
+            raise self._stopped_in(status, lengths[done.value], failed, outputs[: done.value])
         return outputs
+
+    def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
+        """Many steps as in `run`, with outputs after each internal step.
+
+        These lie close where the amplitudes change fast, and far apart where they rest, so that
+        their number says what happens, not how long it takes.
+
+        Yields
+        ------
+        (rows, outputs) ndarray
+            The next of them, in the order of `output_names`.
+
+        Raises
+        ------
+        StoppedError, SlipmodeError
+            As `run`; the outputs that the error carries follow those that were yielded.
+        """
+        lengths, records = self._checked(durations, inputs)
+        scaled = self._named.modal(records)
+        count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
+        while done.value < lengths.size:
+            outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
+            status = kernel.lib.sm_component_trace(
+                *(self._handle, lengths.size, lengths.ctypes.data, scaled.ctypes.data),
+                *(len(outputs), outputs.ctypes.data),
+                *(ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed)),
+            )
+            k = done.value
+            if elapsed.value > 0.0:
+                self._inputs = moved_on(records[k : k + 1], elapsed.value)
+            elif k > 0:
+                self._inputs = moved_on(records[k - 1 : k], float(lengths[k - 1]))
+            if status != kernel.OK:
+                failed = self._inputs if elapsed.value > 0.0 else records[k : k + 1]
+                left = lengths[k] - elapsed.value
+                raise self._stopped_in(status, left, failed, outputs[: count.value])
+            yield outputs[: count.value]
 
     def get_state(self) -> Floats:
         """Everything that continues the run, as an array that `set_state` takes."""
@@ -240,6 +272,23 @@ class Component:
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
+
+    def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats]:
+        """Lengths of steps, and the inputs at their starts as records."""
+        lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
+        expected = (lengths.size, len(self.input_names))
+        if lengths.ndim != 1 or values.shape != expected:
+            raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
+        return lengths, self._named.records(values)
+
+    def _stopped_in(
+        self, status: int, duration: float, inputs: Floats, outputs: Floats
+    ) -> StoppedError:
+        """Why one of many steps failed, which had set its own inputs."""
+        stop = self._stopped(status, float(duration), inputs, outputs)
+        own = self._named.modal(self._inputs)
+        kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+        return stop
 
     def _stopped(
         self, status: int, duration: float, inputs: Floats, outputs: Floats

@@ -41,7 +41,8 @@ def export_fmu(
     elastic = scene.output.elastic
     contact = bool(scene.contact or elastic)
     model, _ = plan.model(contact=contact, progress=progress)
-    inputs = {name: float(values[0]) for name, values in plan.schedule.values.items()}
+    names = list(plan.schedule.scripts)
+    (first,) = plan.schedule.inputs(names, slice(1)).tolist()
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",
@@ -52,7 +53,7 @@ def export_fmu(
         elastic=elastic,
         mode_names=plan.excited.modes,
         name=scene.title,
-        start=inputs | plan.excited.start(),
+        start=dict(zip(names, first, strict=True)) | plan.excited.start(),
         stop_time=scene.run.duration,
         step_size=scene.run.step,
         tolerance=scene.run.tolerance,

@@ -26,12 +26,13 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
         raise SlipmodeError(
             f"{path}: holds another model than the scene's; export that one with slipmode fmu"
         )
-    scripted = (*schedule.values, *(name.replace("_", "_rate_") for name in schedule.rates))
+    scripts = schedule.scripts
+    scripted = (*scripts, *(name.replace("_", "_rate_") for name in scripts))
     archive.require(scripted, archive.inputs, "inputs")
     amplitudes = plan.excited.start()
     angles = [f"theta_{mode}" for mode in plan.excited.modes]
     archive.require([*amplitudes, *angles, *energy().names], archive.outputs, "outputs")
-    first = schedule.inputs(tuple(archive.inputs))[0].tolist()
+    (first,) = schedule.inputs(tuple(archive.inputs), slice(1)).tolist()
     start = dict(zip(archive.inputs, first, strict=True)) | amplitudes
     start["tolerance"] = plan.scene.run.tolerance
     if "contact_wanted" in archive.settable:

@@ -141,7 +141,7 @@ def run(
         model=model,
         mcap=mcap,
         rrd=rrd,
-        steps=plan.schedule.durations.size,
+        steps=plan.schedule.steps,
         samples=pass_.samples,
         table_seconds=table_seconds,
         slow_seconds=pass_.slow_seconds,

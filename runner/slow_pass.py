@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,7 +12,7 @@ from tqdm import tqdm
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS, Motion, reconstruct, sum_harmonics
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -20,6 +21,7 @@ from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
+_PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
 _SAMPLES_PER_BATCH = 16384
 
 
@@ -53,9 +55,17 @@ class SlowPass:
         inputs = plan.schedule.inputs(component.input_names, slice(1))
         component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
         self._columns = {name: k for k, name in enumerate(component.output_names)}
-        self._rows = [self._present_row()]
+        self._rows = deque([self._present_row()])
+        self._first = 0  # communication point of the first row
         windows = (*plan.scene.contact, *plan.scene.elastic)
         self._windows = sorted(windows, key=lambda window: window.start)
+        reached = plan.schedule.extremes([f"frequency_{mode}" for mode in plan.excited.modes])
+        longest, shortest = (
+            2 * np.pi / frequency for frequency in (reached[0].min(), reached[1].max())
+        )
+        self._spin_up = SPIN_UP_PERIODS * longest
+        at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
+        self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
 
     def through_slow_time(self, progress: bool) -> None:
         """Step, record, and reconstruct each window once its end is reached."""
@@ -67,12 +77,12 @@ class SlowPass:
                 words = f"{decision.subject} {decision.choice}: {decision.reason}"
                 recorder.event(0.0, decision.level, words)
         self._record(self._rows[0], 0)
-        steps = schedule.durations.size
+        steps, at_once = schedule.steps, self._steps_per_block
         with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
-            for first in range(0, steps, _STEPS_PER_BLOCK):
-                block = slice(first, min(first + _STEPS_PER_BLOCK, steps))
+            for first in range(0, steps, at_once):
+                block = slice(first, min(first + at_once, steps))
                 inputs = schedule.inputs(self._component.input_names, block)
-                self._advance(schedule.durations[block], inputs, first)
+                self._advance(schedule.durations(block), inputs, first)
                 bar.update(block.stop - first)
         recorder.event(self._now, "info", "end of the scene")
 
@@ -93,10 +103,22 @@ class SlowPass:
         if not len(outputs):
             return
         self._rows.append(outputs)
-        self._now = float(self._plan.schedule.time[first + len(outputs)])
+        self._now = self._time_at(first + len(outputs))
         self._record(outputs, first + 1)
         while self._windows and self._windows[0].end <= self._now:
             self._reconstruct(self._windows.pop(0))
+        self._forget()
+
+    def _forget(self) -> None:
+        """Drop rows that no window to come reaches back to."""
+        needed = self._now
+        if self._windows:
+            needed = min(needed, self._windows[0].start - self._spin_up)
+        while len(self._rows) > 1 and self._time_at(self._first + len(self._rows[0])) <= needed:
+            self._first += len(self._rows.popleft())
+
+    def _time_at(self, point: int) -> float:
+        return float(self._plan.schedule.time(slice(point, point + 1))[0])
 
     def _present_row(self) -> Floats:
         now = self._component.outputs()
@@ -106,7 +128,7 @@ class SlowPass:
         """Slow channels of the communication points from number `first` on."""
         schedule, modes = self._plan.schedule, self._plan.excited.modes
         points = slice(first, first + len(outputs))
-        time_ = schedule.time[points]
+        time_ = schedule.time(points)
         parts = self._take(outputs, [f"{m}_{p}" for m in modes for p in ("re", "im")])
         moduli = np.hypot(parts[:, 0::2], parts[:, 1::2])
         self._recorder.write("/modes", time_, np.hstack((parts, moduli)))
@@ -120,8 +142,9 @@ class SlowPass:
 
     def _reconstruct(self, window: Window) -> None:
         outputs = np.concatenate(self._rows)
-        self._rows = [outputs]
-        trajectory = slow_trajectory(self._plan, self._model, list(self._columns), outputs)
+        self._rows = deque([outputs])
+        names = list(self._columns)
+        trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
         of_contacts = window in self._plan.scene.contact
         on_torus = of_contacts and self._model.modes == 2 and self._recorder.keeps
         summed = not of_contacts and self._plan.elastic_order is not None

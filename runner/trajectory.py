@@ -15,35 +15,38 @@ from slipmode.runner.scene.scene import Window
 
 
 def slow_trajectory(
-    plan: Plan, model: Model, names: Sequence[str], outputs: Floats
+    plan: Plan, model: Model, names: Sequence[str], outputs: Floats, first: int = 0
 ) -> SlowTrajectory:
-    """Trajectory through the outputs (steps + 1, names) of a component, those at t = 0 first."""
+    """Trajectory through the outputs (steps + 1, names) of a component from a point on."""
     excited, schedule = plan.excited, plan.schedule
-    steps = len(outputs) - 1
+    steps = slice(first, first + len(outputs) - 1)
     column = {name: k for k, name in enumerate(names)}
     factor = [model.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
 
     def taken(pattern: str) -> Floats:
         return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
 
-    def scripted(values: dict[str, Floats], quantity: str) -> Floats:
-        return np.column_stack([values[f"{quantity}_{mode}"][:steps] for mode in excited.modes])
+    def scripted(quantity: str) -> Floats:
+        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
 
-    turn = factor * np.exp(1j * scripted(schedule.values, "phase"))
-    force = scripted(schedule.values, "force") * turn
-    growing = scripted(schedule.rates, "force") * turn
+    turn = factor * np.exp(1j * scripted("phase"))
+    force = scripted("force") * turn
+    growing = scripted("force_rate") * turn
     force_response = ForceResponse.of(model.reduced, excited.force, plan.structure)
-    frequency, angle = scripted(schedule.values, "frequency"), taken("theta_{}")
-    start, end = (forces[:steps] for forces in excited.modal_forces(schedule))
-    onset = np.vstack((np.zeros_like(start[:1]), start[1:] - end[:-1]))
+    frequency, angle = scripted("frequency"), taken("theta_{}")
+    before = slice(max(first - 1, 0), steps.stop)
+    start, end = excited.modal_forces(schedule, before)
+    onset = start[1:] - end[:-1]
+    if first == 0:
+        onset = np.vstack((np.zeros_like(start[:1]), onset))
     return SlowTrajectory(
-        time=schedule.time[: steps + 1],
+        time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=taken("{}_re") + 1j * taken("{}_im"),
         angle=angle,
         frequency=frequency,
-        frequency_rate=scripted(schedule.rates, "frequency"),
+        frequency_rate=scripted("frequency_rate"),
         force=force,
-        force_rate=growing + 1j * scripted(schedule.rates, "phase") * force,
+        force_rate=growing + 1j * scripted("phase_rate") * force,
         force_response=force_response,
         discontinuity=force_response.free_vibration(model.reduced, onset, frequency, angle[:-1]),
     )

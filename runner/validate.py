@@ -117,7 +117,7 @@ def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
     component = plan.component(model)
     now = component.outputs()
     first = np.array([[now[name] for name in component.output_names]])
-    outputs = component.run(plan.schedule.durations, plan.schedule.inputs(component.input_names))
+    outputs = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
     outputs = np.vstack((first, outputs))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = [sample_times(window, trajectory) for window in plan.scene.contact]
@@ -141,18 +141,18 @@ def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
     """Full-order motion at the times and at the end of the scene; outputs: the modes."""
     excited, schedule, structure = plan.excited, plan.schedule, plan.structure
 
-    def columns(values: dict[str, Floats], quantity: str) -> Floats:
-        return np.column_stack([values[f"{quantity}_{mode}"] for mode in excited.modes])
+    def scripted(quantity: str) -> Floats:
+        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes])
 
     excitation = Excitation(
         patterns=np.array(excited.force),
-        start=schedule.time[:-1],
-        amplitude=columns(schedule.values, "force"),
-        amplitude_rate=columns(schedule.rates, "force"),
-        frequency=columns(schedule.values, "frequency"),
-        frequency_rate=columns(schedule.rates, "frequency"),
-        phase=columns(schedule.values, "phase"),
-        phase_rate=columns(schedule.rates, "phase"),
+        start=schedule.time(slice(schedule.steps)),
+        amplitude=scripted("force"),
+        amplitude_rate=scripted("force_rate"),
+        frequency=scripted("frequency"),
+        frequency_rate=scripted("frequency_rate"),
+        phase=scripted("phase"),
+        phase_rate=scripted("phase_rate"),
     )
     a = np.array(excited.initial, dtype=complex)
     shapes = excited.reduced.mode_shapes

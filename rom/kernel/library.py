@@ -57,6 +57,10 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_component_step": [c_void_p, c_double],
     "sm_component_outputs": [c_void_p, c_void_p],
     "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],
+    "sm_component_trace": [
+        *(c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p),
+        *(POINTER(c_size_t), POINTER(c_size_t), POINTER(c_double)),
+    ],
     "sm_full_march": [
         *(POINTER(Full), c_void_p, c_double, c_size_t, c_size_t),
         *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),

@@ -302,6 +302,13 @@ SM_API sm_status sm_component_recent_motion(sm_component *component, const sm_in
 SM_API sm_status sm_component_run(sm_component *component, size_t steps, const double *durations,
                                   const sm_inputs *inputs, double *outputs, size_t *done);
 
+/* The same with outputs after each internal step of any length, `count` of them: often where much
+ * happens, seldom where nothing does. `done` steps and `elapsed` seconds of the next are behind,
+ * 0 in the first call; it returns where `capacity` is full, and goes on from there in the next. */
+SM_API sm_status sm_component_trace(sm_component *component, size_t steps, const double *durations,
+                                    const sm_inputs *inputs, size_t capacity, double *outputs,
+                                    size_t *count, size_t *done, double *elapsed);
+
 /* State as doubles, position-independent: time, amplitudes, angles, energy, step, contacts. */
 SM_API size_t sm_component_state_count(const sm_component *component);
 SM_API sm_status sm_component_get_state(const sm_component *component, double *state);

@@ -56,31 +56,37 @@ def separation(order: Order) -> float:
     return max(distance for most, distance in SEPARATION.items() if highest <= most)
 
 
-def combination_resonances(frequencies: ArrayLike) -> tuple[CombinationResonance, ...]:
+def combination_resonances(
+    frequencies: ArrayLike, until: ArrayLike | None = None
+) -> tuple[CombinationResonance, ...]:
     """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
 
     Parameters
     ----------
     frequencies : (points, modes) array_like
-        Forcing frequencies [rad/s], e.g. along a sweep.
+        Forcing frequencies [rad/s].
+    until : (points, modes) array_like, optional
+        Where sweeps go from there, in straight lines: what they pass counts.
 
     Returns
     -------
     tuple of CombinationResonance
         Lowest orders first, at most 8; empty for one mode.
     """
-    points = np.atleast_2d(np.asarray(frequencies, dtype=float))
-    if points.shape[1] == 1:
+    start = np.atleast_2d(np.asarray(frequencies, dtype=float))
+    end = start if until is None else np.atleast_2d(np.asarray(until, dtype=float))
+    if start.shape[1] == 1:
         return ()
-    moved = np.any(points[1:] != points[:-1], axis=1)
-    points = points[np.append(True, moved)]
+    ends = np.unique(np.stack((start, end), axis=1), axis=0)  # (sweeps, 2, modes)
     found = []
     for order in harmonic_orders(max(SEPARATION), 2):
         for n, m in (order, (-order[0], -order[1])):
-            nu = n * points[:, 0] + m * points[:, 1]
+            nu = n * ends[..., 0] + m * ends[..., 1]
             for mode in range(2):
-                close = np.abs(nu - points[:, mode]) < separation(order) * points[:, mode]
-                if close.any() and (n, m) != CARRIERS[mode]:
+                apart = nu - ends[..., mode]
+                close = np.abs(apart) < separation(order) * ends[..., mode]
+                passed = apart[:, 0] * apart[:, 1] < 0.0
+                if (close.any() or passed.any()) and (n, m) != CARRIERS[mode]:
                     found.append(CombinationResonance(mode, n, m))
     return tuple(found[:MOST])
 

@@ -85,8 +85,8 @@ def reconstruct(
     steps_per_period : int
         Least number of time steps per period of the faster carrier.
     spin_up : float
-        Periods of the slower carrier marched before the first time, at most from the
-        trajectory's start, where the contacts rest.
+        Periods of the slower carrier, as it is at the times, marched before the first of them, at
+        most from the trajectory's start, where the contacts rest.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def reconstruct(
         If the times are not increasing or lie outside the trajectory.
     """
     sample = _sample_times(trajectory, times)
-    slowest = trajectory.frequency.min()
+    slowest = trajectory.between(sample[0], sample[-1]).frequency.min()
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
     response = modal_response(model, part)
     reaction = np.ascontiguousarray(2.0 * response.reaction)

@@ -16,14 +16,15 @@ from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
+from slipmode.runner.plan.settling import shortened
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
+_PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely as tiles tell apart
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
 _LARGEST_GROWTH = 2.0**40
-_STEPS_PER_BLOCK = 65536  # whose inputs and outputs are in memory together
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +54,12 @@ class Excited:
 
     __repr__ = short_repr
 
-    def modal_forces(self, schedule: Schedule) -> tuple[Complexes, Complexes]:
-        """F_j exp(i phase_j) at the start and at the end of each step, (steps, modes)."""
+    def modal_forces(
+        self, schedule: Schedule, steps: slice = slice(None)
+    ) -> tuple[Complexes, Complexes]:
+        """F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
         modal = np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
-        start, end = schedule.forces(self.modes)
+        start, end = schedule.forces(self.modes, steps)
         return modal * start, modal * end
 
     def component(self, model: Model, tolerance: float) -> Component:
@@ -143,11 +146,13 @@ def dry_run(
 def _felt(excited: Excited, schedule: Schedule) -> Floats:
     """What the forces add to the amplitudes that the contacts feel, at most."""
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    shift = np.abs(off_resonance_shift(excited.reduced, excited.force) * factor)
+    return np.asarray(shift * _largest_force(excited, schedule))
+
+
+def _largest_force(excited: Excited, schedule: Schedule) -> Floats:
     names = [f"force_{mode}" for mode in excited.modes]
-    largest = np.abs(schedule.at_points(names)).max(axis=0)
-    return np.asarray(
-        np.abs(off_resonance_shift(excited.reduced, excited.force) * factor) * largest
-    )
+    return np.asarray(np.abs(schedule.extremes(names)).max(axis=0))
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
@@ -165,27 +170,28 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     initial = np.abs(np.array(excited.amplitude))
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
-    force = np.abs(factor) * schedule.largest_force(excited.modes)
+    force = np.abs(factor) * _largest_force(excited, schedule)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
 def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
-    """Amplitudes (steps + 1, modes) on a coarse table, the largest, and if it was never left."""
-    component = excited.component(model, _TOLERANCE * 1e-2)
-    rows, complete = [np.abs(np.array([excited.amplitude]))], True
-    for first in range(0, schedule.durations.size, _STEPS_PER_BLOCK):
-        block = slice(first, first + _STEPS_PER_BLOCK)
-        inputs = schedule.inputs(component.input_names, block)
-        try:
-            outputs = component.run(schedule.durations[block], inputs)
-        except StoppedError as stop:
-            if not stop.left_table:
-                raise SlipmodeError(f"run: {stop}") from None
-            outputs, complete = stop.outputs, False
+    """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left."""
+    component = excited.component(model, _PATH_TOLERANCE)
+    stretches = shortened(schedule, model, excited.modes, component.input_names)
+    rows, complete = [np.abs([excited.amplitude])], True
+
+    def keep(outputs: Floats) -> None:
         rows.append(np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)])
-        if not complete:
-            break
+
+    try:
+        for outputs in component.trace(*stretches):
+            keep(outputs)
+    except StoppedError as stop:
+        if not stop.left_table:
+            raise SlipmodeError(f"run: {stop}") from None
+        keep(stop.outputs)
+        complete = False
     path = np.concatenate(rows)
     reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):

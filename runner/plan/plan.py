@@ -71,7 +71,7 @@ class Plan:
         return (
             f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
             f"{self.excited.reduced.n_contacts} contacts, amplitudes to {reach}, "
-            f"{self.schedule.durations.size} steps, {len(self.decisions)} decisions)"
+            f"{self.schedule.steps} steps, {len(self.decisions)} decisions)"
         )
 
     def model(
@@ -139,8 +139,10 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
         excited = replace(excited, amplitude=_start(excited, schedule))
+        frequencies = [f"frequency_{mode}" for mode in modes]
+        straight = schedule.stretches()
         combinations = combination_resonances(
-            schedule.inputs([f"frequency_{mode}" for mode in modes])
+            straight.inputs(frequencies), straight.at_ends(frequencies)
         )
     seen = None
     if scene.model.amplitude is None:
@@ -253,10 +255,11 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
 
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
-    reduced, (force, _) = excited.reduced, excited.modal_forces(schedule.first_step())
-    frequency = [schedule.values[f"frequency_{mode}"][0] for mode in excited.modes]
+    reduced, first = excited.reduced, slice(1)
+    force, _ = excited.modal_forces(schedule, first)
+    frequency = schedule.inputs([f"frequency_{mode}" for mode in excited.modes], first)
     force_response = ForceResponse.of(reduced, excited.force)
-    at_rest = force_response.free_vibration(reduced, force[0], np.array(frequency))
+    at_rest = force_response.free_vibration(reduced, force[0], frequency[0])
     return tuple((np.array(excited.initial) + at_rest).tolist())
 
 

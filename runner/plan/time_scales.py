@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from math import pi
 
 from slipmode.rom import Reduced, SlipmodeError
-from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.schedule import Schedule
@@ -29,17 +28,18 @@ def check_time_scales(
     SlipmodeError
         Naming the key and what it may be.
     """
-    frequency = schedule.at_points([f"frequency_{mode}" for mode in modes])
-    for mode, omega, values in zip(modes, reduced.frequency, frequency.T, strict=True):
+    reached = schedule.extremes([f"frequency_{mode}" for mode in modes])
+    for mode, omega, *values in zip(modes, reduced.frequency, *reached, strict=True):
         _check_frequency(mode, float(omega), values)
-    longest = _LONGEST_STEP * 2 * pi / float(frequency.max())
+    fastest = float(reached[1].max())
+    longest = _LONGEST_STEP * 2 * pi / fastest
     if scene.run.step > longest:
         raise SlipmodeError(
             f"run.step: must be at most {longest:.3g} s, {_LONGEST_STEP:g} periods of the "
             f"forcing, got {scene.run.step:g}"
         )
     windows = (*scene.contact, *scene.elastic)
-    per_second = float(frequency.max()) / (2 * pi)
+    per_second = fastest / (2 * pi)
     samples = sum(per_second * w.samples_per_period * (w.end - w.start) for w in windows)
     if samples > _MOST_SAMPLES:
         raise SlipmodeError(
@@ -48,9 +48,9 @@ def check_time_scales(
         )
 
 
-def _check_frequency(mode: Mode, omega: float, values: Floats) -> None:
+def _check_frequency(mode: Mode, omega: float, values: Sequence[float]) -> None:
     low, high = _LOWEST * omega, _HIGHEST * omega
-    for value in (values.min(), values.max()):
+    for value in values:
         if not low <= value <= high:
             raise SlipmodeError(
                 f"forcing.{mode}.frequency: must be {low:.3g} to {high:.3g} rad/s, for mode "

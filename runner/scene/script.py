@@ -82,14 +82,14 @@ class Script:
     def rate(self, t: Floats) -> Floats: ...
     def rate(self, t: float | Floats) -> float | Floats:
         """The slope just right of `t` [1/s]; jumps do not count. Same shape as `t`."""
-        return _like(t, self._slopes[np.searchsorted(self.times, t, side="right")])
+        return _like(t, self._slopes[np.searchsorted(self._points[0], t, side="right")])
 
     @cached_property
     def breaks(self) -> tuple[float, ...]:
         """The times at which the value jumps or the slope changes, ascending."""
-        times = np.unique(self.times)
-        before = self._slopes[np.searchsorted(self.times, times, side="left")]
-        after = self._slopes[np.searchsorted(self.times, times, side="right")]
+        times, points = np.unique(self._points[0]), self._points[0]
+        before = self._slopes[np.searchsorted(points, times, side="left")]
+        after = self._slopes[np.searchsorted(points, times, side="right")]
         return tuple(sorted({*times[before != after].tolist(), *self._jumps}))
 
     def range(self, t0: float, t1: float) -> tuple[float, float]:
@@ -104,16 +104,21 @@ class Script:
         return [t for (t, v), (u, w) in pairwise(points) if t == u and v != w]
 
     @cached_property
+    def _points(self) -> tuple[Floats, Floats]:
+        """Times and values as arrays."""
+        return np.array(self.times, dtype=float), np.array(self.values, dtype=float)
+
+    @cached_property
     def _slopes(self) -> Floats:
         """The slope of each segment, the two constant ends included; 0 for a jump."""
         with np.errstate(over="ignore", invalid="ignore"):
-            rises, runs = np.diff(self.values), np.diff(self.times)
+            runs, rises = (np.diff(part) for part in self._points)
             inner = np.divide(rises, runs, out=np.zeros_like(rises), where=runs > 0.0)
         return np.concatenate(([0.0], inner, [0.0]))
 
     def _evaluate(self, t: ArrayLike, side: Literal["left", "right"]) -> Floats:
         """Interpolate in the segment that holds the points next to `t` on that side."""
-        times, values = np.array(self.times), np.array(self.values)
+        times, values = self._points
         segment = np.searchsorted(times, t, side=side)
         start = np.maximum(segment - 1, 0)
         interpolated: Floats = values[start] + self._slopes[segment] * (

@@ -18,11 +18,11 @@ HOLDS_MUCH = re.compile(r"Floats|Complexes|Flags|[Nn][Dd]?[Aa]rray|Signals|list\
 LARGE = re.compile(r"\b(Model|Plan|Reduced|Scene|Table|Harmonics|Structure)\b")
 # Compiled, or of use to others nowhere, or with needs that not every installation has.
 LEFT_OUT = (
-    "rom._core",
-    "fmu._native",
+    "slipmode.rom._core",
+    "slipmode.fmu._native",
     "slipmode.runner.recording.mcapfile",
-    "runner.paper",
-    "runner.report",
+    "slipmode.runner.paper",
+    "slipmode.runner.report",
 )
 
 

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sysconfig
 import threading
+import time
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,16 @@ from scene_text import TANH_ON_BOTH_MODES
 from slipmode import runner
 from slipmode.fmu import Component
 from slipmode.rom import SlipmodeError
+from slipmode.rom.slow.motion import reconstruct
 from slipmode.runner import slow_pass
 from slipmode.runner.cli import main
 from slipmode.runner.recording.channels import Event
+from slipmode.runner.recording.check.recover import recover
 from slipmode.runner.recording.interruption import interrupts_held_back
+from slipmode.runner.recording.mcapfile.writer import FIRST_FLUSH_SECONDS
 from slipmode.runner.recording.record import McapSink
 from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.trajectory import sample_times
 
 RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
 
@@ -157,7 +162,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
         assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count
     two = len(shipped.plan.excited.modes) == 2
     fast |= {"/phases"} if two else set()
-    points, samples = schedule.time.size, shipped.samples
+    points, samples = schedule.steps + 1, shipped.samples
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 2}
     expected |= {"/torus": 32 * 64} if two else {}
     assert counts.pop("/overview/modes") == points <= 4096
@@ -168,11 +173,11 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     assert metadata["units"]["/energy.dissipated_energy"] == "J"
     assert metadata["run"]["model_hash"] == shipped.model.hash
     for topic in slow:
-        assert times_in(shipped.mcap, topic) == pytest.approx(schedule.time, abs=1e-9)
+        assert times_in(shipped.mcap, topic) == pytest.approx(schedule.time(), abs=1e-9)
 
 
 def test_shipped_scenes_step_as_they_say(shipped):
-    run, time = shipped.plan.scene.run, shipped.plan.schedule.time
+    run, time = shipped.plan.scene.run, shipped.plan.schedule.time()
     assert (time[0], time[-1]) == (0.0, run.duration)
     assert np.diff(time).max() == pytest.approx(run.step)
     assert set(np.arange(0.0, run.duration, run.step)) <= set(time)
@@ -245,6 +250,61 @@ def test_runs_in_threads(tmp_path):
         thread.join()
     ends = [column(runner.read(folder / "test.mcap"), "/modes", "A_abs")[-1] for folder in folders]
     assert len(set(ends)) == 1
+
+
+# Long runs
+
+
+def test_long_steps_are_on_disk_before_many_of_them_are_done(tmp_path, monkeypatch):
+    """Each of 1e5 periods and more: the first is recorded before the third is taken."""
+    seen, real = [], Component.run
+
+    def run(component, durations, inputs):
+        seen.append((len(durations), recover(path, tmp_path / "whole.mcap").kept))
+        time.sleep(1.2 * FIRST_FLUSH_SECONDS)
+        return real(component, durations, inputs)
+
+    path = tmp_path / "test.mcap"
+    scene = changed(("duration = 700.0\nstep = 1.0", "duration = 7e6\nstep = 7e5"), (CONTACT, ""))
+    monkeypatch.setattr(Component, "run", run)
+    recording = runner.run(scene, tmp_path)
+    steps, kept = zip(*seen, strict=True)
+    assert steps == 10 * (1,)
+    assert kept[2] > 0
+    assert column(recording.read(), "/modes", "A_abs").size == 11
+
+
+def test_a_window_late_in_a_run_needs_no_more_than_its_own_steps(tmp_path, monkeypatch):
+    """The same samples as from the whole trajectory, of which the run keeps the end alone."""
+    kept = []
+    real = slow_pass.slow_trajectory
+
+    def slow_trajectory(plan, model, names, outputs, first):
+        kept.append((len(outputs), first))
+        return real(plan, model, names, outputs, first)
+
+    monkeypatch.setattr(slow_pass, "slow_trajectory", slow_trajectory)
+    sweep = "frequency = [[0, 0.96], [19000, 0.96], [20000, 1.0]]"
+    force = "amplitude = [[0, 0.1], [19530, 0.1], [19530, 0.15]]"
+    late = changed(
+        ("duration = 700.0", "duration = 20000.0"),
+        ("[600.0, 700.0]", "[19600.0, 19700.0]"),
+        ("frequency = 0.98", sweep),
+        ("amplitude = 0.15", force),
+    )
+    recording = runner.run(late, tmp_path)
+    ((rows, first),) = kept
+    assert rows < 3 * 1024 < 16000 < first
+    plan, model = recording.plan, recording.model
+    component = plan.component(model)
+    start = [list(component.outputs().values())]
+    whole = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
+    trajectory = real(plan, model, component.output_names, np.vstack((start, whole)))
+    data = recording.read()
+    times = sample_times(plan.scene.contact[0], trajectory)
+    expected = reconstruct(model, trajectory, times)
+    np.testing.assert_array_equal(column(data, "/contact/0", "f"), expected.force[:, 0])
+    np.testing.assert_array_equal(column(data, "/contact/1", "x"), expected.displacement[:, 1])
 
 
 # No more model than the scene needs

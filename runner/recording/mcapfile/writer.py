@@ -28,6 +28,7 @@ from slipmode.runner.recording.mcapfile.summary import Summary
 
 CHUNK_BYTES = 1024 * 1024  # of messages before compression; two of them are in memory at most
 FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is put on disk too
+FIRST_FLUSH_SECONDS = 0.05  # after which it is for the first time; then twice as long each time
 
 ZSTD_LEVEL = 1  # on samples of smooth motion it is twice as fast as level 3, and no larger
 
@@ -49,8 +50,9 @@ class McapWriter:
     """Writes an MCAP file: chunks with CRCs, message indexes, statistics and a summary.
 
     A full chunk is compressed in a thread beside, and is in the file before the next one is full.
-    So is an unfinished one after FLUSH_SECONDS; it is later written over by its longer self, so
-    that the bytes of a finished file do not depend on how fast it was written.
+    So is an unfinished one after FLUSH_SECONDS, and sooner in the beginning; it is later written
+    over by its longer self, so that the bytes of a finished file do not depend on how fast it was
+    written.
 
     Parameters
     ----------
@@ -71,6 +73,7 @@ class McapWriter:
         self._filled = 0
         self._entries: dict[int, list[NDArray[np.void]]] = {}
         self._last_flush = time.monotonic()
+        self._flush_after = FIRST_FLUSH_SECONDS
         self._put(MCAP0_MAGIC)
         self._put(record_bytes(records.Header("", f"slipmode; {LIBRARY_IDENTIFIER}")))
 
@@ -128,7 +131,8 @@ class McapWriter:
                 self._buffer = bytearray(size)
         if self._compressing and self._compressing.data.done():
             self._put_whole_chunks()
-        if time.monotonic() - self._last_flush > FLUSH_SECONDS:
+        if time.monotonic() - self._last_flush > self._flush_after:
+            self._flush_after = min(2.0 * self._flush_after, FLUSH_SECONDS)
             self.flush()
 
     def add_chunk(self, chunk: records.Chunk, entries: Mapping[int, NDArray[np.void]]) -> None:

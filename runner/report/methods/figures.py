@@ -107,11 +107,12 @@ def slow_flow_figures() -> list[Figure]:
 
     def amplitudes(tolerance: float) -> tuple[float, np.ndarray]:
         component = Component(model, plan.excited.force, tolerance=tolerance)
+        durations = plan.schedule.durations()
         inputs = plan.schedule.inputs(component.input_names)
 
         def once() -> np.ndarray:
             component.reset()
-            return component.run(plan.schedule.durations, inputs)
+            return component.run(durations, inputs)
 
         seconds, outputs = timed(once, 9)
         return seconds, outputs[:, 1:5]

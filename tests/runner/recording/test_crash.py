@@ -68,6 +68,27 @@ def test_a_kill_costs_no_more_than_two_chunks_or_a_second(tmp_path, seed):
     check_loss(tmp_path, seed)
 
 
+def test_the_first_samples_are_in_the_file_early(tmp_path, monkeypatch):
+    """Long before FLUSH_SECONDS, and later no more often than that."""
+    now = 100.0
+    monkeypatch.setattr("slipmode.runner.recording.mcapfile.writer.time.monotonic", lambda: now)
+    path = tmp_path / "run.mcap"
+    sink = McapSink(path, HEADER, CHANNELS)
+    flushes, held = [], 0
+    for written in range(1, 401):
+        now += 0.01
+        sink.write("/contact/0", *rows(written - 1, 1))
+        found = recover(path, tmp_path / "whole.mcap").kept
+        if found != held:
+            assert found == written
+            flushes.append(now - 100.0)
+            held = found
+    assert flushes[0] < 0.1 * FLUSH_SECONDS
+    assert flushes[-1] - flushes[-2] == pytest.approx(FLUSH_SECONDS, abs=0.02)
+    assert len(flushes) < 10
+    sink.close()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4, 54))
 def test_fifty_kills(tmp_path, seed):

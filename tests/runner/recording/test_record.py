@@ -127,7 +127,7 @@ def test_the_same_bytes_however_slowly_they_are_written(tmp_path, monkeypatch):
 
 
 def test_samples_are_in_the_file_before_their_chunk_is_full(tmp_path, monkeypatch):
-    monkeypatch.setattr(writer, "FLUSH_SECONDS", 0.0)
+    monkeypatch.setattr(writer, "FIRST_FLUSH_SECONDS", 0.0)
     path = tmp_path / "run.mcap"
     sink = McapSink(path, HEADER, CHANNELS)
     for count in (200, 500, 20_000):  # more than a chunk last

@@ -20,6 +20,7 @@ typedef struct {
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
 #define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
+#define LEAST_STEP 1e-3  /* [rad] of mode A, of a step that is taken for its own outputs */
 #define INPUTS_COUNT (sizeof(sm_inputs) / sizeof(double))
 
 struct sm_component {
@@ -128,10 +129,10 @@ static double first_step(const sm_component *c) {
     return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
 }
 
-/* Integrates the slow flow over [0, duration], to the inputs `after`; y, its derivative dy, step
- * and the march are advanced. */
-static sm_status integrate(sm_component *c, double duration, const sm_inputs *after, double *y,
-                           double *dy, double *step) {
+/* Integrates the slow flow over [0, duration], to the inputs `after`, in so many tries at most; y,
+ * its derivative dy, step and the march are advanced. */
+static sm_status integrate(sm_component *c, double duration, int64_t most, const sm_inputs *after,
+                           double *y, double *dy, double *step) {
     const int wanted = c->contacts.motion.wanted;
     const double marched_from =
         wanted ? duration - sm_contact_output_memory(&c->contacts, &c->inputs) : 0.0;
@@ -145,7 +146,7 @@ static sm_status integrate(sm_component *c, double duration, const sm_inputs *af
     double elapsed = 0.0, h = *step > 0.0 ? *step : fmin(duration, first_step(c));
     int64_t tries = 0;
     while (status == SM_OK && elapsed < duration) {
-        if (++tries > MAX_TRIES) return SM_STEP_TOO_SMALL;
+        if (++tries > most) return SM_STEP_TOO_SMALL;
         const double left = duration - elapsed;
         const int last = h >= left * (1.0 - 1e-12);
         const double tried = last ? left : h;
@@ -191,8 +192,8 @@ static slow_state later(const sm_component *c, double duration) {
     return fresh;
 }
 
-sm_status sm_component_step(sm_component *c, double duration) {
-    if (!c) return SM_BAD_ARGUMENT;
+/* Advances by `duration` in so many tries at most; otherwise the state is as before. */
+static sm_status advance(sm_component *c, double duration, int64_t most) {
     sm_status status = sm_check_positive(duration);
     if (status != SM_OK) return status;
     sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
@@ -204,7 +205,7 @@ sm_status sm_component_step(sm_component *c, double duration) {
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
     if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
     if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
-    status = integrate(c, duration, &after, y, dy, &fresh.step);
+    status = integrate(c, duration, most, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
     fresh.held = sm_hold_force(&after);
@@ -219,6 +220,10 @@ sm_status sm_component_step(sm_component *c, double duration) {
     c->rate_known = 1;
     if (c->contacts.motion.wanted) sm_contact_output_keep(&c->contacts);
     return SM_OK;
+}
+
+sm_status sm_component_step(sm_component *c, double duration) {
+    return c ? advance(c, duration, MAX_TRIES) : SM_BAD_ARGUMENT;
 }
 
 size_t sm_component_output_count(const sm_component *c) {
@@ -271,6 +276,52 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
         if (status == SM_OK) status = sm_component_step(c, durations[*done]);
         if (status == SM_OK) status = sm_component_outputs(c, outputs + *done * width);
         if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+/* The next internal step, were it not cut short. */
+static double own_step(sm_component *c) {
+    double rate[SM_UNKNOWNS];
+    if (c->slow.step > 0.0) return c->slow.step;
+    (void)sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, c->slow.amplitude, rate);
+    return first_step(c);
+}
+
+/* Advances by one internal step, or where these are too short to matter by several, `left` at
+ * most; `taken` says by how much. */
+static sm_status advance_once(sm_component *c, double left, double *taken) {
+    const double least = LEAST_STEP / c->inputs.frequency[0];
+    const sm_status status = sm_check_positive(left);
+    if (status != SM_OK) return status;
+    for (double h = own_step(c); h > least; h = c->slow.step) {
+        *taken = h < left * (1.0 - 1e-12) ? h : left;
+        if (advance(c, *taken, 1) == SM_OK) return SM_OK;
+        c->slow.step = 0.25 * *taken; /* more was too much, or led out of the table */
+    }
+    *taken = fmin(least, left);
+    return advance(c, *taken, MAX_TRIES);
+}
+
+sm_status sm_component_trace(sm_component *c, size_t steps, const double *durations,
+                             const sm_inputs *inputs, size_t capacity, double *outputs,
+                             size_t *count, size_t *done, double *elapsed) {
+    if (!c || !durations || !inputs || !outputs || !count || !done || !elapsed)
+        return SM_BAD_ARGUMENT;
+    const size_t width = sm_component_output_count(c);
+    for (*count = 0; *count < capacity && *done < steps; ++*count) {
+        const double left = durations[*done] - *elapsed;
+        double taken;
+        sm_status status = SM_OK;
+        if (*elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[*done]);
+        if (status == SM_OK) status = advance_once(c, left, &taken);
+        if (status == SM_OK) status = sm_component_outputs(c, outputs + *count * width);
+        if (status != SM_OK) return status;
+        *elapsed += taken;
+        if (taken == left) {
+            ++*done;
+            *elapsed = 0.0;
+        }
     }
     return SM_OK;
 }
