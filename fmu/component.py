@@ -137,7 +137,8 @@ class Component:
         Raises
         ------
         SlipmodeError
-            If a name is unknown, a value not finite or a frequency not positive.
+            If a name is unknown, a value not finite or a frequency none that the slow flow of its
+            mode can follow.
         """
         changed = self._inputs.copy()
         for name, value in values.items():
@@ -161,11 +162,14 @@ class Component:
         now = self.time
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
             raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
-        status = kernel.lib.sm_component_step(self._handle, duration)
+        later = moved_on(self._inputs, duration)
+        status = kernel.BAD_ARGUMENT
+        if later is self._inputs or not self._named.refusal(later):
+            status = kernel.lib.sm_component_step(self._handle, duration)
         if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
             raise self._stopped(status, duration, self._inputs, none)
-        self._inputs = moved_on(self._inputs, duration)
+        self._inputs = later
 
     def outputs(self) -> dict[str, float]:
         """Outputs at the present time, by name."""
@@ -197,16 +201,19 @@ class Component:
         """
         lengths, records = self._checked(durations, inputs)
         scaled = self._named.modal(records)
+        allowed = self._named.first_refused(records, lengths)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         status = kernel.lib.sm_component_run(
             self._handle,
-            *(len(lengths), lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
+            *(allowed, lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
             ctypes.byref(done),
         )
         if done.value:
             last = done.value - 1
             self._inputs = moved_on(records[last : done.value], float(lengths[last]))
+        if status == kernel.OK and allowed < len(lengths):
+            status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
             failed = records[done.value : done.value + 1]
             raise self._stopped_in(status, lengths[done.value], failed, outputs[: done.value])
@@ -230,11 +237,12 @@ class Component:
         """
         lengths, records = self._checked(durations, inputs)
         scaled = self._named.modal(records)
+        allowed = self._named.first_refused(records, lengths)
         count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
         while done.value < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
             status = kernel.lib.sm_component_trace(
-                *(self._handle, lengths.size, lengths.ctypes.data, scaled.ctypes.data),
+                *(self._handle, allowed, lengths.ctypes.data, scaled.ctypes.data),
                 *(len(outputs), outputs.ctypes.data),
                 *(ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed)),
             )
@@ -243,6 +251,8 @@ class Component:
                 self._inputs = moved_on(records[k : k + 1], elapsed.value)
             elif k > 0:
                 self._inputs = moved_on(records[k - 1 : k], float(lengths[k - 1]))
+            if status == kernel.OK and k == allowed < lengths.size:
+                status = kernel.BAD_ARGUMENT
             if status != kernel.OK:
                 failed = self._inputs if elapsed.value > 0.0 else records[k : k + 1]
                 left = lengths[k] - elapsed.value

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
+from slipmode.rom.validity import can_carry, carrier_refusal
 
 MODE_NAMES = ("A", "B")
 ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
@@ -53,6 +54,8 @@ class Inputs:
         if isinstance(model.law, Coulomb):
             self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
+        natural = model.reduced.frequency.tolist()
+        self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
@@ -79,6 +82,18 @@ class Inputs:
         """Of inputs (n, inputs) in the order of the names."""
         return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
 
+    def first_refused(self, records: Floats, durations: Floats) -> int:
+        """Number of the first record (n, width) with a frequency that no slow flow can follow.
+
+        At its start, or after it moved for its duration (n,); n if there is none.
+        """
+        fine = np.ones(len(records), dtype=bool)
+        for j, omega in enumerate(self._natural.values()):
+            start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
+            with np.errstate(all="ignore"):  # what is not finite is refused
+                fine &= can_carry(omega, start) & can_carry(omega, start + rate * durations)
+        return len(records) if fine.all() else int(np.argmin(fine))
+
     def modal(self, records: Floats) -> Floats:
         """Records with forces in newtons turned into modal forces."""
         return records * self._to_modal
@@ -89,8 +104,10 @@ class Inputs:
             value = record[0, column]
             if not np.isfinite(value):
                 return f"{name}: must be finite, got {value:g}"
-            if name.rpartition("_")[0] == "frequency" and value <= 0:
-                return f"{name}: must be > 0 rad/s, got {value:g}"
+            if name in self._natural:
+                refusal = carrier_refusal(name, name[-1], self._natural[name], float(value))
+                if refusal:
+                    return refusal
             if name == "limit_scale" and value <= 0:
                 return f"{name}: must be > 0, got {value:g}"
         return ""
@@ -102,7 +119,8 @@ def moved_on(record: Floats, duration: float) -> Floats:
     if not rates.any():
         return record
     later = record.copy()
-    later[:, _MOVING] += duration * rates
+    with np.errstate(invalid="ignore"):  # what is not finite is refused
+        later[:, _MOVING] += duration * rates
     return later
 
 

@@ -27,6 +27,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
+from slipmode.rom.validity import ValidityWarning
 
 __all__ = [
     "Accuracy",
@@ -43,6 +44,7 @@ __all__ = [
     "SlowTrajectory",
     "Structure",
     "Tanh",
+    "ValidityWarning",
     "__version__",
     "combination_resonances",
     "load_structure",

@@ -18,8 +18,9 @@ from slipmode.rom import Model, kernel
 from slipmode.rom.contact.laws import limits
 from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.validity import carrier_range
 
-FORMAT = 4  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 5  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
@@ -139,7 +140,7 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
             np.array(flow.off_resonance).ravel(),
             np.array(flow.cross_response).ravel(),
             force_factors(model, force),
-            *(parameters, nominal, amplitude),
+            *(parameters, nominal, amplitude, carrier_range(1.0)),
         ]
     )
 

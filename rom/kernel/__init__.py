@@ -29,6 +29,7 @@ from slipmode.rom.kernel.structures import (
 )
 
 __all__ = [
+    "BAD_ARGUMENT",
     "COMBINATIONS",
     "INPUTS",
     "INPUT_FIELDS",
@@ -58,6 +59,7 @@ __all__ = [
 OUTPUTS_FIXED = 10
 
 OK = 0
+BAD_ARGUMENT = 1
 OUTSIDE_TABLE = 5
 
 

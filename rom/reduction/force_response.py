@@ -25,7 +25,7 @@ Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n
 
 @dataclass(frozen=True, eq=False)
 class ForceResponse:
-    """Forces past their own mode, each per unit of its modal force F_j; 0 where F_j is.
+    """Forces past their own mode, each per unit of its modal force F_j; 0 where there is none.
 
     Attributes
     ----------
@@ -62,8 +62,7 @@ class ForceResponse:
         Without the structure the displacement of DOFs lacks the static part.
         """
         f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
-        modal = f @ reduced.all_shapes
-        own = np.diag(modal)
+        own = np.array([reduced.modal_force(j, each) for j, each in enumerate(f)])
         f = np.divide(f, own[:, np.newaxis], out=np.zeros_like(f), where=own[:, np.newaxis] != 0)
         static = np.zeros_like(f.T)
         if structure is not None and reduced.formulation == "consistent":
@@ -126,10 +125,11 @@ def cross_response(reduced: Reduced, force: Forces) -> Complexes:
     if reduced.formulation == "paper":
         return cross_response
     for j, pattern in enumerate(force):
-        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
-        if modal[j] == 0.0:
+        own = reduced.modal_force(j, pattern)
+        if own == 0.0:
             continue
-        response = reduced.others_response(j, reduced.carrier[j], 0.5 * modal / modal[j])
+        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
+        response = reduced.others_response(j, reduced.carrier[j], 0.5 * modal / own)
         cross_response[:, j] = response[: len(cross_response)]
     return cross_response
 
@@ -156,16 +156,16 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
     if reduced.formulation == "paper":
         return shift
     for j, pattern in enumerate(force):
-        f = force_vector(pattern, reduced.n_dofs)
+        f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(j, pattern)
         modal = reduced.all_shapes.T @ f
         moved = reduced.contact_motion[j]
         drawn = moved @ reduced.coupling[j]
-        if modal[j] == 0.0 or drawn == 0.0:
+        if own == 0.0 or drawn == 0.0:
             continue
         Omega = reduced.carrier[j]
         driven = reduced.others_response(j, Omega, modal)
         on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)
-        shift[j] = -0.5 * (moved @ on_contacts) / drawn / modal[j]
+        shift[j] = -0.5 * (moved @ on_contacts) / drawn / own
     return shift
 
 

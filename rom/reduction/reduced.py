@@ -16,6 +16,9 @@ from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
 
 Formulation = Literal["consistent", "paper"]
 
+_IDLE = 2.0**-100  # of the largest force: modal force of forces that do no work on their mode
+_ROUNDING = 1e-12  # of the work that forces on single DOFs do: none in sum
+
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
@@ -207,6 +210,9 @@ class Reduced:
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
         """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].
 
+        What forces do past their mode is told per unit of it (ForceResponse), and forces on the
+        contacts alone do nothing else. Theirs is therefore not 0 but too small to drive anything.
+
         Parameters
         ----------
         mode : int
@@ -214,7 +220,21 @@ class Reduced:
         force : {DOF: amplitude} or (n,) array_like
             Force amplitudes [N].
         """
-        return float(self.mode_shapes[:, mode] @ force_vector(force, self.n_dofs))
+        f = force_vector(force, self.n_dofs)
+        modal = float(self.mode_shapes[:, mode] @ f)
+        least = _IDLE * float(np.abs(f).max())
+        return modal if abs(modal) > least else least
+
+    def is_moved_by(self, mode: int, force: Mapping[int, float] | ArrayLike) -> bool:
+        """Whether a force does work on a mode, or (consistent) on contacts of the mode."""
+        f = force_vector(force, self.n_dofs)
+        largest, shape = np.abs(f).max(), self.mode_shapes[:, mode]
+        modal = abs(self.modal_force(mode, f))
+        own = modal > max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _IDLE * largest)
+        shapes = self.contact_shapes[:, (self.spring[mode] != 0) | (self.damper[mode] != 0)]
+        direct = np.abs(shapes.T @ f).max(initial=0.0)
+        through_contacts = direct > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
+        return bool(own or (through_contacts and self.formulation == "consistent"))
 
 
 def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:

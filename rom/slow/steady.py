@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,
@@ -22,6 +23,7 @@ from slipmode.rom.slow.slow_flow import (
 )
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
+from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
 
 Force = Sequence[Mapping[int, float] | ArrayLike]
 
@@ -43,7 +45,7 @@ class ResonanceCurve:
         |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
         Frequency on the branch below and above the peak [rad/s]; NaN where the force does not
-        reach the amplitude.
+        reach the amplitude, or only at a frequency that a slow flow cannot follow.
     """
 
     amplitude: Floats
@@ -104,18 +106,28 @@ def steady(
     Raises
     ------
     SlipmodeError
-        If an amplitude would leave the table, or the slow flow does not come to rest.
+        If the frequency of a mode that is forced is none that its slow flow can follow, an
+        amplitude would leave the table, or the slow flow does not come to rest.
+
+    Warns
+    -----
+    ValidityWarning
+        Where friction or the force strain what the method assumes.
     """
     Omega = np.atleast_1d(np.asarray(frequency, dtype=float))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    problem = _Steady(model, _excitation(model, force, phase), slow_flow(model, force))
+    excitation = _excitation(model, force, phase)
     points = Omega.reshape(-1, model.modes)
+    check_carriers(model.reduced, points, excitation != 0.0)
+    shift = off_resonance_shift(model.reduced, force)
+    problem = _Steady(model, excitation, shift, slow_flow(model, force))
     amplitude = problem.polish(points, problem.relax(points))
     for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
         amplitude[point] = problem.from_rest(points[point])
+    warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
     return amplitude.reshape(Omega.shape)
 
 
@@ -138,7 +150,7 @@ def resonance_curve(
     mode : int
         0 for A, 1 for B.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N] on this mode.
+        Force amplitudes [N] on this mode; what they do to the contacts directly is left out.
     amplitudes : (n, modes) array_like
         Amplitudes of all modes; the other mode's may be held.
     """
@@ -169,7 +181,7 @@ def resonance_curve(
                 if paper
                 else np.sqrt(np.maximum(omega**2 - Q.real + reach, 0.0))
             )
-        return np.where(square >= 0.0, Omega, np.nan)
+        return np.where((square >= 0.0) & can_carry(omega, Omega), Omega, np.nan)
 
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
 
@@ -188,6 +200,7 @@ class _Steady:
 
     model: Model
     excitation: Complexes
+    shift: Complexes
     flow: kernel.SlowFlow
 
     def balance(self, amplitude: Complexes, Omega: Floats) -> Balance:
@@ -198,16 +211,18 @@ class _Steady:
         return found
 
     def relax(self, Omega: Floats) -> Complexes:
-        """A = F / 2 / (stiffness - Q(|a|)), half a step at a time from rest."""
-        amplitude = np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex)
+        """(stiffness - Q) a = F / 2 + Q shift F, half a step at a time from rest."""
+        direct = self.shift * self.excitation
+        amplitude = self.inside(np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex))
         moving = np.arange(len(amplitude))
         for _ in range(_RELAXATION_PASSES):
             before = amplitude[moving]
             now = self.balance(before, Omega[moving])
-            balanced = 0.5 * self.excitation / (now.stiffness - now.friction / before)
+            Q = now.friction / (before + direct)
+            balanced = (0.5 * self.excitation + Q * direct) / (now.stiffness - Q)
             step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
             modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
-            amplitude[moving] = phasor(modulus, np.angle(balanced))
+            amplitude[moving] = self.inside(phasor(modulus, np.angle(balanced)))
             moving = moving[(np.abs(step) > _RELAXED * self._range).any(axis=-1)]
             if moving.size == 0:
                 break
@@ -261,11 +276,12 @@ class _Steady:
         return inputs_of(np.broadcast_to(self.excitation, Omega.shape), Omega)
 
     def inside(self, amplitude: Complexes) -> Complexes:
-        """The amplitudes, scaled back to the table where they leave it."""
-        modulus = np.abs(amplitude)
+        """The amplitudes, scaled back where what the contacts feel of them leaves the table."""
+        direct = self.shift * self.excitation
+        modulus = np.abs(amplitude + direct)
         over = modulus > self._range
         factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
-        return amplitude * factor
+        return np.where(over, factor * (amplitude + direct) - direct, amplitude)
 
     @property
     def _range(self) -> Floats:

@@ -54,6 +54,7 @@ def cached_model(
         harmonics=harmonics,
         region=region,
         progress=progress,
+        warned=False,
     )
     disk_cache.keep(name, model.save)
     return model, False

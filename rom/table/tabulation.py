@@ -33,6 +33,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, refine
 from slipmode.rom.table.region import Region
+from slipmode.rom.validity import contact_findings, friction_findings, warn
 
 _Solved = TypeVar("_Solved")
 
@@ -51,6 +52,7 @@ def tabulate(
     region: Region | None = None,
     threads: int | None = None,
     progress: bool = False,
+    warned: bool = True,
 ) -> Model:
     """Precompute the friction functions over a range of amplitudes.
 
@@ -76,11 +78,18 @@ def tabulate(
         Default: one per processor. The result does not depend on it.
     progress : bool
         Show a progress bar on work longer than a second.
+    warned : bool
+        Warn of strained assumptions; a scene has them in its plan instead.
 
     Raises
     ------
     SlipmodeError
         If the tolerance cannot be reached.
+
+    Warns
+    -----
+    ValidityWarning
+        Where contacts or friction strain what the method assumes, over that range.
     """
     amplitude_range = np.asarray(amplitude, dtype=float)
     if amplitude_range.shape != (len(reduced.modes),) or not np.all(
@@ -97,6 +106,9 @@ def tabulate(
             f"region: must be a part of the same range, got {region.amplitude_range}"
         )
     limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
+    if warned:
+        findings = contact_findings(reduced, combinations or ())
+        warn([*findings, *friction_findings(reduced, law, amplitude_range)])
     if combinations is None:
         combinations = (
             () if reduced.formulation == "paper" else combination_resonances(reduced.carrier)

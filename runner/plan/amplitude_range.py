@@ -85,6 +85,8 @@ class DryRun:
     ----------
     amplitude : tuple of float
         Range that the friction table needs [kg^1/2 m].
+    reached : (modes,) ndarray
+        The largest amplitudes [kg^1/2 m].
     reason : str
     region : Region or None
         The part of that range where the run goes; None for one mode.
@@ -94,6 +96,7 @@ class DryRun:
     """
 
     amplitude: tuple[float, ...]
+    reached: Floats
     reason: str
     region: Region | None
     contact_share: Floats
@@ -140,7 +143,7 @@ def dry_run(
     region = None
     if len(excited.modes) == 2:
         region = Region.along(path, amplitude, effective + _REACH * np.array(amplitude))
-    return DryRun(amplitude, reason, region, share / excited.reduced.frequency**2)
+    return DryRun(amplitude, reached, reason, region, share / excited.reduced.frequency**2)
 
 
 def _felt(excited: Excited, schedule: Schedule) -> Floats:

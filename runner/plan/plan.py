@@ -19,8 +19,9 @@ from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
+from slipmode.rom.validity import Finding as Decision
 from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
-from slipmode.runner.plan.assumptions import Decision, check_assumptions
+from slipmode.runner.plan.assumptions import check_assumptions
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
@@ -162,7 +163,10 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         *_combination_decisions(combinations),
         *motion_decisions,
         *_recording_decisions(scene),
-        *check_assumptions(structure, excited, seen),
+        *check_assumptions(
+            *(structure, excited, np.array(amplitude) if seen is None else seen.reached),
+            *(np.abs(schedule.extremes([f"force_{m}" for m in modes])).max(axis=0), seen),
+        ),
     ]
     return Plan(
         *(
@@ -245,8 +249,7 @@ def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
     if mode not in scene.forcing:
         return np.zeros(reduced.n_dofs)
     direction = scene.forcing[mode].vector(reduced.n_dofs)
-    reach = float(np.abs(reduced.mode_shapes[:, index]) @ np.abs(direction))
-    if abs(reduced.modal_force(index, direction)) <= 1e-12 * reach:
+    if not reduced.is_moved_by(index, direction):
         raise SlipmodeError(
             f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
         )

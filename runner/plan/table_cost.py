@@ -10,7 +10,7 @@ from slipmode.rom import Model
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.table.refinement import least_everywhere
 from slipmode.rom.table.region import corners, with_neighbours
-from slipmode.runner.plan.assumptions import Decision
+from slipmode.rom.validity import Finding as Decision
 
 _BATCH = 32  # nodes that are solved to be timed
 _REPEATS = 2  # the least counts

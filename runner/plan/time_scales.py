@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import pi
 
+import numpy as np
+
 from slipmode.rom import Reduced, SlipmodeError
+from slipmode.rom.validity import check_carrier
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.schedule import Schedule
 
-# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
-# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
-# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
-_LOWEST, _HIGHEST = 0.62, 10.0
 _LONGEST_STEP = 1e6  # periods
 _MOST_SAMPLES = 1e8  # of all windows
 
@@ -30,7 +29,7 @@ def check_time_scales(
     """
     reached = schedule.extremes([f"frequency_{mode}" for mode in modes])
     for mode, omega, *values in zip(modes, reduced.frequency, *reached, strict=True):
-        _check_frequency(mode, float(omega), values)
+        check_carrier(f"forcing.{mode}.frequency", mode, float(omega), np.array(values))
     fastest = float(reached[1].max())
     longest = _LONGEST_STEP * 2 * pi / fastest
     if scene.run.step > longest:
@@ -46,13 +45,3 @@ def check_time_scales(
             f"contact.window, elastic.window: would hold {samples:.2g} samples, allowed: "
             f"{_MOST_SAMPLES:g}; make them shorter or samples_per_period smaller"
         )
-
-
-def _check_frequency(mode: Mode, omega: float, values: Sequence[float]) -> None:
-    low, high = _LOWEST * omega, _HIGHEST * omega
-    for value in values:
-        if not low <= value <= high:
-            raise SlipmodeError(
-                f"forcing.{mode}.frequency: must be {low:.3g} to {high:.3g} rad/s, for mode "
-                f"{mode} resonates at {omega:.3g} rad/s; got {value:g}"
-            )

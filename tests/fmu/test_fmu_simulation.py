@@ -248,6 +248,28 @@ def test_an_amplitude_beyond_the_table_is_discarded(unzipped, fmi):
         made.fmu.terminate()
 
 
+@pytest.mark.parametrize("exchange", [False, True])
+def test_a_frequency_that_no_slow_flow_follows_is_refused(unzipped, fmi, exchange):
+    with instance(unzipped[fmi], fmi, exchange=exchange) as made:
+        made.start()
+        if exchange:
+            made.fmu.enterContinuousTimeMode()
+        made.set(frequency_B=1.0)
+        with pytest.raises(FMI_ERRORS) as refused:
+            made.get("der(A_re)") if exchange else made.step(0.0, 1.0)
+        assert refused.value.status == 3
+        assert "frequency_B: must be 1.054 to 17 rad/s, got 1" in made.messages[-1][1]
+
+
+def test_a_frequency_that_moves_too_far_is_refused(unzipped, fmi):
+    with instance(unzipped[fmi], fmi) as made:
+        made.start(frequency_rate_A=-0.01).step(0.0, 30.0)
+        with pytest.raises(FMI_ERRORS) as refused:
+            made.step(30.0, 10.0)
+        assert refused.value.status == 3
+        assert "frequency_A: must be 0.62 to 10 rad/s, got 0.58" in made.messages[-1][1]
+
+
 def test_the_edge_of_the_table_is_announced(unzipped, fmi):
     def status(made):
         references = [made.reference["table_status"]]
@@ -410,7 +432,7 @@ def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path):
     checksums[0] = np.array([crc], dtype="<u4").view("<i4")[0]
     np.save(resources / "checksums.npy", checksums)
     ((_, message),) = _refusal(folder, fmi)
-    assert "layout.npy: version 5, this binary reads version 4" in message
+    assert "layout.npy: version 6, this binary reads version 5" in message
 
 
 def _cut(path, end):

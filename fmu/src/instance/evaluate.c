@@ -1,6 +1,8 @@
 /* From what was set to what is read: start values, inputs, outputs, derivatives, steps. */
 #include "instance/instance.h"
 
+#include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 /* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
@@ -25,6 +27,24 @@ static sm_inputs modal_inputs(const fmu_instance *instance) {
     sm_inputs inputs = instance->inputs;
     fmu_scale_forces(instance, &inputs);
     return inputs;
+}
+
+/* Forcing frequencies must be such as the slow flow of their mode can follow: rom/validity.py. */
+static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *inputs) {
+    const fmu_model *model = &instance->model;
+    for (int j = 0; j < model->modes; j++) {
+        const double low = model->carrier_range[0] * model->flow.natural[j];
+        const double high = model->carrier_range[1] * model->flow.natural[j];
+        if (inputs->frequency[j] >= low && inputs->frequency[j] <= high) continue;
+        const int32_t slot = (int32_t)(offsetof(sm_inputs, frequency) / sizeof(double)) + j;
+        const char *name = "frequency";
+        for (int32_t k = 0; k < model->variables; k++)
+            if (model->variable[k].kind == FMU_INPUT && model->variable[k].slot == slot)
+                name = model->name[k];
+        return fmu_say(instance, FMU_ERROR, "%s: must be %.6g to %.6g rad/s, got %g", name, low,
+                       high, inputs->frequency[j]);
+    }
+    return FMU_OK;
 }
 
 /* A component with the present parameters. */
@@ -52,7 +72,8 @@ static fmu_status start(fmu_instance *instance) {
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
     instance->outputs[0] = instance->start;
     memcpy(instance->outputs + 1, instance->amplitude, sizeof instance->amplitude);
-    const fmu_status built = build(instance);
+    fmu_status built = check_carriers(instance, &instance->inputs);
+    if (built == FMU_OK) built = build(instance);
     if (built != FMU_OK) return built;
     const sm_inputs inputs = modal_inputs(instance);
     sm_status status = sm_component_set_inputs(instance->component, &inputs);
@@ -73,7 +94,8 @@ static sm_status pass_inputs(fmu_instance *instance) {
 }
 
 static fmu_status apply_inputs(fmu_instance *instance) {
-    return response(instance, pass_inputs(instance), "inputs");
+    const fmu_status status = check_carriers(instance, &instance->inputs);
+    return status == FMU_OK ? response(instance, pass_inputs(instance), "inputs") : status;
 }
 
 sm_inputs fmu_inputs_now(const fmu_instance *instance) {
@@ -91,6 +113,8 @@ static void complete_rates(int modes, const double *frequency, double dissipated
 fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     fmu_status status = start(instance);
     if (status != FMU_OK || instance->rates_current) return status;
+    status = check_carriers(instance, &instance->inputs);
+    if (status != FMU_OK) return status;
     double *outputs = instance->outputs, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
     status = response(instance,
@@ -163,11 +187,14 @@ static void move_inputs(sm_inputs *inputs, double duration) {
 }
 
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
+    sm_inputs later = instance->inputs;
+    move_inputs(&later, duration);
     fmu_status status = apply_inputs(instance);
+    if (status == FMU_OK && isfinite(duration)) status = check_carriers(instance, &later);
     if (status != FMU_OK) return status;
     status = response(instance, sm_component_step(instance->component, duration), "step");
     if (status != FMU_OK) return status;
-    move_inputs(&instance->inputs, duration);
+    instance->inputs = later;
     instance->rates_current = 0;
     return response(instance, sm_component_outputs(instance->component, instance->outputs),
                   "outputs");

@@ -35,6 +35,7 @@ typedef struct {
     double natural[SM_MODES], turn[SM_MODES][2][2], off_resonance[SM_MODES][2];
     double cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
+    double carrier_range[2];
 } constants;
 
 typedef struct {
@@ -279,6 +280,7 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     memcpy(model->parameters, given->parameters, sizeof model->parameters);
     memcpy(model->nominal, given->nominal, sizeof model->nominal);
     memcpy(model->amplitude, given->amplitude, sizeof model->amplitude);
+    memcpy(model->carrier_range, given->carrier_range, sizeof model->carrier_range);
     return load_flow(l, model, shape, given) && load_contact(l, model, shape, given) &&
            load_motion(l, model, shape, given) && load_variables(l, model, shape->variables);
 }

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 4      /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 5      /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256    /* bytes of a sentence that says what is wrong */
 #define FMU_TOKEN 64      /* characters of the instantiation token */
 #define FMU_PARAMETERS 4  /* slots of FMU_PARAMETER: see below */
@@ -42,6 +42,7 @@ typedef struct {
     double parameters[FMU_PARAMETERS]; /* start values */
     double nominal[FMU_STATES];        /* of the states, the modes that are not there left out */
     double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
+    double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
     sm_inputs inputs;                  /* start values */
     const fmu_variable *variable;      /* (variables), by value reference */
     const char **name;                 /* (variables), likewise */

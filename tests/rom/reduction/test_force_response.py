@@ -190,3 +190,51 @@ def test_steady_amplitudes_under_forces_on_both_modes():
     found = rom.steady(model, case.frequency, case.force)
     error = np.abs(found / np.diag(exact.amplitude) - 1.0)
     assert np.all(100 * error < (0.086, 0.081))  # measured 0.076, 0.072
+
+
+FREQUENCY = (0.98, 1.65)
+
+
+@cache
+def two_mass_model():
+    reduced = rom.reduce(rom.two_mass(), carrier=FREQUENCY)
+    return rom.tabulate(reduced, Tanh(2.0, 0.02), (8.0, 2.0), combinations=())
+
+
+@pytest.mark.parametrize(
+    ("force", "bound"),
+    # twice what was measured
+    [
+        (({2: 0.15}, {3: 0.25}), 2.4e-3),  # the contacts creep
+        (({2: 2.5}, {3: 3.0}), 7e-4),  # and slip
+        (({0: 0.15, 2: 2.0}, {1: 0.25, 3: -3.0}), 3.4e-3),
+        (({2: 2.0}, {1: 0.25}), 1e-3),
+    ],
+)
+def test_forces_on_contacts_move_the_modes(force, bound):
+    structure, model = rom.two_mass(), two_mass_model()
+    excitation = full.Excitation.harmonic(structure, force, FREQUENCY)
+    exact = full.steady_amplitude(structure, model.law, excitation, outputs=[0, 1])
+    a = rom.steady(model, FREQUENCY, force)
+    found = a * np.diag(model.reduced.mode_shapes[:2])
+    np.testing.assert_allclose(found, np.diag(exact.amplitude), rtol=bound)
+    assert np.all(np.abs(a) > 100 * exact.error.max())
+
+
+def test_a_component_is_moved_by_forces_on_contacts():
+    model = two_mass_model()
+    component = Component(model, ({2: 1.0}, {3: 1.0}))
+    component.set_inputs(force_A=2.5, force_B=3.0, frequency_A=0.98, frequency_B=1.65)
+    component.do_step(0.0, 3000.0)
+    out = component.outputs()
+    found = [out[f"{mode}_re"] + 1j * out[f"{mode}_im"] for mode in "AB"]
+    np.testing.assert_allclose(found, rom.steady(model, FREQUENCY, ({2: 2.5}, {3: 3.0})), 1e-4)
+
+
+def test_a_force_that_reaches_neither_mode_nor_contacts_moves_nothing():
+    reduced = two_mass_model().reduced
+    assert reduced.is_moved_by(0, {0: 1.0})
+    assert reduced.is_moved_by(0, {2: 1.0})
+    assert not reduced.is_moved_by(0, {1: 1.0})
+    assert not reduced.is_moved_by(0, {2: 0.0})
+    assert not rom.reduce(rom.two_mass(), formulation="paper").is_moved_by(0, {2: 1.0})

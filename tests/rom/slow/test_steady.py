@@ -139,7 +139,7 @@ def test_the_curve_inverted_gives_back_the_amplitude(name, mode, request):
 
 
 def test_the_branches_meet_at_the_peak_and_end_there(one_mode_model):
-    amplitude = np.linspace(0.1, 4, 4000)[:, np.newaxis]
+    amplitude = np.linspace(0.2, 4, 4000)[:, np.newaxis]
     curve = resonance_curve(one_mode_model, 0, {0: 0.15}, amplitude)
     reached = np.isfinite(curve.below)
     last = np.flatnonzero(reached)[-1]

@@ -1,0 +1,270 @@
+"""What the method assumes, and how far a model, a motion or a force strains it.
+
+A forcing frequency too far from its mode is refused (`check_carrier`): no run could follow it.
+Whatever is strained, but computed all the same, is a `Finding` with the indicator that was
+measured. Scenes show findings in their plan and among the recording's events; in Python those
+that are warnings are issued as `ValidityWarning`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, log10, pi
+from typing import Literal
+
+import numpy as np
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.contact.laws import Coulomb, Friction, limits
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
+from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
+from slipmode.rom.structure.structure import Structure
+
+# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
+# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
+# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
+LOWEST_CARRIER, HIGHEST_CARRIER = 0.62, 10.0
+_LIKE_HERTZ = 0.25  # distance of 2 pi times a refused frequency from its mode, relative
+
+_SEPARATION = 0.1  # relative distance of a mode from its neighbours
+_TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
+_SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
+# Friction limit relative to the elastic force on a contact that sticks, at the largest amplitudes.
+# Friction then changes the amplitude of `two_mass` by 2 % at most.
+_FAINT = 3e-3
+# tanh velocity relative to the one at which a contact slides without friction.
+_BLURRED, _SHARP = 2.0, 1e-10
+_ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
+
+Level = Literal["info", "warning", "error"]
+
+
+class ValidityWarning(UserWarning):
+    """An assumption of the method is strained; the message holds the measured indicator."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is, or is not, modelled; or an assumption that is strained."""
+
+    subject: str
+    choice: str
+    reason: str
+    level: Level = "info"
+
+
+def warn(findings: Iterable[Finding], stacklevel: int = 3) -> None:
+    """Issue what is no mere information as `ValidityWarning`."""
+    for each in findings:
+        if each.level != "info":
+            words = f"{each.subject} {each.choice}: {each.reason}"
+            warnings.warn(words, ValidityWarning, stacklevel=stacklevel)
+
+
+def carrier_range(omega: float) -> tuple[float, float]:
+    """Forcing frequencies that a mode of natural frequency omega can follow [rad/s]."""
+    return LOWEST_CARRIER * omega, HIGHEST_CARRIER * omega
+
+
+def can_carry(omega: Floats | float, frequency: Floats) -> Flags:
+    """Whether forcing frequencies [rad/s] lie in `carrier_range`."""
+    return np.asarray(
+        (frequency >= LOWEST_CARRIER * omega) & (frequency <= HIGHEST_CARRIER * omega)
+    )
+
+
+def carrier_refusal(key: str, mode: str, omega: float, frequency: float) -> str:
+    """Why a forcing frequency [rad/s] is refused, naming its key; "" if it is not."""
+    low, high = carrier_range(omega)
+    if low <= frequency <= high:
+        return ""
+    hertz = ""
+    if abs(2.0 * pi * frequency / omega - 1.0) < _LIKE_HERTZ:
+        hertz = f"; if that is in Hz, give {2.0 * pi * frequency:.4g} rad/s"
+    return (
+        f"{key}: must be {_rounded(low, ceil):g} to {_rounded(high, floor):g} rad/s, for mode "
+        f"{mode} resonates at {omega:.3g} rad/s; got {frequency:g}{hertz}"
+    )
+
+
+def check_carrier(key: str, mode: str, omega: float, frequencies: Floats) -> None:
+    """Refuse forcing frequencies that the slow flow of a mode cannot follow.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the key and what it may be.
+    """
+    for value in (frequencies.min(), frequencies.max()):
+        if refusal := carrier_refusal(key, mode, omega, float(value)):
+            raise SlipmodeError(refusal)
+
+
+def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
+    """The same for points (..., modes) of all modes that are forced (modes,)."""
+    for j in np.flatnonzero(forced):
+        check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
+
+
+def motion_findings(
+    reduced: Reduced, law: Friction, force: Forces, amplitude: Floats
+) -> list[Finding]:
+    """Whatever the largest amplitudes (modes,) under forces tell."""
+    return [
+        *friction_findings(reduced, law, amplitude),
+        *force_findings(reduced, law, force, amplitude),
+    ]
+
+
+def separation_findings(
+    structure: Structure, reduced: Reduced, names: Sequence[str] = "AB"
+) -> list[Finding]:
+    """Modes must be well apart from their neighbours, modelled or not."""
+    parts = structure.partition()
+    wanted = max(reduced.modes) + 2
+    frequency, _ = fixed_interface_modes(parts, min(wanted, parts.K_ec.shape[0]))
+    found = []
+    for mode, number in zip(names, reduced.modes, strict=False):
+        others = np.delete(frequency, number)
+        distance = np.abs(others / frequency[number] - 1.0).min(initial=np.inf)
+        if distance < _SEPARATION:
+            reason = (
+                f"its nearest neighbour is {distance:.1%} away, below {_SEPARATION:.0%}: "
+                "that mode will move too, and is not modelled"
+            )
+            found.append(Finding(f"mode {mode}", "not separated", reason, "warning"))
+    return found
+
+
+def contact_findings(
+    reduced: Reduced,
+    combinations: Sequence[CombinationResonance] = (),
+    names: Sequence[str] = "AB",
+) -> list[Finding]:
+    """The contacts must matter to each mode, and be stiff against what the modes respond."""
+    flexibility = np.linalg.solve(reduced.stiffness, reduced.spring.T)
+    at_stake = np.einsum("jc,cj->j", reduced.spring, flexibility) / reduced.frequency**2
+    found = []
+    for mode, most in zip(names, at_stake, strict=False):
+        if most < _TOUCH:
+            reason = f"{most:.1e} of its stiffness is at stake there: friction does not see it"
+            found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
+    share, _ = stiffness_loss(reduced, combinations)
+    if share > STRAINED:
+        reason = (
+            f"modes take away {share:.0%} of their stiffness, above {STRAINED:.0%}: the friction "
+            "table takes long; compare with slipmode validate"
+        )
+        found.append(Finding("contacts", "soft", reason, "warning"))
+    return found
+
+
+def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
+    """Contact motion must only perturb a mode; share (modes,) is |Q_j| / omega_j^2."""
+    reason = (
+        "contact motion takes {:.0%} of its stiffness, above {:.0%}: too much for a "
+        "perturbation; compare with slipmode validate"
+    )
+    return [
+        Finding(f"mode {mode}", "large contact motion", reason.format(part, _SMALL), "warning")
+        for mode, part in zip(names, share, strict=False)
+        if part > _SMALL
+    ]
+
+
+def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
+    """Friction must be able to hold and to let go at the largest amplitudes (modes,)."""
+    limit = limits(law, reduced.n_contacts)
+    force = _elastic_force(reduced, amplitude)
+    touched = (force > 0.0) & (limit > 0.0)
+    if not touched.any():
+        return []
+    held = limit[touched] / force[touched]
+    found = []
+    if held.min() < _FAINT:
+        contact = np.flatnonzero(touched)[np.argmin(held)]
+        reason = (
+            f"at contact {contact} the limit is {held.min():.1e} of the elastic force at the "
+            f"largest amplitude, below {_FAINT:g}: friction hardly acts; is the force or the "
+            "amplitude too large, or the limit in another unit?"
+        )
+        found.append(Finding("friction", "faint", reason, "warning"))
+    elif held.min() > 1.0:
+        reason = (
+            f"the friction limit is at least {held.min():.2g} times the elastic force on a "
+            "contact at the largest amplitude"
+        )
+        found.append(Finding("friction", "sticks", reason))
+    if isinstance(law, Coulomb):
+        return found
+    speed = _sliding_speed(reduced, amplitude, np.maximum(limit, force))[touched]
+    if law.alpha > _BLURRED * speed.max():
+        reason = (
+            f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
+            f"above {_BLURRED:g}: they neither stick nor slide, friction is a dashpot; an alpha "
+            f"of {_rounded(0.1 * speed.max(), floor, 2):g} m/s would resolve both"
+        )
+        found.append(Finding("friction", "blurred", reason, "warning"))
+    elif law.alpha < _SHARP * speed.min():
+        reason = (
+            f"alpha is {law.alpha / speed.min():.1e} of the velocity at which contacts slide, "
+            f"below {_SHARP:g}: no march resolves it; Coulomb's law is its limit, and exact"
+        )
+        found.append(Finding("friction", "too sharp", reason, "warning"))
+    return found
+
+
+def force_findings(
+    reduced: Reduced,
+    law: Friction,
+    force: Forces,
+    amplitude: Floats,
+    names: Sequence[str] = "AB",
+) -> list[Finding]:
+    """Forces (largest, one per mode) must move contacts as their modes do.
+
+    The friction table has one motion of the contacts per mode; what a force does to them besides
+    has to be small against the friction limit, or against the elastic force on the contact.
+    """
+    if reduced.formulation == "paper":
+        return []
+    modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
+    aside = np.abs(ForceResponse.of(reduced, force).residual_force(reduced) * modal[:, np.newaxis])
+    holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))
+    part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0).max(axis=1)
+    reason = (
+        "past what its mode does there it is {:.2g} of the friction limit or elastic force, above "
+        "{:g}: the friction table leaves that out; compare with slipmode validate"
+    )
+    return [
+        Finding(f"force {mode}", "acts on contacts aside", reason.format(each, _ASIDE), "warning")
+        for mode, each in zip(names, part, strict=False)
+        if each > _ASIDE
+    ]
+
+
+def _elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
+    """Largest force of the modes on contacts that stick, (N_c,) [N]."""
+    return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling))
+
+
+def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:
+    """Velocity (N_c,) [m/s] of contacts that such forces (N_c,) move freely.
+
+    At the highest frequency that moves them: that of the mode with the largest force there.
+    """
+    moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
+    Omega = reduced.carrier[np.argmax(moved, axis=0)]
+    return np.asarray(Omega * force / np.diag(reduced.stiffness))
+
+
+def _rounded(value: float, rounding: Callable[[float], int], digits: int = 3) -> float:
+    """To some significant digits, up or down."""
+    unit = 10.0 ** (floor(log10(value)) - digits + 1)
+    return float(f"{rounding(value / unit) * unit:.{digits}g}")

@@ -1,0 +1,156 @@
+"""What the method assumes: refused where nothing could follow, warned of where it is strained."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from slipmode import rom
+from slipmode.fmu import Component
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+
+FORCE = ({0: 0.15}, {1: 0.25})
+
+
+@pytest.mark.parametrize(
+    ("frequency", "words"),
+    [
+        ((0.61, 1.65), "frequency: must be 0.62 to 10 rad/s, for mode A resonates at 1 rad/s"),
+        ((0.98, 17.1), "frequency: must be 1.06 to 17 rad/s, for mode B resonates at 1.7 rad/s"),
+        ((0.98, 0.2626), "got 0.2626; if that is in Hz, give 1.65 rad/s"),
+    ],
+)
+def test_steady_states_and_components_refuse_the_same(two_mode_model, frequency, words):
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        rom.steady(two_mode_model, frequency, FORCE)
+    assert words in str(refusal.value)
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        rom.resonance(two_mode_model, FORCE, frequency[:1], frequency[1:])
+    assert words in str(refusal.value)
+    inputs = dict(zip(("frequency_A", "frequency_B"), frequency, strict=True))
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        Component(two_mode_model, FORCE).set_inputs(**inputs)
+    assert words.removeprefix("frequency: ") in str(refusal.value)
+    assert str(refusal.value).startswith(
+        ("frequency_A: must be 0.62", "frequency_B: must be 1.06")
+    )
+
+
+def test_what_is_allowed_is_computed(two_mode_model):
+    found = rom.steady(two_mode_model, [(0.62, 1.06), (10.0, 17.0)], FORCE)
+    assert np.all(np.abs(found) > 1e-4)
+
+
+def test_the_frequency_of_a_mode_at_rest_does_not_matter(two_mode_model):
+    a = rom.steady(two_mode_model, (0.98, 0.1), (FORCE[0], {1: 0.0}))
+    assert abs(a[0]) > 3.0
+    assert a[1] == 0.0
+
+
+def test_a_sweep_is_refused_where_it_leaves_the_range(two_mode_model):
+    component = Component(two_mode_model, FORCE)
+    component.set_inputs(frequency_rate_A=-0.01)
+    component.do_step(0.0, 30.0)
+    with pytest.raises(rom.SlipmodeError, match=r"frequency_A: must be 0.62 .* end of the step"):
+        component.do_step(30.0, 10.0)
+    assert component.time == 30.0
+    rows = np.zeros((3, len(component.input_names)))
+    rows[:, component.input_names.index("frequency_A")] = (0.7, 0.65, 0.6)
+    rows[:, component.input_names.index("frequency_B")] = 1.7
+    with pytest.raises(rom.SlipmodeError, match=r"frequency_A: must be 0.62 .* got 0.6") as stop:
+        component.run(np.ones(3), rows)
+    assert len(stop.value.outputs) == 2
+    assert component.time == 32.0
+
+
+def test_a_resonance_curve_ends_where_no_slow_flow_follows(one_mode_model):
+    curve = rom.resonance_curve(one_mode_model, 0, {0: 0.15}, [[0.1], [0.2]])
+    assert np.isnan(curve.below).tolist() == [True, False]
+    assert np.isfinite(curve.above).all()
+
+
+# Warnings
+
+
+def scene(**changes):
+    text = load_scene("two-mode").text
+    for old, new in changes.values():
+        assert old in text
+        text = text.replace(old, new)
+    return parse_scene(text, ".")
+
+
+def of_scene(**changes):
+    decisions = make_plan(scene(**changes)).decisions
+    return [f"{d.subject} {d.choice}: {d.reason}" for d in decisions if d.level != "info"]
+
+
+@pytest.mark.parametrize("name", list(shipped_scenes()))
+def test_shipped_scenes_have_no_warning(name):
+    assert all(d.level == "info" for d in make_plan(load_scene(name)).decisions)
+
+
+LIMIT, ALPHA = "limit = 2.0 ", "alpha = 0.02 "
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("amplitude = 0.15", "amplitude = 150.0"), "friction faint: at contact 0 the limit is "),
+        ((LIMIT, "limit = 1.5e-7 "), "friction faint: at contact 0 the limit is "),
+        ((ALPHA, "alpha = 2.0 "), "friction blurred: alpha is "),
+        ((ALPHA, "alpha = 1e-14 "), "friction too sharp: alpha is "),
+        (("dof = 1\n", "vector = [0.0, 1.0, 8.0, 0.0]\n"), "force B acts on contacts aside: "),
+    ],
+)  # fmt: skip
+def test_nonsense_is_told_in_the_plan(change, words):
+    assert any(line.startswith(words) for line in of_scene(change=change))
+
+
+@pytest.mark.parametrize("change", [(LIMIT, "limit = 0.0 "), (LIMIT, "limit = 1e9 ")])
+def test_no_friction_and_contacts_that_never_slip_are_no_nonsense(change):
+    assert of_scene(change=change) == []
+
+
+@pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 1e-8), rom.Tanh(2.0, 0.1)])
+def test_hard_cases_have_no_warning(law):
+    reduced = rom.reduce(rom.two_mass())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        model = rom.tabulate(reduced, law, (4.0, 2.0), tolerance=0.05)
+        for force in (FORCE, ({0: 0.0}, {1: 0.25}), ({0: 0.01}, {1: 0.01})):
+            rom.steady(model, (0.98, 1.65), force)
+
+
+@pytest.mark.parametrize(
+    ("law", "amplitude", "words"),
+    [
+        (rom.Tanh(1.5e-7, 0.02), 4.0, "friction faint: .* is 1.9e-08 of"),
+        (rom.Tanh(2.0, 2.0), 4.0, "friction blurred: alpha is 5.2 times"),
+        (rom.Tanh(2.0, 0.02), 4000.0, "friction faint: .* is 2.5e-04 of"),
+    ],
+)
+def test_python_is_warned_too(law, amplitude, words):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    with pytest.warns(rom.ValidityWarning, match=words) as issued:
+        rom.tabulate(reduced, law, (amplitude,), tolerance=0.05)
+    assert issued[0].filename == __file__
+
+
+def test_an_alpha_that_is_advised_is_accepted():
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    with pytest.warns(rom.ValidityWarning) as issued:
+        rom.tabulate(reduced, rom.Tanh(2.0, 2.0), (4.0,), tolerance=0.05)
+    advised = float(str(issued[0].message).split("an alpha of ")[1].split()[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        rom.tabulate(reduced, rom.Tanh(2.0, advised), (4.0,), tolerance=0.05)
+
+
+def test_a_steady_state_warns_of_a_force_past_its_mode(two_mode_model):
+    with pytest.warns(
+        rom.ValidityWarning, match="force B acts on contacts aside: .* is 0.65 "
+    ) as w:
+        rom.steady(two_mode_model, (0.98, 1.65), ({0: 0.15}, {2: 4.0}))
+    assert w[0].filename == __file__
