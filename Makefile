@@ -1,6 +1,10 @@
 # make run     set up .venv and run a scene into logs/
 # make fmu     set up .venv and export a scene's model as an FMU into logs/
-# make test    set up .venv and run the tests
+# make quick   set up .venv and run what a change in rom/ breaks first, within a minute: reduction,
+#              contact problem, tables, slow flow, motion, component; scenes run, an FMU stepped.
+#              Tests of the pytest marker `quick`
+# make test    set up .venv and run the tests, the quick ones first (all but those marked `slow`)
+# make test-all  those too, and more of the drawn cases
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
 # make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
@@ -14,7 +18,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper bench-table bench-recordings gallery test test-all lint clean
+.PHONY: run fmu report paper bench-table bench-recordings gallery quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -42,11 +46,14 @@ gallery: $(VENV)/.installed
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
 
+quick: $(VENV)/.installed-test
+	$(BIN)/python -m pytest -m "quick and not slow"
+
 test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "not slow"
 
 test-all: $(VENV)/.installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --hypothesis-profile=many
 
 lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .

@@ -2,15 +2,27 @@
 
 import signal
 from contextlib import ExitStack
+from functools import cache
 
 import pytest
+from hypothesis import settings
 
-from slipmode import rom
+from slipmode import rom, runner
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
-pytest_plugins = ["fmu_fixtures"]
+pytest_plugins = ["fmu_fixtures", "native"]
+
+# Drawn cases of a test that does not say how many; `make test-all` takes many.
+settings.register_profile("few", max_examples=60, deadline=None)
+settings.register_profile("many", max_examples=400, deadline=None)
+settings.load_profile("few")
 
 LAW = rom.Tanh(limit=2.0, alpha=0.02)
+
+
+def pytest_collection_modifyitems(items):
+    """Quick ones first."""
+    items.sort(key=lambda item: item.get_closest_marker("quick") is None)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -41,6 +53,13 @@ def viewer():
         except (RuntimeError, ConnectionError) as error:
             pytest.skip(f"no software renderer on this machine: {str(error).splitlines()[0]}")
         yield started
+
+
+@pytest.fixture(scope="session")
+def shipped_scene(tmp_path_factory):
+    """A shipped scene's recording by its name; each is run once."""
+    folder = tmp_path_factory.mktemp("shipped")
+    return cache(lambda name: runner.run(name, folder))
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,8 @@
 """Whatever is in a file, it is read or refused in one line: no traceback, no endless work."""
 
-import time
+import signal
 import warnings
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.fast_motion import ORDERS, Truncation
 from slipmode.runner.scene import scene
 
-PATIENCE = 5.0  # [s]
+PATIENCE = 30.0  # [s] of the processor: no input takes a tenth of it
 SCENES = [path.read_text() for path in scene.shipped_scenes().values()]
 SCENES += ["""
 [structure]
@@ -69,14 +70,29 @@ def planned(monkeypatch):
     return lambda path: planning.make_plan(scene.load_scene(path))
 
 
+@contextmanager
+def at_most(seconds):
+    """Ends work that takes more of this process's own time, as endless work would."""
+
+    def give_up(number, frame):
+        raise AssertionError(f"no end after {seconds:g} s of the processor")
+
+    before = signal.signal(signal.SIGVTALRM, give_up)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
 def refusals(path, contents, use):
     """How many of the contents, each written to the path, `use` refuses; at worst in one line."""
     refused = 0
     for number, content in enumerate(contents):
         path.write_bytes(content)
-        started = time.perf_counter()
         try:
-            with warnings.catch_warnings():
+            with warnings.catch_warnings(), at_most(PATIENCE):
                 warnings.simplefilter("error")
                 use(path)
         except rom.SlipmodeError as refusal:
@@ -84,11 +100,10 @@ def refusals(path, contents, use):
             refused += 1
         except Exception as error:
             pytest.fail(f"input {number}: {error!r}\n{content[:600]!r}")
-        assert time.perf_counter() - started < PATIENCE, f"input {number}"
     return refused
 
 
-@pytest.mark.parametrize("count", [1200, pytest.param(80_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [300, pytest.param(80_000, marks=pytest.mark.slow)])
 def test_no_scene_raises_anything_but_a_refusal(count, planned, tmp_path):
     rom.two_mass().save(tmp_path / "structure.npz")
     random = np.random.default_rng(1)
@@ -109,7 +124,7 @@ def load_and_use(path):
     component.do_step(0.0, 1e-3)
 
 
-@pytest.mark.parametrize("count", [1200, pytest.param(20_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [300, pytest.param(20_000, marks=pytest.mark.slow)])
 def test_no_model_file_raises_anything_but_a_refusal(count, tmp_path):
     reduced = rom.reduce(rom.two_mass(), modes=(0,))
     models = [

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import tarfile
-import time
 import venv
 import zipfile
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 RECORDINGS = {"two-mode.mcap", "two-mode.rrd"}
-LEAST_SETUP = 2.0  # [s] that `make run` may add once everything is set up
 
 pytestmark = [
     pytest.mark.slow,
@@ -22,13 +20,12 @@ pytestmark = [
 
 
 def run(*command, cwd, **environment):
-    """Output of a command that must succeed, in seconds that are measured."""
-    started = time.perf_counter()
+    """Output of a command that must succeed."""
     ours = ("VIRTUAL_ENV", "SLIPMODE_CACHE", "XDG_CACHE_HOME")
     kept = {k: v for k, v in os.environ.items() if k not in ours}
     done = subprocess.run(command, cwd=cwd, env=kept | environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout, time.perf_counter() - started
+    return done.stdout
 
 
 @pytest.fixture(scope="module")
@@ -59,26 +56,24 @@ def test_a_wheel_works_outside_the_checkout(clone, home, tmp_path):
     bin_folder = tmp_path / "env" / "bin"
     run(str(bin_folder / "pip"), "install", "--quiet", str(wheel), cwd=elsewhere, HOME=home)
     slipmode = str(bin_folder / "slipmode")
-    listed, _ = run(slipmode, "scenes", cwd=elsewhere, HOME=home)
+    listed = run(slipmode, "scenes", cwd=elsewhere, HOME=home)
     assert "two-mode" in listed
-    printed, _ = run(slipmode, "run", "two-mode", cwd=elsewhere, HOME=home)
+    printed = run(slipmode, "run", "two-mode", cwd=elsewhere, HOME=home)
     assert {path.name for path in elsewhere.glob("logs/*")} == RECORDINGS
     assert "computed" in printed
-    printed, _ = run(slipmode, "run", "two-mode", cwd=elsewhere, HOME=home)
+    printed = run(slipmode, "run", "two-mode", cwd=elsewhere, HOME=home)
     assert "from the cache" in printed
-    printed, _ = run(slipmode, "fmu", "two-mode", "-o", "two-mode.fmu", cwd=elsewhere, HOME=home)
+    run(slipmode, "fmu", "two-mode", "-o", "two-mode.fmu", cwd=elsewhere, HOME=home)
     assert "modelDescription.xml" in zipfile.ZipFile(elsewhere / "two-mode.fmu").namelist()
 
 
 def test_make_run_sets_up_a_fresh_clone_once(clone, home):
-    _, fresh = run("make", "run", cwd=clone, HOME=home)
+    run("make", "run", cwd=clone, HOME=home)
     assert {path.name for path in clone.glob("logs/*.*") if path.suffix} == RECORDINGS
-    _, again = run("make", "run", cwd=clone, HOME=home)
-    command = str(clone / ".venv" / "bin" / "slipmode")
-    _, bare = run(command, "run", "two-mode", "-o", "logs", cwd=clone, HOME=home)
-    print(f"make run: {fresh:.1f} s fresh, {again:.1f} s again, {bare:.1f} s without make")
-    assert again - bare < LEAST_SETUP
-    changes, _ = run("git", "status", "--porcelain", cwd=clone)
+    again = run("make", "--dry-run", "run", cwd=clone, HOME=home)
+    assert again.splitlines() == [".venv/bin/slipmode run two-mode --output logs"]
+    run("make", "run", cwd=clone, HOME=home)
+    changes = run("git", "status", "--porcelain", cwd=clone)
     assert changes == ""
 
 
@@ -92,7 +87,7 @@ def test_a_source_distribution_builds(clone, home, tmp_path):
     (archive,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(archive) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
-    tracked, _ = run("git", "ls-files", "rom", "fmu", "runner", cwd=clone)
+    tracked = run("git", "ls-files", "rom", "fmu", "runner", cwd=clone)
     needed = {"CMakeLists.txt", "pyproject.toml", "README.md", "LICENSE", *tracked.split()}
     assert needed <= names
     assert not [name for name in names if name.startswith(("logs/", "build/", ".venv/"))]

@@ -28,6 +28,8 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 
+pytestmark = pytest.mark.quick
+
 # Steps
 
 

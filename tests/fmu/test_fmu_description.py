@@ -170,12 +170,15 @@ def test_the_reference_result_is_the_components(unzipped, two_mode_model):
         assert result[name][-1] == last[name]
 
 
-def test_sources_rebuild_the_library(unzipped, fmi, tmp_path, two_mode_model):
+@pytest.mark.parametrize(
+    "configuration", ["Debug", pytest.param("Release", marks=pytest.mark.slow)]
+)
+def test_sources_rebuild_the_library(unzipped, fmi, configuration, tmp_path, two_mode_model):
     folder = tmp_path / "rebuilt"
     shutil.copytree(unzipped[fmi], folder)
     (library,) = folder.glob("binaries/*/slipmode.*")
     library.unlink()
-    build_platform_binary(folder)
+    build_platform_binary(folder, configuration=configuration)
     assert library.is_file()
     stepped = component(two_mode_model)
     stepped.do_step(0.0, 30.0)

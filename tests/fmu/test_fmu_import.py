@@ -2,6 +2,7 @@
 
 import shutil
 import zipfile
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,6 +54,15 @@ def raw(recording, topic="/modes"):
         return [(m.log_time, m.data) for _, _, m in make_reader(file).iter_messages(topic)]
 
 
+def every_message(recording):
+    """{topic: [(time, data)]}, read in one pass."""
+    messages = defaultdict(list)
+    with recording.mcap.open("rb") as file:
+        for _, channel, m in make_reader(file).iter_messages():
+            messages[channel.topic].append((m.log_time, m.data))
+    return messages
+
+
 def mode_b(*changes):
     text = MODE_B
     for old, new in changes:
@@ -62,13 +72,14 @@ def mode_b(*changes):
 
 
 @pytest.mark.parametrize("scene", ["two-mode", "force-step"])
-def test_the_recording_is_that_of_the_component(scene, fmi, tmp_path):
+def test_the_recording_is_that_of_the_component(scene, fmi, tmp_path, shipped_scene):
     path = export_fmu(scene, tmp_path / f"{scene} für FMI {fmi}.fmu", fmi)
-    inside = runner.run(scene, tmp_path / "inside")
+    inside = shipped_scene(scene)
     through = runner.run(scene, tmp_path / "through", fmu=path)
     assert len(raw(inside)) == inside.steps + 1
+    expected, found = every_message(inside), every_message(through)
     for topic in inside.read().channels:
-        assert raw(through, topic) == raw(inside, topic), topic
+        assert found[topic] == expected[topic] != [], topic
     with through.mcap.open("rb") as file:
         metadata = {m.name: m.metadata for m in make_reader(file).iter_metadata()}
     assert metadata["run"]["fmu"] == path.name

@@ -3,36 +3,18 @@
 import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
-from test_kernel import OPENMP_SIMD, SANITIZERS, WARNINGS, compile_all, compiler, compiles, run
+from native import run
 
 from slipmode import fmu, rom
-from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
-from slipmode.fmu.archive.cross_compiler import fmi_headers
 
-DRIVER = Path(__file__).parent
-FEW, MANY = 2_000, 50_000  # sequences of about 25 calls
-
-__all__ = ["compiler"]
+FEW, MANY = 400, 50_000  # sequences of about 25 calls
 
 
-@pytest.fixture(scope="module")
-def driver(compiler, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("native")
-    if not compiles(compiler, folder, *SANITIZERS):
-        pytest.skip(f"{compiler} has no sanitizer runtime")
-    simd = OPENMP_SIMD if compiles(compiler, folder, *OPENMP_SIMD) else ()
-    sources = [path for path in source_files().values() if path.suffix == ".c"]
-    sources += sorted(DRIVER.glob("*.c"))
-    includes = (*(f"-I{path}" for path in INCLUDE_FOLDERS), f"-isystem{fmi_headers()}")
-    flags = (*WARNINGS, *SANITIZERS, *simd, *includes)
-    program = folder / "driver"
-    objects = compile_all(compiler, folder, dict.fromkeys(sources, flags))
-    linked = run(compiler, *SANITIZERS, *objects, "-lm", "-o", program)
-    assert linked.returncode == 0, linked.stderr
-    return program
+@pytest.fixture
+def driver(drivers):
+    return drivers["fmu"]
 
 
 @pytest.fixture(scope="module", params=["contact motion", "friction limit"])
@@ -58,13 +40,13 @@ def random_sequences(driver, resources, count, seed, *what):
 
 def test_random_sequences_of_calls(driver, resources):
     """Legal and illegal: no crash, no leak, the right status, a logged reason, no trace left."""
-    random_sequences(driver, resources, FEW // 2, 1)
+    random_sequences(driver, resources, FEW, 1)
 
 
 def test_damaged_resources(driver, resources, tmp_path):
     copy = tmp_path / "resources"
     shutil.copytree(resources, copy)
-    random_sequences(driver, copy, FEW // 8, 1, "damage")
+    random_sequences(driver, copy, FEW, 1, "damage")
 
 
 @pytest.mark.slow

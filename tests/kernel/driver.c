@@ -1,4 +1,7 @@
-/* Runs one group of checks of the core, or lists them: driver [group]. */
+/* Runs one group of checks of the core, or lists them: driver [group [times]].
+ *
+ * Random calls are made, and the long run is, that many times as often.
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,8 +16,14 @@ void check_slow_flow(void);
 void check_directional(void);
 void check_component(void);
 void check_component_refusals(void);
-void check_long_run(void);
-void check_random_calls(void);
+void check_long_run(int times);
+void check_random_calls(int times);
+
+static int times = 1;
+
+static void long_run(void) { check_long_run(times); }
+
+static void random_calls(void) { check_random_calls(times); }
 
 static const struct {
     const char *name;
@@ -29,13 +38,14 @@ static const struct {
               {"directional", check_directional},
               {"component", check_component},
               {"component-refusals", check_component_refusals},
-              {"long-run", check_long_run},
-              {"random-calls", check_random_calls}};
+              {"long-run", long_run},
+              {"random-calls", random_calls}};
 
 int main(int argc, char **argv) {
+    if (argc > 2) times = atoi(argv[2]);
     for (size_t g = 0; g < sizeof GROUPS / sizeof *GROUPS; g++) {
         if (argc < 2) puts(GROUPS[g].name);
-        if (argc == 2 && strcmp(argv[1], GROUPS[g].name) == 0) {
+        if (argc > 1 && strcmp(argv[1], GROUPS[g].name) == 0) {
             GROUPS[g].run();
             return EXIT_SUCCESS;
         }

@@ -170,9 +170,9 @@ static void random_component(int modes, int wanted, int calls) {
     free_model(&m);
 }
 
-void check_random_calls(void) {
+void check_random_calls(int times) {
     table one = new_table(1, 13, 1), two = new_table(2, 4, 4);
-    for (int k = 0; k < 10000; k++) {
+    for (int k = 0; k < times * 2500; k++) {
         random_lookup(k % 2 ? &one : &two);
         if (k % 2 == 0) random_motion();
         if (k % 10 == 0) random_torus();
@@ -180,7 +180,7 @@ void check_random_calls(void) {
     free_table(&one);
     free_table(&two);
     for (int modes = 1; modes <= 2; modes++) {
-        random_component(modes, 0, 2000);
-        random_component(modes, 1, 2000);
+        random_component(modes, 0, times * 500);
+        random_component(modes, 1, times * 500);
     }
 }

@@ -116,6 +116,7 @@ static void check_shapes(void) {
         for (int k = 0; k < 5; k++)
             for (int modes = 1; modes <= 2; modes++) {
                 if (modes == 1 && lines[k] > 1) continue; /* they would all be the same */
+                if (contacts[n] == 7 && lines[k] == 32) continue; /* like 3, but dear */
                 check_points_apart(contacts[n], modes, SM_TANH, lines[k]);
                 check_points_apart(contacts[n], modes, SM_COULOMB, lines[k]);
             }

@@ -103,17 +103,24 @@ def test_the_version_is_printed(capsys):
 @pytest.mark.parametrize(
     "arguments", [(), ("frobnicate",), ("run",), ("run", "two-mode", "--speed", "9")]
 )
-def test_wrong_usage_ends_with_status_2(arguments):
+def test_wrong_usage_ends_with_status_2(arguments, capsys):
+    with pytest.raises(SystemExit) as end:
+        main([*arguments])
+    assert end.value.code == 2
+    printed = capsys.readouterr()
+    assert (printed.out, printed.err[:15]) == ("", "usage: slipmode")
+
+
+@pytest.mark.parametrize(("arguments", "status"), [(("run",), 2), (("run", "no-such-scene"), 1)])
+def test_the_process_ends_with_the_status(arguments, status):
     done = slipmode(*arguments)
-    assert done.returncode == 2
-    assert done.stderr.startswith("usage: slipmode")
+    assert (done.returncode, done.stdout) == (status, "")
+    assert done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_refusal_ends_with_status_1():
-    done = slipmode("run", "no-such-scene")
-    assert (done.returncode, done.stdout) == (1, "")
-    (line,) = done.stderr.splitlines()
+def test_a_refusal_names_what_there_is(capsys):
+    line = refusal(capsys, "run", "no-such-scene")
     assert line.startswith("slipmode: 'no-such-scene': no such scene file; shipped scenes:")
 
 

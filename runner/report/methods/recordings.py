@@ -37,11 +37,32 @@ _REPEATS = 7
 _ROWS_PER_SEND = 8192
 
 
+LEAST = {  # ratios that a busy machine keeps, by the words of their lines
+    "times the mcap package with protobuf encoding": 5.0,
+    "of the rate of zstd alone": 0.3,
+    "times the mcap package with protobuf decoding": 10.0,
+    "of the rate of bare send_columns": 0.15,
+}
+_MOST_TIME = 5.0  # of a run with recordings, in times of one without
+
+
 def main() -> None:
-    """Measure and print."""
+    """Measure, print and judge."""
     with tempfile.TemporaryDirectory() as folder:
+        lines = []
         for line in measure(Path(folder)):
             print(line, flush=True)
+            lines.append(line)
+    missed = [line for line in lines if not _kept(line)]
+    if missed:
+        raise SystemExit("slower than it must be:\n" + "\n".join(missed))
+
+
+def _kept(line: str) -> bool:
+    """Whether a line has no ratio, or one within its bound."""
+    if "times the time without recordings" in line:
+        return float(line.split()[0]) < _MOST_TIME
+    return all(float(line.split()[0]) > least for words, least in LEAST.items() if words in line)
 
 
 def measure(folder: Path, repeats: int = _REPEATS) -> Iterable[str]:

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics, friction_functions
 from slipmode.runner.report.hard.cases.contacts import many_contacts
+
+pytestmark = pytest.mark.quick
 
 LIMIT = 2.0
 LAWS = [Tanh(LIMIT, 0.1), Tanh(LIMIT, 0.005), Coulomb(LIMIT)]
@@ -199,7 +201,7 @@ def bar_friction(contacts, joint, points):
 
 
 @pytest.mark.parametrize("points", [1, 16], ids=["one point", "a group of lanes"])
-@pytest.mark.parametrize("contacts", [2, 10, 30, 100])
+@pytest.mark.parametrize("contacts", [2, 10, 30, 60, pytest.param(100, marks=pytest.mark.slow)])
 def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts, points):
     """With order 1 in its flexibility, whether or not contacts slip one after the other."""
     single = bar_friction(1, 0.0, points)
@@ -278,7 +280,6 @@ def test_only_odd_sums_of_orders_appear(law):
     law=st.sampled_from(LAWS),
     formulation=st.sampled_from(FORMULATIONS),
 )
-@settings(max_examples=200, deadline=None)
 def test_structure_and_friction_never_feed_the_modes(amplitude, law, formulation):
     """Where dampers lie between both, the contacts may give back what the structure lost."""
     reduced = two_mode(formulation)

@@ -12,6 +12,8 @@ from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes
 from slipmode.rom.slow.steady import steady
 
+pytestmark = pytest.mark.quick
+
 N_CHAIN = 6
 CHAIN_CONTACTS = {"index": (2, 5), "relative": [(1, 0), (-1, 0), (0, 0), (0, 1), (0, -1), (0, 0)]}
 

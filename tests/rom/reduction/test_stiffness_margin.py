@@ -7,6 +7,8 @@ from slipmode import rom
 from slipmode.rom import SlipmodeError, Tanh
 from slipmode.rom.reduction.stiffness_margin import stiffness_loss
 
+pytestmark = pytest.mark.quick
+
 LAW = Tanh(2.0, 0.02)
 
 

@@ -14,6 +14,8 @@ from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.slow.steady import steady
 
+pytestmark = pytest.mark.quick
+
 FORCE = ({0: 1.0}, {1: 1.0})
 NEAR_PEAKS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
 

@@ -9,6 +9,8 @@ from slipmode.rom.contact.torus import Discretisation, contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.slow.steady import resonance, resonance_curve, steady
 
+pytestmark = pytest.mark.quick
+
 LAW = Tanh(limit=2.0, alpha=0.02)
 NATURAL = np.array([1.0, 1.7])
 BOTH = ({0: 0.15}, {1: 0.25})

@@ -9,6 +9,8 @@ import scipy.sparse
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 
+pytestmark = pytest.mark.quick
+
 
 def chain(n=6, seed=1):
     """A chain of unequal masses with one spring to the ground: mass, stiffness."""

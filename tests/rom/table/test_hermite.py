@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
@@ -78,11 +78,35 @@ def test_a_kink_between_midpoints_is_not_lost_sight_of():
     assert table_error(model, law, points, grid) < 1e-3
 
 
+@pytest.mark.parametrize("count", [30, pytest.param(200, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("region", REGIONS)
-def test_the_error_between_the_nodes_is_within_the_tolerance(tabulated, region):
+def test_the_error_between_the_nodes_is_within_the_tolerance(tabulated, region, count):
     law, model = tabulated
     # asked for: 1e-3; measured at the worst: 0.65e-3
-    assert table_error(model, law, REGIONS[region]) < 1e-3
+    assert table_error(model, law, REGIONS[region][:count]) < 1e-3
+
+
+COULOMB = {  # by tolerance: largest error, relative to what is asked for and to what is stated
+    # measured 1.08 and 4.7: the points at which a table is checked pass beside the kinks
+    3e-3: (1.12, 4.9),
+    # measured 0.39 and 0.93
+    1e-3: (0.45, 1.1),
+}
+
+
+@pytest.fixture(scope="module", params=[3e-3, pytest.param(1e-3, marks=pytest.mark.slow)])
+def coulomb(request):
+    """The table of exact Coulomb friction, whose surface has a kink at each slip threshold."""
+    return tabulate(BOTH, Coulomb(LIMIT), RANGE, tolerance=request.param)
+
+
+def test_coulomb_friction_between_the_nodes_misses_no_more_than_was_measured(coulomb):
+    """At random points, by solves on a torus of another fineness; not always what is stated."""
+    points = np.vstack([REGIONS[region][:40] for region in REGIONS])
+    error, tolerance = table_error(coulomb, coulomb.law, points), coulomb.accuracy.tolerance
+    of_tolerance, of_stated = COULOMB[tolerance]
+    assert error < of_tolerance * tolerance
+    assert error < of_stated * coulomb.accuracy.interpolation
 
 
 def test_the_error_falls_with_the_tolerance():
@@ -94,6 +118,7 @@ def test_the_error_falls_with_the_tolerance():
         assert table_error(model, law, points, fine) < tolerance
 
 
+@pytest.mark.quick
 def test_a_mode_at_rest_has_no_friction_term(two_mode_model):
     axis = np.linspace(0, 4, 33)
     rest = np.zeros_like(axis)
@@ -105,6 +130,7 @@ def test_a_mode_at_rest_has_no_friction_term(two_mode_model):
     assert not two_mode_model.table((0.0, 0.0)).any()
 
 
+@pytest.mark.quick
 def test_a_mode_alone_is_the_edge_of_the_table_for_two(two_mode_model, one_mode_model):
     axis = np.linspace(0.01, 3.99, 50)
     alone = one_mode_model.table(axis[:, np.newaxis])[:, 0]
@@ -113,6 +139,7 @@ def test_a_mode_alone_is_the_edge_of_the_table_for_two(two_mode_model, one_mode_
     np.testing.assert_allclose(edge, alone, rtol=0, atol=2e-3 * np.abs(alone).max())
 
 
+@pytest.mark.quick
 def test_the_surface_goes_through_direct_solves_at_the_nodes(two_mode_model):
     table, accuracy = two_mode_model.table, two_mode_model.accuracy
     nodes = np.array([(a, b) for a in table.node_a[1::7] for b in table.node_b[1::7]])
@@ -122,7 +149,6 @@ def test_the_surface_goes_through_direct_solves_at_the_nodes(two_mode_model):
 
 
 @given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
-@settings(max_examples=300, deadline=None)
 def test_structure_and_friction_never_feed_the_modes_between_the_nodes(coarse_model, amplitude):
     """In the paper's formulation friction alone."""
     reduced, table, a = coarse_model.reduced, coarse_model.table, np.array(amplitude)
@@ -143,7 +169,6 @@ def test_structure_and_friction_never_feed_the_modes_between_the_nodes(coarse_mo
 
 
 @given(amplitude=st.tuples(st.floats(0, 4), st.floats(0, 4)))
-@settings(max_examples=100, deadline=None)
 def test_friction_takes_power_between_the_nodes(coarse_model, amplitude):
     """What leaves the modes, less the dampers' part, to the accuracy of the table."""
     reduced, table, a = coarse_model.reduced, coarse_model.table, np.array(amplitude)
@@ -154,6 +179,7 @@ def test_friction_takes_power_between_the_nodes(coarse_model, amplitude):
 
 
 @pytest.mark.parametrize("outside", [(4.0001, 1.0), (1.0, 4.0001), (np.inf, 1.0), (np.nan, 1.0)])
+@pytest.mark.quick
 def test_nothing_is_extrapolated(two_mode_model, outside):
     with pytest.raises(SlipmodeError):
         two_mode_model.table(outside)
@@ -191,6 +217,7 @@ def test_the_table_does_not_depend_on_the_threads(law):
         ({"law": Tanh((1.0, 2.0, 3.0), 0.02)}, "limit: must be one number or 2"),
     ],
 )
+@pytest.mark.quick
 def test_refuses_in_one_line(change, message):
     arguments = {"reduced": BOTH, "law": Tanh(LIMIT, 0.02), "amplitude": RANGE, "tolerance": 1e-3}
     with pytest.raises(SlipmodeError, match=message) as refusal:

@@ -13,6 +13,8 @@ from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, 
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
 
+pytestmark = pytest.mark.quick
+
 ALONE = reduce(two_mass(), modes=(0,))
 LAW = Tanh(2.0, 0.1)
 ARGUMENTS = (ALONE, LAW, (4.0,), 1e-2)

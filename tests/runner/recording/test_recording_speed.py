@@ -1,21 +1,26 @@
-"""The ratios that `make bench-recordings` prints, against bounds that a busy machine keeps."""
+"""What `make bench-recordings` measures and judges; how fast this machine is, is left to it."""
 
 import pytest
 
-from slipmode.runner.report.methods.recordings import measure
-
-LEAST = {
-    "times the mcap package with protobuf encoding": 5.0,
-    "of the rate of zstd alone": 0.3,
-    "times the mcap package with protobuf decoding": 10.0,
-    "of the rate of bare send_columns": 0.15,
-}
+from slipmode.runner.report.methods.recordings import LEAST, _kept, measure
 
 
 @pytest.mark.slow
-def test_recordings_are_fast(tmp_path):
-    lines = list(measure(tmp_path, repeats=5))
-    for words, least in LEAST.items():
+def test_every_ratio_that_has_a_bound_is_measured(tmp_path):
+    lines = list(measure(tmp_path, repeats=1))
+    for words in (*LEAST, "times the time without recordings"):
         (line,) = [line for line in lines if words in line]
-        assert float(line.split()[0]) > least, line
-    assert float(lines[-1].split()[0]) < 5.0, lines[-1]
+        assert float(line.split()[0]) > 0.0, line
+
+
+@pytest.mark.parametrize(
+    ("line", "kept"),
+    [
+        ("        0.29  of the rate of zstd alone (1.00 M/s)", False),
+        ("        0.31  of the rate of zstd alone (1.00 M/s)", True),
+        ("        5.10  times the time without recordings", False),
+        ("write MCAP                  0.01 M/s", True),
+    ],
+)
+def test_ratios_are_judged(line, kept):
+    assert _kept(line) == kept

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scene_text import TANH_ON_BOTH_MODES
 
@@ -21,6 +21,8 @@ from slipmode.runner.scene.scene import (
     shipped_scenes,
 )
 from slipmode.runner.scene.script import Script
+
+pytestmark = pytest.mark.quick
 
 SCENE = f"""
 title = "Both modes"
@@ -406,7 +408,6 @@ FRAGMENTS = st.sampled_from(
 )  # fmt: skip
 
 
-@settings(max_examples=400, deadline=None)
 @given(st.data())
 def test_no_mutation_of_a_scene_raises_anything_but_a_refusal(data):
     text = SCENE
@@ -427,7 +428,6 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.integers(0, SCENE.count(" = ") - 1), VALUES)
 def test_no_value_of_a_key_raises_anything_but_a_refusal(number, value):
     lines = SCENE.splitlines()

@@ -10,6 +10,8 @@ from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.script import Script
 
+pytestmark = pytest.mark.quick
+
 MODES = ("A", "B")
 NAMES = [f"{quantity}_{mode}" for mode in MODES for quantity in ("force", "frequency", "phase")]
 

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.script import Script
 
+pytestmark = pytest.mark.quick
+
 RAMP_AND_JUMP = Script.through([[0, 1.0], [10, 3.0], [10, 5.0], [20, 5.0]])
 
 

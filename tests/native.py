@@ -1,0 +1,106 @@
+"""The C core, the C of an FMU, and the drivers that check both, under the sanitizers.
+
+Each source is compiled once for both drivers, and again only when it or a header has changed: the
+objects are kept in pytest's cache.
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
+from slipmode.fmu.archive.cross_compiler import fmi_headers
+
+TESTS = Path(__file__).parent
+CORE = TESTS.parent / "rom" / "kernel"
+WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
+SANITIZERS = (
+    *("-g1", "-O1", "-fno-omit-frame-pointer"),
+    *("-fsanitize=address,undefined", "-fno-sanitize-recover=all"),
+)
+# What makes the core fast, one body for each number of lanes, would take minutes to instrument.
+NOT_INLINED = ("-fno-inline", "-Dalways_inline=unused")
+OPENMP_SIMD = ("-fopenmp-simd", "-DSM_OPENMP_SIMD")
+FAIL_TO_ALLOCATE = "-Dcalloc=sm_test_calloc"  # lets a driver say when memory runs out
+
+
+def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def compile_all(
+    compiler: str, folder: Path, commands: dict[Path, tuple[str, ...]]
+) -> dict[Path, Path]:
+    """{source: object}; those that the folder does not have yet are compiled side by side."""
+    folders = (*INCLUDE_FOLDERS, *sorted({source.parent for source in commands}))
+    headers = sorted({path for folder in folders for path in folder.rglob("*.h")})
+    common = run(compiler, "--version").stdout.encode() + b"".join(map(Path.read_bytes, headers))
+
+    def compile_one(source: Path) -> Path:
+        flags = " ".join(commands[source])
+        content = hashlib.sha256(common + flags.encode() + source.read_bytes()).hexdigest()
+        target = folder / f"{source.parent.name}-{source.stem}-{content[:16]}.o"
+        if not target.exists():
+            made = target.with_suffix(f".{os.getpid()}")
+            result = run(compiler, *commands[source], "-c", source, "-o", made)
+            assert result.returncode == 0, result.stderr
+            made.replace(target)
+        return target
+
+    with ThreadPoolExecutor() as pool:
+        return dict(zip(commands, pool.map(compile_one, commands), strict=True))
+
+
+def _compiles(compiler: str, folder: Path, *flags: str) -> bool:
+    """Whether a program built with the flags runs."""
+    source, program = folder / "empty.c", folder / "empty"
+    source.write_text("int main(void) { return 0; }\n")
+    built = run(compiler, *flags, source, "-o", program)
+    return built.returncode == 0 and run(program).returncode == 0
+
+
+@pytest.fixture(scope="session")
+def drivers(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Path]:
+    """{"kernel": program, "fmu": program}."""
+    compiler, folder = shutil.which("cc"), tmp_path_factory.mktemp("native")
+    if compiler is None:
+        pytest.skip("no C compiler (cc)")
+    if not _compiles(compiler, folder, *SANITIZERS):
+        pytest.skip(f"{compiler} has no sanitizer runtime")
+    cache = getattr(request.config, "cache", None)
+    kept = cache.mkdir("native") if cache else folder
+    simd = OPENMP_SIMD if _compiles(compiler, folder, *OPENMP_SIMD) else ()
+    flags = (*WARNINGS, *SANITIZERS, *NOT_INLINED, *simd)
+
+    core = sorted(CORE.rglob("*.c"))
+    face = [path for path in source_files().values() if path.suffix == ".c"]
+    face = sorted(path for path in face if path not in core)
+    own = {name: sorted((TESTS / name).glob("*.c")) for name in ("kernel", "fmu")}
+    includes = [f"-I{folder}" for folder in INCLUDE_FOLDERS]
+    through = (*flags, *includes, f"-isystem{fmi_headers()}")
+    commands = dict.fromkeys(core, (*flags, f"-I{CORE}", FAIL_TO_ALLOCATE))
+    commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}"))
+    commands |= dict.fromkeys((*face, *own["fmu"]), through)
+    objects = compile_all(compiler, kept, commands)
+    for stale in set(kept.glob("*.o")) - set(objects.values()):
+        stale.unlink(missing_ok=True)
+
+    allocation = TESTS / "kernel" / "fixtures.c"
+    parts = {
+        "kernel": (*core, *own["kernel"]),
+        "fmu": (*core, *face, *own["fmu"], allocation),
+    }
+    programs = {}
+    for name, sources in parts.items():
+        programs[name] = folder / name
+        linked = [objects[source] for source in sources]
+        result = run(compiler, *SANITIZERS, *linked, "-lm", "-o", programs[name])
+        assert result.returncode == 0, result.stderr
+    return programs
