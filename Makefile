@@ -61,26 +61,33 @@ lint: $(VENV)/.installed-lint
 	$(BIN)/mypy
 
 $(BIN)/python:
-	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'slipmode needs Python 3.11 or newer: make PYTHON=python3.12')"
-	$(PYTHON) -m venv $(VENV)
+	@echo "slipmode: making a Python environment in $(VENV)"
+	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'slipmode needs Python 3.11 or newer: make PYTHON=python3.12')"
+	@$(PYTHON) -m venv $(VENV)
 
 # The Python sources are live (editable); only a change of the C core or of pyproject reinstalls.
 $(VENV)/.installed: $(CORE) | $(BIN)/python
-	$(PIP) --editable .
+	@echo "slipmode: fetching the packages it needs and compiling its C core: a minute or two at first"
+	@$(PIP) --editable .
 	@touch $@
 
 # By its name slipmode is there already: only the packages of an extra are installed, nothing is
 # built. Other importers of FMUs are not there for every platform; their tests are skipped then.
 $(VENV)/.installed-test: $(VENV)/.installed
-	$(PIP) "slipmode[test,importers]" || $(PIP) "slipmode[test]"
+	@echo "slipmode: fetching the packages of the tests"
+	@$(PIP) "slipmode[test,importers]" || $(PIP) "slipmode[test]"
 	@touch $@
 
 $(VENV)/.installed-report: $(VENV)/.installed
-	$(PIP) "slipmode[report]"
+	@echo "slipmode: fetching the packages of the report"
+	@$(PIP) "slipmode[report]"
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed
-	$(PIP) "slipmode[lint]"
+	@echo "slipmode: fetching the linters"
+	@$(PIP) "slipmode[lint]"
+	@mkdir -p $(VENV)/source/slipmode # where mypy finds the folders as the package they are
+	@for folder in rom fmu runner; do ln -sfn ../../../$$folder $(VENV)/source/slipmode/$$folder; done
 	@touch $@
 
 clean:

@@ -28,6 +28,7 @@ from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
+from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
@@ -73,7 +74,7 @@ class Component:
         contact: bool = False,
         elastic: Sequence[int] = (),
         mode_names: Sequence[str] = MODE_NAMES,
-        tolerance: float = 1e-6,
+        tolerance: float = SLOW_FLOW,
     ) -> None:
         if not 1e-13 <= tolerance <= 1e-2:
             raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {tolerance}")

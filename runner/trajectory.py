@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import ForceResponse, phasor
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
@@ -29,9 +29,8 @@ def slow_trajectory(
     def scripted(quantity: str) -> Floats:
         return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
 
-    turn = factor * np.exp(1j * scripted("phase"))
-    force = scripted("force") * turn
-    growing = scripted("force_rate") * turn
+    turn = phasor(factor, scripted("phase"))
+    force, growing = scripted("force") * turn, scripted("force_rate") * turn
     force_response = ForceResponse.of(model.reduced, excited.force, plan.structure)
     frequency, angle = scripted("frequency"), taken("theta_{}")
     before = slice(max(first - 1, 0), steps.stop)

@@ -26,6 +26,7 @@ from slipmode.fmu.description.reference_result import reference_files
 from slipmode.fmu.inputs import MODE_NAMES, present_modes
 from slipmode.fmu.variables.listing import Choice, list_variables
 from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.files import replacing
 from slipmode.rom.text import checked_line
 
@@ -46,7 +47,7 @@ def export(
     start: Mapping[str, float] | None = None,
     stop_time: float = 100.0,
     step_size: float = 1.0,
-    tolerance: float = 1e-6,
+    tolerance: float = SLOW_FLOW,
 ) -> Path:
     """Write a model as an FMU for Co-Simulation and Model Exchange.
 

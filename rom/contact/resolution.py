@@ -13,6 +13,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
+from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
@@ -62,11 +63,11 @@ def choose_resolution(
     reduced: Reduced,
     law: Friction,
     amplitude_range: Floats,
-    tolerance: float,
+    budget: ErrorBudget,
     combinations: Sequence[CombinationResonance],
     pool: Executor,
 ) -> Resolution:
-    """Coarsest discretisation whose answer changes by less than `tolerance` when doubled.
+    """Coarsest discretisation whose answer changes by no more than its share when doubled.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def choose_resolution(
 
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
-                reduced, law, part, grid, 0.1 * tolerance, amplitude_range, combinations
+                reduced, law, part, grid, budget.trial_march, amplitude_range, combinations
             )
 
         parts = list(pool.map(terms, np.split(points, _TASKS)))
@@ -106,14 +107,14 @@ def choose_resolution(
             lambda count: solve(_STEPS[1], count),
             len(points) * _STEPS[1],
             change,
-            0.5 * tolerance,
+            budget.steps_or_lines,
         )
     steps = _settled(
         _STEPS,
         lambda count: solve(count, lines),
         len(points) * lines,
         change,
-        0.5 * tolerance,
+        budget.steps_or_lines,
     )
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))

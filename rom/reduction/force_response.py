@@ -23,6 +23,11 @@ from slipmode.rom.structure.structure import Structure
 Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n,) array per mode
 
 
+def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
+    """F exp(i phase) of forces F cos(theta + phase), in whatever shape they come."""
+    return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
+
+
 @dataclass(frozen=True, eq=False)
 class ForceResponse:
     """Forces past their own mode, each per unit of its modal force F_j; 0 where there is none.

@@ -31,11 +31,6 @@ def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
     return _slow_flow(model, np.broadcast_to(np.asarray(shift, dtype=complex), model.modes), None)
 
 
-def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
-    """F exp(i phase) of forces F cos(theta + phase), in whatever shape they come."""
-    return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
-
-
 def inputs_of(
     force: Complexes,
     frequency: Floats,

@@ -11,13 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,
     balance,
     inputs_of,
-    phasor,
     rate_and_jacobian,
     slow_flow,
 )

@@ -17,6 +17,7 @@ from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.contact.resolution import choose_resolution, least_force
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
@@ -114,6 +115,7 @@ def tabulate(
             () if reduced.formulation == "paper" else combination_resonances(reduced.carrier)
         )
     check_stiffness_margin(reduced, tolerance, combinations)
+    budget = ErrorBudget(tolerance)
     orders = contact_orders(reduced, combinations, harmonics) if harmonics else []
     columns = Columns(
         orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
@@ -127,22 +129,20 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        resolution = choose_resolution(
-            reduced, law, amplitude_range, 0.5 * tolerance, combinations, pool
-        )
+        resolution = choose_resolution(reduced, law, amplitude_range, budget, combinations, pool)
         solve = partial(
             contact_terms,
             reduced,
             law,
             grid=resolution.grid,
-            tolerance=0.1 * tolerance,
+            tolerance=budget.march,
             smallest_scale=0.1 * amplitude_range,
             combinations=combinations,
             highest=max(harmonics, 1),
         )
         samples = _Samples(solve, columns, pool, bar)
         sampling = Sampling(samples, columns, region)
-        table, carried, error = refine(sampling, amplitude_range, tolerance)
+        table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
         if reduced.formulation == "consistent":
             table = with_rate_correction(
                 table, reduced, law, resolution.grid, partial(_in_tasks, pool)

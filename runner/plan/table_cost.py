@@ -8,6 +8,7 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.refinement import least_everywhere
 from slipmode.rom.table.region import corners, with_neighbours
 from slipmode.rom.validity import Finding as Decision
@@ -46,7 +47,7 @@ def _seconds(model: Model, amplitudes: np.ndarray) -> float:
         model.law,
         amplitudes,
         Discretisation(accuracy.steps, accuracy.lines),
-        0.1 * accuracy.tolerance,
+        ErrorBudget(accuracy.tolerance).march,
         0.1 * model.table.amplitude_range,
         model.combinations,
     )

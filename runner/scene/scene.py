@@ -10,6 +10,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
 from slipmode.runner.recording.channels import MODES
@@ -241,7 +242,7 @@ def _run(table: Table) -> Run:
     run = Run(
         duration=table.number("duration", POSITIVE),
         step=table.number("step", POSITIVE),
-        tolerance=table.number("tolerance", POSITIVE, default=1e-6),
+        tolerance=table.number("tolerance", POSITIVE, default=SLOW_FLOW),
     )
     if run.step > run.duration:
         raise table.error(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.script import Script
@@ -87,7 +88,7 @@ class Schedule:
         quantities = ("force", "phase")
         names = [[f"{quantity}_{mode}" for mode in modes] for quantity in quantities]
         start, end = (
-            force * np.exp(1j * phase)
+            phasor(force, phase)
             for force, phase in (
                 [at(name, steps) for name in names] for at in (self.inputs, self.at_ends)
             )

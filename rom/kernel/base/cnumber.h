@@ -10,6 +10,8 @@ static inline sm_complex sm_cx(double re, double im) {
     const sm_complex z = {re, im};
     return z;
 }
+/* From (re, im) in an array. */
+static inline sm_complex sm_pair(const double *values) { return sm_cx(values[0], values[1]); }
 static inline sm_complex sm_cadd(sm_complex a, sm_complex b) {
     return sm_cx(a.re + b.re, a.im + b.im);
 }

@@ -16,8 +16,6 @@
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
-SM_INLINE sm_complex pair(const double *values) { return sm_cx(values[0], values[1]); }
-
 /* i factor z */
 SM_INLINE sm_complex times_i(sm_complex z, double factor) {
     return sm_cx(-factor * z.im, factor * z.re);
@@ -32,7 +30,7 @@ SM_INLINE void effective_at(const sm_instant *instant, int modes, const double *
     if (modes < SM_MODES) *effective = (sm_effective){.modulus = {0.0}};
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const sm_complex a = pair(y + 2 * j);
+        const sm_complex a = sm_pair(y + 2 * j);
         const sm_complex z =
             sm_cadd(sm_cmul(sm_of(&by->amplitude_ratio, j), a), sm_of(&by->off_resonance, j));
         const double square = sm_cabs2(z), modulus = square < AT_REST ? 0.0 : sqrt(square);
@@ -61,10 +59,10 @@ SM_INLINE void response(const sm_slow_flow *flow, const sm_instant *instant, int
     const double *S = state->slopes, *T = S + 2 * modes;
     sm_modal strength;
     SM_SIMD
-    for (int j = 0; j < modes; j++) sm_put(&strength, j, pair(S + 2 * j));
+    for (int j = 0; j < modes; j++) sm_put(&strength, j, sm_pair(S + 2 * j));
     for (int k = 0; k < flow->table.combinations; k++)
         sm_add_combination(instant, k, modes,
-                           sm_cmul(pair(T + 2 * k), state->combination_phasor[k]), &strength);
+                           sm_cmul(sm_pair(T + 2 * k), state->combination_phasor[k]), &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex a = sm_of(&state->effective.amplitude, j),
@@ -149,8 +147,8 @@ SM_INLINE void change_of_effective(const sm_instant *instant, const sm_effective
 SM_INLINE sm_complex change_of_column(const double *slopes, size_t fields, int modes, int column,
                                       const effective_change *d) {
     const double *in_a = slopes + fields + 2 * column, *in_b = in_a + fields;
-    if (modes == 1) return sm_cscale(pair(in_a), d->modulus[0]);
-    return sm_cadd(sm_cscale(pair(in_a), d->modulus[0]), sm_cscale(pair(in_b), d->modulus[1]));
+    if (modes == 1) return sm_cscale(sm_pair(in_a), d->modulus[0]);
+    return sm_cadd(sm_cscale(sm_pair(in_a), d->modulus[0]), sm_cscale(sm_pair(in_b), d->modulus[1]));
 }
 
 /* How the strengths of the reactions change: what they are relative to the units of the modes. */
@@ -171,14 +169,14 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex grown = change_of_column(S, fields, modes, j, d);
-        sm_put(strength, j, sm_cadd(grown, times_i(pair(S + 2 * j), d->angle[j])));
+        sm_put(strength, j, sm_cadd(grown, times_i(sm_pair(S + 2 * j), d->angle[j])));
     }
     for (int k = 0; k < flow->table.combinations; k++) {
         const double *order = instant->combination_order[k];
         double angle = order[0] * d->angle[0] + combination_angle[k];
         if (modes == SM_MODES) angle += order[1] * d->angle[1];
         const sm_complex grown = change_of_column(S, fields, modes, modes + k, d);
-        const sm_complex turned = times_i(pair(T + 2 * k), angle);
+        const sm_complex turned = times_i(sm_pair(T + 2 * k), angle);
         sm_add_combination(instant, k, modes, sm_cmul(sm_cadd(grown, turned), phasor[k]), strength);
     }
 }
@@ -196,7 +194,7 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
     if (moving) {
         SM_SIMD
         for (int j = 0; j < modes; j++) {
-            const sm_complex off_resonance = pair(flow->off_resonance[j]);
+            const sm_complex off_resonance = sm_pair(flow->off_resonance[j]);
             const sm_complex moved = sm_cadd(sm_of(&state->effective.amplitude, j),
                                              sm_cmul(off_resonance, sm_of(&now->excitation, j)));
             const sm_complex change =
@@ -246,9 +244,9 @@ SM_INLINE void correct_for_rate(const sm_slow_flow *flow, const sm_instant *inst
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const double *by = state->rate_correction + 2 * j * modes;
-        sm_complex behind = sm_cscale(pair(by), effective->modulus[0]);
+        sm_complex behind = sm_cscale(sm_pair(by), effective->modulus[0]);
         if (modes == SM_MODES)
-            behind = sm_cadd(behind, sm_cscale(pair(by + 2), effective->modulus[1]));
+            behind = sm_cadd(behind, sm_cscale(sm_pair(by + 2), effective->modulus[1]));
         const sm_complex gain =
             sm_cmul(sm_of(&instant->factor.force_ratio, j), sm_of(&effective->unit, j));
         sm_put(rate_correction, j, sm_cmul(gain, behind));

@@ -37,16 +37,14 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
     return after;
 }
 
-static sm_complex pair(const double *values) { return sm_cx(values[0], values[1]); }
-
 /* Carrier at the forcing (consistent formulation):
  *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
  * carrier at the natural frequency, detuning to first order (the paper's):
  *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
 static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
-    const sm_complex c0 = pair(flow->coupling_ratio[j].c[0]),
-                     c1 = pair(flow->coupling_ratio[j].c[1]);
+    const sm_complex c0 = sm_pair(flow->coupling_ratio[j].c[0]),
+                     c1 = sm_pair(flow->coupling_ratio[j].c[1]);
     sm_coefficients *now = &instant->now;
     sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
     sm_put(&now->coupling_ratio, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
@@ -65,7 +63,7 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
     const sm_inputs *in = &instant->inputs;
     for (int j = 0; j < flow->table.modes; j++) {
         const double omega = flow->natural[j], dOmega = change->frequency[j];
-        const sm_complex c1 = pair(flow->coupling_ratio[j].c[1]);
+        const sm_complex c1 = sm_pair(flow->coupling_ratio[j].c[1]);
         const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
         sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
         sm_put(&d->coupling_ratio, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
@@ -107,7 +105,7 @@ static void set_factors(sm_instant *instant, const sm_slow_flow *flow, int j) {
     const sm_complex amplitude_ratio = sm_cscale(ratio, instant->per_scale);
     sm_put(&by->amplitude_ratio, j, amplitude_ratio);
     sm_put(&by->off_resonance, j,
-           sm_cmul(amplitude_ratio, sm_cmul(pair(flow->off_resonance[j]), excitation)));
+           sm_cmul(amplitude_ratio, sm_cmul(sm_pair(flow->off_resonance[j]), excitation)));
     sm_put(&by->force_ratio, j, force_ratio);
     sm_put(&by->drive, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
     sm_put(&by->spring, j, sm_cmul(sm_of(&now->stiffness, j), per_mass));

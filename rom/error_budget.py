@@ -1,0 +1,50 @@
+"""Which share of a model's tolerance each source of error may take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: Relative error per internal step of the slow flow, where a user does not say: errors of the
+#: steps add up over some ten relaxation times, and stay far below those of any table.
+SLOW_FLOW = 1e-6
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """Shares of the tolerance of S_j, each relative to the largest |S_j| of a table.
+
+    The tolerance is that of what is measured in the end, the interpolation between exact samples;
+    samples are kept exact enough not to disturb that measurement.
+
+    Attributes
+    ----------
+    tolerance : float
+        Of the finished table.
+    """
+
+    tolerance: float
+
+    @property
+    def interpolation(self) -> float:
+        """Of the surface between its nodes."""
+        return self.tolerance
+
+    @property
+    def resolution(self) -> float:
+        """Of samples, by the steps and phase lines of the contact problem."""
+        return 0.5 * self.tolerance
+
+    @property
+    def steps_or_lines(self) -> float:
+        """Of samples, by either of the two."""
+        return 0.5 * self.resolution
+
+    @property
+    def march(self) -> float:
+        """Of samples, by contact motion that is not yet periodic."""
+        return 0.1 * self.tolerance
+
+    @property
+    def trial_march(self) -> float:
+        """The same while resolutions are compared."""
+        return 0.1 * self.resolution
