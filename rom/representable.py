@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil, floor, log10
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,3 +16,15 @@ def fits(values: ArrayLike) -> bool:
     """Whether all values are 0 or within the magnitudes; NaN and infinity are not."""
     size = np.abs(np.asarray(values, dtype=float))
     return bool(np.all((size == 0.0) | ((size >= SMALLEST) & (size <= LARGEST))))
+
+
+def round_up(value: float, digits: int = 2) -> float:
+    """The next number of so many significant digits, for messages that say what is enough."""
+    unit = 10.0 ** (floor(log10(value)) - digits + 1)
+    return float(f"{ceil(value / unit * (1.0 - 1e-12)) * unit:.{digits}g}")
+
+
+def round_down(value: float, digits: int = 2) -> float:
+    """The number of so many significant digits before."""
+    unit = 10.0 ** (floor(log10(value)) - digits + 1)
+    return float(f"{floor(value / unit * (1.0 + 1e-12)) * unit:.{digits}g}")

@@ -9,9 +9,9 @@ that are warnings are issued as `ValidityWarning`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import ceil, floor, log10, pi
+from math import pi
 from typing import Literal
 
 import numpy as np
@@ -24,6 +24,7 @@ from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
+from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.structure import Structure
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
@@ -88,7 +89,7 @@ def carrier_refusal(key: str, mode: str, omega: float, frequency: float) -> str:
     if abs(2.0 * pi * frequency / omega - 1.0) < _LIKE_HERTZ:
         hertz = f"; if that is in Hz, give {2.0 * pi * frequency:.4g} rad/s"
     return (
-        f"{key}: must be {_rounded(low, ceil):g} to {_rounded(high, floor):g} rad/s, for mode "
+        f"{key}: must be {round_up(low, 3):g} to {round_down(high, 3):g} rad/s, for mode "
         f"{mode} resonates at {omega:.3g} rad/s; got {frequency:g}{hertz}"
     )
 
@@ -208,7 +209,7 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
         reason = (
             f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
             f"above {_BLURRED:g}: they neither stick nor slide, friction is a dashpot; an alpha "
-            f"of {_rounded(0.1 * speed.max(), floor, 2):g} m/s would resolve both"
+            f"of {round_down(0.1 * speed.max()):g} m/s would resolve both"
         )
         found.append(Finding("friction", "blurred", reason, "warning"))
     elif law.alpha < _SHARP * speed.min():
@@ -262,9 +263,3 @@ def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats
     moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
     Omega = reduced.carrier[np.argmax(moved, axis=0)]
     return np.asarray(Omega * force / np.diag(reduced.stiffness))
-
-
-def _rounded(value: float, rounding: Callable[[float], int], digits: int = 3) -> float:
-    """To some significant digits, up or down."""
-    unit = 10.0 ** (floor(log10(value)) - digits + 1)
-    return float(f"{rounding(value / unit) * unit:.{digits}g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +17,7 @@ from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.representable import round_up
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
@@ -27,6 +28,7 @@ _TASKS = 3  # that the probes are split into; fixed, whatever the number of thre
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
+_LARGEST_TOLERANCE = 0.1  # of a table
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +74,51 @@ def choose_resolution(
     Raises
     ------
     SlipmodeError
-        If the finest discretisation does not suffice.
+        If the finest discretisation does not suffice; it names a tolerance that was tried.
     """
+    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, pool)
+    try:
+        return resolve(budget)
+    except _UnresolvedError as failure:
+        advice = _advice(resolve, failure)
+        raise SlipmodeError(
+            f"tolerance: the contact problem needs more than {failure.count} steps or phase lines "
+            f"per period; {advice}"
+        ) from None
+
+
+class _UnresolvedError(Exception):
+    """Of so many steps or lines no number sufficed; the least change on doubling."""
+
+    def __init__(self, count: int, change: float) -> None:
+        super().__init__()
+        self.count = count
+        self.change = change
+
+
+def _advice(resolve: Callable[[ErrorBudget], Resolution], failure: _UnresolvedError) -> str:
+    """Marches to a coarser tolerance settle less well, so one that would do has to be tried."""
+    share = ErrorBudget(1.0).steps_or_lines
+    tolerance = round_up(failure.change / share)
+    while tolerance <= _LARGEST_TOLERANCE:
+        try:
+            resolve(ErrorBudget(tolerance))
+        except _UnresolvedError as again:
+            tolerance = round_up(max(1.5 * tolerance, again.change / share))
+        else:
+            return f"a tolerance of {tolerance:g} is within reach"
+    return "no tolerance that is allowed is within reach: use time integration (rom.full)"
+
+
+def _resolution(
+    reduced: Reduced,
+    law: Friction,
+    amplitude_range: Floats,
+    combinations: Sequence[CombinationResonance],
+    pool: Executor,
+    budget: ErrorBudget,
+) -> Resolution:
+    """As choose_resolution, but for the advice."""
     modes = amplitude_range.size
     points = _PROBES[:, :modes] * amplitude_range
 
@@ -132,12 +177,11 @@ def _settled(
     Or one of the next two if that is less work: on coarse grids marches may not settle. A period
     is so much work for a count of 1; the last is not tried where a single one would be too much.
     """
+    changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):
-        if change(solve(count), solve(finer)) <= tolerance:
+        changes.append(change(solve(count), solve(finer)))
+        if changes[-1] <= tolerance:
             least = min(solve(count).work, solve(finer).work)
             tried = [count, finer, *(c for c in counts[k + 2 : k + 3] if period * c < least)]
             return min(tried, key=lambda each: solve(each).work)
-    raise SlipmodeError(
-        f"tolerance: the contact problem needs more than {counts[-2]} steps or phase lines per "
-        "period; allow a larger tolerance"
-    )
+    raise _UnresolvedError(counts[-2], min(changes))

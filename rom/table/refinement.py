@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
+from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Region, corners, widened, with_neighbours
@@ -231,10 +232,12 @@ def refine(
                 table = replace(table, region=sampling.region.cells(*_lines(axes)))
             return table, carried, float(errors.max())
         axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
+    left = [axis.missed[axis.poor] for axis in axes]
+    missed = np.concatenate([error[np.isfinite(error)] for error in left])
+    reached = round_up(missed.max(initial=tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes; allow a larger tolerance, or a larger alpha, or make the "
-        "contacts stiffer against the modes"
+        f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
     )
 
 

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from slipmode import rom
+from slipmode import rom, runner
 from slipmode.fmu import Component
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
@@ -98,7 +98,7 @@ LIMIT, ALPHA = "limit = 2.0 ", "alpha = 0.02 "
     ("change", "words"),
     [
         (("amplitude = 0.15", "amplitude = 150.0"), "friction faint: at contact 0 the limit is "),
-        ((LIMIT, "limit = 1.5e-7 "), "friction faint: at contact 0 the limit is "),
+        ((LIMIT, "limit = 1.5e-7 "), "friction faint: at contact 1 the limit is "),
         ((ALPHA, "alpha = 2.0 "), "friction blurred: alpha is "),
         ((ALPHA, "alpha = 1e-14 "), "friction too sharp: alpha is "),
         (("dof = 1\n", "vector = [0.0, 1.0, 8.0, 0.0]\n"), "force B acts on contacts aside: "),
@@ -106,6 +106,19 @@ LIMIT, ALPHA = "limit = 2.0 ", "alpha = 0.02 "
 )  # fmt: skip
 def test_nonsense_is_told_in_the_plan(change, words):
     assert any(line.startswith(words) for line in of_scene(change=change))
+
+
+def test_nonsense_is_told_among_the_events_of_a_recording(tmp_path):
+    recording = runner.run(
+        scene(
+            limit=(LIMIT, "limit = 1.5e-7 "),
+            short=("duration = 1500.0", "duration = 250.0"),
+            window=("[1400.0, 1450.0]", "[240.0, 242.0]"),
+        ),
+        tmp_path,
+    )
+    told = [event for event in recording.read().events if event.level == "warning"]
+    assert any(event.message.startswith("friction faint: at contact") for event in told)
 
 
 @pytest.mark.parametrize("change", [(LIMIT, "limit = 0.0 "), (LIMIT, "limit = 1e9 ")])

@@ -5,7 +5,7 @@ import pytest
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError, Tanh
-from slipmode.rom.reduction.stiffness_margin import stiffness_loss
+from slipmode.rom.reduction.stiffness_margin import check_stiffness_margin, stiffness_loss
 
 pytestmark = pytest.mark.quick
 
@@ -37,8 +37,12 @@ def test_stiff_contacts_are_not_soft():
 @pytest.mark.parametrize(
     ("factor", "tolerance", "message"),
     [
-        (15, 3e-3, "take away 79% of their stiffness, allowed: 75%; use a tolerance of 0.01"),
-        (100, 2e-2, "take away 132% of their stiffness, allowed: 110%; use stiffer contacts"),
+        (15, 3e-3, "take away 79% of their stiffness, allowed: 75%; use a tolerance of 0.02, "),
+        (
+            100,
+            2e-2,
+            "take away 132% of their stiffness, allowed: 110%; use contacts that are",
+        ),
     ],
 )
 def test_soft_contacts_are_refused_in_one_line(factor, tolerance, message):
@@ -47,5 +51,22 @@ def test_soft_contacts_are_refused_in_one_line(factor, tolerance, message):
     assert "\n" not in str(refusal.value)
 
 
-def test_soft_contacts_are_allowed_a_coarse_table():
-    rom.tabulate(softened(15), LAW, (1.2, 0.45), 5e-2)
+@pytest.mark.parametrize("factor", [15, 30])
+def test_soft_contacts_are_allowed_the_table_that_is_advised(factor):
+    rom.tabulate(softened(factor), LAW, (1.2, 0.45), 2e-2)
+
+
+@pytest.mark.parametrize("factor", [15, 100])
+def test_springs_that_are_advised_are_enough(factor):
+    with pytest.raises(SlipmodeError) as refusal:
+        rom.tabulate(softened(factor), LAW, (1.2, 0.45), 3e-3)
+    springs = float(str(refusal.value).split("stiffer by ")[1].split()[0])
+
+    def reduced(more):
+        k_c1, k_c2 = (k / factor + more for k in (20, 40))
+        structure = rom.two_mass(k_c1=k_c1, k_c2=k_c2, k_p=5 / factor)
+        return rom.reduce(structure).at_carrier((0.98, 1.65))
+
+    check_stiffness_margin(reduced(springs), 3e-3)
+    with pytest.raises(SlipmodeError):
+        check_stiffness_margin(reduced(0.9 * springs), 3e-3)
