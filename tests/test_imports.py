@@ -27,7 +27,7 @@ def loaded_by(statement):
 def slipmode_without(packages, *arguments):
     """A command where these packages are not installed."""
     blocked = "".join(f"sys.modules[{name!r}] = None\n" for name in packages)
-    code = "from runner.cli import main\nsys.exit(main(sys.argv[1:]))"
+    code = "from slipmode.runner.cli import main\nsys.exit(main(sys.argv[1:]))"
     return python(f"import sys\n{blocked}{code}", *arguments)
 
 
@@ -36,18 +36,20 @@ def recording(tmp_path_factory):
     return run("one-mode", tmp_path_factory.mktemp("logs")).mcap
 
 
-@pytest.mark.parametrize("statement", ["import rom", "import fmu"])
+@pytest.mark.parametrize("statement", ["from slipmode import rom", "from slipmode import fmu"])
 def test_the_physics_and_the_component_load_nothing_for_files_or_pictures(statement):
     assert loaded_by(statement) == set()
 
 
-@pytest.mark.parametrize("statement", ["import runner", "from runner.cli import main"])
+@pytest.mark.parametrize(
+    "statement", ["from slipmode import runner", "from slipmode.runner.cli import main"]
+)
 def test_the_runner_loads_no_viewer_until_one_is_wanted(statement):
     assert loaded_by(statement) <= {"mcap", "google.protobuf"}
 
 
 def test_the_check_sees_what_is_loaded():
-    assert {"rerun", "pyarrow"} <= loaded_by("import runner.rerun_sink")
+    assert {"rerun", "pyarrow"} <= loaded_by("import slipmode.runner.view.rerun_sink")
 
 
 def test_no_extra_is_needed_to_run_export_and_look(tmp_path):

@@ -44,7 +44,8 @@ class ResonanceCurve:
         |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
         Frequency on the branch below and above the peak [rad/s]; NaN where the force does not
-        reach the amplitude, or only at a frequency that a slow flow cannot follow.
+        reach the amplitude, or only at a frequency that a slow flow cannot follow, or where the
+        friction table ends before the amplitude.
     """
 
     amplitude: Floats
@@ -164,9 +165,10 @@ def resonance_curve(
     def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
         """Q, and the square of the detuning that the force affords, at frequencies Omega."""
         frequencies = np.tile(model.reduced.carrier, (r.size, 1))
-        frequencies[:, mode] = Omega
+        lost = np.isnan(Omega)  # the table did not reach so far
+        frequencies[:, mode] = np.where(lost, omega, Omega)
         friction = balance(flow, inputs_of(still, frequencies), points.astype(complex)).friction
-        Q = friction[:, mode] / r
+        Q = np.where(lost, np.nan, friction[:, mode] / r)
         loss = Q.imag - gamma * (omega if paper else Omega)
         return Q, half_force**2 - loss**2
 

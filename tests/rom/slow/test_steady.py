@@ -151,6 +151,19 @@ def test_the_branches_meet_at_the_peak_and_end_there(one_mode_model):
     assert curve.above[last] - curve.below[last] < 0.1 * (curve.above - curve.below)[0]
 
 
+def test_a_curve_keeps_what_a_table_reaches_where_other_points_are_out_of_reach():
+    """The coupling turns with the frequency: the last amplitudes of a table are beyond it."""
+    reduced = reduce(two_mass(), modes=(0,))
+    small, large = (tabulate(reduced, Tanh(2.0, 0.02), (end,), 1e-3) for end in (0.3, 0.4))
+    amplitudes = np.array([[0.2], [0.25], [0.3], [0.35]])
+    cut, whole = (resonance_curve(model, 0, {0: 0.15}, amplitudes) for model in (small, large))
+    for found, expected in ((cut.below, whole.below), (cut.above, whole.above)):
+        assert np.isfinite(expected).all()
+        np.testing.assert_allclose(found[:2], expected[:2], rtol=1e-4)
+        assert np.isnan(found[3])
+    assert np.isnan([cut.below[2], cut.above[2]]).any()  # where the coupling is larger
+
+
 def test_the_surface_is_the_steady_state_at_each_pair_of_frequencies(two_mode_model):
     axis_A, axis_B = np.array([0.96, 0.98, 1.0]), np.array([1.6, 1.65])
     surface = resonance(two_mode_model, BOTH, axis_A, axis_B)
