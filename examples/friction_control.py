@@ -5,9 +5,9 @@ slips and dissipates little. In between friction damps a mode most, at an amplit
 proportional to the friction limit mu N, so a fixed limit is right for one force only. The
 controller sees |A| and lets the limit follow it,
 
-    d(scale)/dt = (|A| / a* - scale) / lag,    scale = mu N / (mu N of the scene),
+    d(scale)/dt = (|A| / a* - scale) / tau,    scale = mu N / (mu N of the scene),
 
-which keeps the friction at its best whatever the force: the structure answers as a linear one.
+which keeps the friction at its best whatever the force: the structure responds as a linear one.
 
     python examples/friction_control.py                 # recordings in logs/
     slipmode replay logs/controlled.mcap
@@ -27,7 +27,7 @@ from slipmode.runner.recording.record import Header, McapSink, Recorder
 from slipmode.runner.view.rerun_sink import RerunSink
 
 SCENE = Path(__file__).with_suffix(".toml")
-LAG = 10.0  # of the actuator [s]
+TIME_CONSTANT = 10.0  # of the actuator [s]
 ALLOWED = (0.05, 5.0)  # what it can do to the limit
 SLOW = ("A_re", "A_im", "A_abs")
 ENERGY = ("input_power", "dissipated_power", "dissipated_energy")
@@ -36,8 +36,8 @@ ENERGY = ("input_power", "dissipated_power", "dissipated_energy")
 def most_damped(model):
     """The amplitude a* [kg^1/2 m] at which friction damps the mode most: Im Q is least."""
     amplitude = np.linspace(0.01, 1.0, 1000) * model.table.amplitude_range[0]
-    reaction = model.table(amplitude[:, None])[:, 0]  # Q a
-    return amplitude[np.argmin(reaction.imag / amplitude)]
+    friction = model.table(amplitude[:, None])[:, 0]  # Q a
+    return amplitude[np.argmin(friction.imag / amplitude)]
 
 
 class LoadController:
@@ -48,9 +48,12 @@ class LoadController:
         self.scale = 1.0
 
     def do_step(self, amplitude, step):
-        """Inputs of the structure for the next step: the limit moves in a straight line."""
+        """Inputs of the structure for the next step: the limit moves in a straight line.
+
+        Exact for a constant |A|.
+        """
         wanted = np.clip(amplitude / self.best, *ALLOWED)
-        rate = (wanted - self.scale) * -np.expm1(-step / LAG) / step  # exact for a constant |A|
+        rate = (wanted - self.scale) * -np.expm1(-step / TIME_CONSTANT) / step
         inputs = {"limit_scale": self.scale, "limit_scale_rate": rate}
         self.scale += rate * step
         return inputs

@@ -50,8 +50,8 @@ class Component:
     contact : bool
         Compute the contact motion at every communication point. It costs a march over the last
         few periods, so it is off unless asked for. In the consistent formulation the modes
-        answer to the harmonics of the contacts, so the model must keep some:
-        `rom.tabulate(..., harmonics=5)`. The answer is that at the model's carriers: reduce it
+        respond to the harmonics of the contacts, so the model must keep some:
+        `rom.tabulate(..., harmonics=5)`. The response is that at the model's carriers: reduce it
         with those of the forcing.
     elastic : sequence of int
         DOFs whose displacement is computed; needs `contact`.

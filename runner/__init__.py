@@ -1,4 +1,13 @@
-"""Scenes through slow time: plan, run, record, replay."""
+"""Scenes through slow time: plan, run, record, replay.
+
+recording = runner.run("two-mode")  # or the path of a scene
+runner.replay(recording.mcap)
+
+run.py          what run does, from the scene to the recording. Start here; slow_pass.py: its steps
+scene/ plan/ recording/ view/   in the order in which it needs them; scenes/: the shipped ones
+validate.py     a scene by slow time and by full order; report/, paper/: the method, measured so
+cli.py          the command line; recording_commands.py, fmu_export.py, fmu_import.py: behind it
+"""
 
 from slipmode.rom import __version__
 from slipmode.runner.plan.plan import Plan, make_plan

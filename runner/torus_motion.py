@@ -28,8 +28,8 @@ def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Float
     """Motion of contact 0 over the phases of both carriers, marched with the amplitudes held.
 
     The ratio of the frequencies is rounded to an odd multiple of 1 / LINES, so that the march
-    closes after as many periods of A and visits the phases of B evenly; the contacts feel the
-    frequencies through rates only.
+    closes after as many periods of A and covers the phases of B evenly; the
+    frequencies act on the contacts through rates only.
 
     Parameters
     ----------

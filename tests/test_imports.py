@@ -14,7 +14,7 @@ EXTRAS = ("fmpy", "matplotlib", "sksundae", "threadpoolctl", "ziglang")
 
 
 def python(code, *arguments):
-    command = [sys.executable, "-c", code, *map(str, arguments)]
+    command = [sys.executable, "-P", "-c", code, *map(str, arguments)]  # of all, only slipmode
     return subprocess.run(command, capture_output=True, text=True)
 
 

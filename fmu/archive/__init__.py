@@ -1,1 +1,7 @@
-"""The .fmu file: its resources, binaries and sources, written and read."""
+"""The .fmu file: written, and read without loading it.
+
+export.py           export: a model as a zip archive. Start here.
+resources.py        resources/*.npy, which fmu/src/resources/model.c reads
+binaries.py         the host's library and the C sources; cross_compiler.py: other platforms
+contents.py         what is in a file that exists
+"""

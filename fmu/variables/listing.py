@@ -98,7 +98,7 @@ class _Needs:
         self.angles = tuple(f"theta_{name}" for name in names)
         # combination resonances follow the carrier angles
         followed = (*self.amplitudes, *(self.angles if model.combinations else ()))
-        # of the amplitudes; and the friction power, which lags as they grow
+        # of the amplitudes; and the friction power, by the rate correction
         self.rate = (*self.inputs, *followed)
         self.margin = (*self.amplitudes, *(n for n in self.inputs if n == "limit_scale"))
         self.motion = (*self.inputs, *self.amplitudes, *self.angles)

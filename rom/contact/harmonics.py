@@ -50,8 +50,8 @@ class Harmonics:
         P = self._interpolated(self.P, modulus)
         unit = np.divide(amplitude, modulus, out=np.ones_like(amplitude), where=modulus > 0)
         powers = np.array(self.orders)[:, : len(self.axes)]
-        turned: Complexes = P * np.prod(unit[:, np.newaxis] ** powers, axis=2)[..., np.newaxis]
-        return turned
+        rotated: Complexes = P * np.prod(unit[:, np.newaxis] ** powers, axis=2)[..., np.newaxis]
+        return rotated
 
     def truncation(self, amplitude: Complexes) -> Floats:
         """RMS of the contact displacement that the harmonics leave out (points, N_c) [m]."""

@@ -1,8 +1,8 @@
-"""How far friction lags behind that of steady motion while amplitudes grow.
+"""The rate correction: how far friction is behind that of steady motion while amplitudes grow.
 
 A contact that sticks holds what the last reversal left, and that was as large as the amplitude
-was then. To first order in the growth, S_j = S_j(|a|) + sum_k lag_jk(|a|) d|a_k|/dt; where
-contacts slip all the time nothing lags. It is a hundredth of S_j in a fast transient.
+was then. To first order in the growth, S_j = S_j(|a|) + sum_k R_jk(|a|) d|a_k|/dt; where
+contacts slip all the time R is 0. It is a hundredth of S_j in a fast transient.
 """
 
 from __future__ import annotations

@@ -77,7 +77,7 @@ def contact_problem(
 ) -> kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
-    The modes respond to the harmonics `orders`, with `feedback` (orders, N_c, N_c) as the force on
+    The modes respond to the harmonics `orders`, with `reaction` (orders, N_c, N_c) as the force on
     the contacts, or with what comes along with the slow trajectory.
     """
     responded = np.ascontiguousarray(orders, dtype=np.int32)
@@ -145,7 +145,7 @@ def contact_harmonics(
     smallest_scale : (modes,) array_like
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
     combinations : sequence of CombinationResonance
-        Harmonics that a mode does not answer to here, because its slow flow does.
+        Harmonics that a mode does not respond to here, because its slow flow does.
 
     Notes
     -----

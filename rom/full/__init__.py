@@ -1,9 +1,13 @@
-"""Full-order time integration: the reference that the reduced model is measured against.
+"""Full-order time integration of Eq. (1): the reference for the reduced model.
 
-drive = full.Excitation.harmonic(structure, force=({0: 0.15}, {1: 0.25}), frequency=(0.98, 1.65))
-motion = full.integrate(structure, law, drive, times=600.0)
-reference = full.converged(structure, law, drive, times=600.0)
-steady = full.steady_amplitude(structure, law, drive, outputs=(0, 1))
+force = ({0: 0.15}, {1: 0.25})
+excitation = full.Excitation.harmonic(structure, force, frequency=(0.98, 1.65))
+motion = full.integrate(structure, law, excitation, times=600.0)
+reference = full.converged(structure, law, excitation, times=600.0)
+steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
+
+excitation.py is Eq. (2), integration.py the march (its step: rom/kernel/full/esdirk4.h),
+convergence.py says how exact it is, steady.py takes carrier amplitudes out of it.
 """
 
 from slipmode.rom.full.convergence import Converged, converged

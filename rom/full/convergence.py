@@ -56,7 +56,7 @@ def converged(
 
     Parameters
     ----------
-    structure, law, drive, times, outputs, start
+    structure, law, excitation, times, outputs, start
         As for `integrate`; samples at every step are those of the coarser run.
     steps_per_period, step
         Of the coarser run.

@@ -95,9 +95,9 @@ class Excitation:
 
         Examples
         --------
-        >>> import rom
+        >>> from slipmode import rom
         >>> structure = rom.two_mass()
-        >>> drive = Excitation.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
+        >>> excitation = Excitation.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
         """
         if isinstance(force, Mapping) or len(force) not in (1, 2):
             raise SlipmodeError("force: must be one or two forces, one per mode")

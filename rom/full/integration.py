@@ -50,7 +50,7 @@ def integrate(
     outputs : sequence of int, or (outputs, n) array_like, optional
         DOFs whose displacement is wanted, or rows that combine them; all DOFs by default.
     start : State, optional
-        Default: at rest, undeformed, where the drive starts.
+        Default: at rest, undeformed, where the excitation starts.
 
     Raises
     ------
@@ -88,7 +88,7 @@ class Integrator:
     ) -> None:
         if excitation.patterns.shape[1] != structure.n_dofs:
             raise SlipmodeError(
-                f"drive: patterns must have {structure.n_dofs} columns, one per DOF, "
+                f"excitation: patterns must have {structure.n_dofs} columns, one per DOF, "
                 f"got {excitation.patterns.shape[1]}"
             )
         name, given = ("steps_per_period", steps_per_period) if step is None else ("step", step)

@@ -79,7 +79,7 @@ def steady_amplitude(
     Raises
     ------
     SlipmodeError
-        If the drive is not constant, or the amplitudes still change after the last window.
+        If the excitation is not constant, or the amplitudes still change after the last window.
 
     Notes
     -----
@@ -88,7 +88,7 @@ def steady_amplitude(
     (commensurate frequencies) belong to its amplitude.
     """
     if not excitation.is_constant:
-        raise SlipmodeError("drive: must be constant for a steady amplitude")
+        raise SlipmodeError("excitation: must be constant for a steady amplitude")
     if not 0 < tolerance < 1:
         raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)

@@ -19,7 +19,7 @@ _MOST_STEPS = 1e12
 
 @dataclass(frozen=True)
 class Run:
-    """Equal steps inside one segment of the drive: `samples` times `every` of them.
+    """Equal steps inside one segment of the excitation: `samples` times `every` of them.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Schedule:
         begin : float
             Time of the initial state [s].
         segments : (segments,) ndarray
-            Where the segments of the drive start; a step never crosses one.
+            Where the segments of the excitation start; a step never crosses one.
         """
         if (time.max() - begin) / longest > _MOST_STEPS:
             raise SlipmodeError(
@@ -84,8 +84,8 @@ class Schedule:
         samples_start = bool(time[0] - begin <= _ROUNDING * longest)
         ahead = time[1:] if samples_start else time
         inside = segments[(segments > begin) & (segments < time[-1])]
-        combinations = np.abs(_nearest(ahead, inside) - inside) <= _ROUNDING * longest
-        knots = np.concatenate([[begin], ahead, inside[~combinations]])
+        sampled = np.abs(_nearest(ahead, inside) - inside) <= _ROUNDING * longest
+        knots = np.concatenate([[begin], ahead, inside[~sampled]])
         order = np.argsort(knots, kind="stable")
         is_sample = (order <= ahead.size)[order > 0]
         pieces = _group(knots[order], is_sample, segments)
@@ -165,7 +165,9 @@ def checked_times(times: ArrayLike, begin: float, excitation_start: float) -> Fl
     if np.any(np.diff(np.atleast_1d(time)) <= 0):
         raise SlipmodeError("times: must be increasing")
     if not begin >= excitation_start:
-        raise SlipmodeError(f"start: must not lie before the drive starts, {excitation_start:g} s")
+        raise SlipmodeError(
+            f"start: must not lie before the excitation starts, {excitation_start:g} s"
+        )
     if time.min() < begin or (time.ndim == 0 and time <= begin):
         raise SlipmodeError(f"times: must not lie before the start, {begin:g} s")
     return time

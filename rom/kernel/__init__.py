@@ -1,4 +1,19 @@
-"""The C kernel as Python sees it: functions, structures and status codes of slipmode.h."""
+"""The C kernel as Python sees it: functions, structures and status codes of slipmode.h.
+
+slipmode.h is its one public header: start there. The C is in the rooms of rom/:
+
+contact/   a time step of Eq. (12), sdirk2.c; friction as resolvents, friction.h, Eq. (28);
+           stage/: the solvers of a stage, by their algorithms
+torus/     Eqs. (13), (14) by characteristics: torus.c, march.c; growth.c: the rate correction;
+           periodic/: when a motion repeats, and how to get there sooner
+table/     look-up of the bicubic surface of S_j, Eq. (20)
+slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional derivatives;
+           component/: the step-able component; motion/: Eq. (12) along a trajectory
+full/      Eq. (1) in full: esdirk4.h is a step, full.c the march
+base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
+
+Here library.py loads it and structures.py mirrors its structures.
+"""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *   rates      (modes) carrier frequencies [rad/s]
  *   amplitudes (points, modes), >= 0
  *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m);
- *              contact->answer, if there is one, is for the same harmonics
+ *              contact->response, if there is one, is for the same harmonics
  *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
  *              contact displacement by its mode at the point, or at smallest_scale (modes) if
  *              that is larger
@@ -190,7 +190,7 @@ SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
 
 /* ---- slow flow ------------------------------------------------------------------------ */
 
-/* How the coupling L_j(nu) of a mode turns away from the one at the table's carrier:
+/* How the coupling L_j(nu) of a mode differs from the one at the table's carrier:
  * L_j(nu) = (1 + c_0 + i nu c_1) L_j(carrier), c_k complex. */
 typedef struct {
     double c[2][2];

@@ -1,3 +1,10 @@
-"""From matrices to modes and a contact problem: the reference modes, residual flexibility,
-the modes that respond off resonance, and what the forces do past their own mode.
+"""From matrices to modes and a contact problem of size N_c.
+
+reduction.py          reduce: K_xx of Eq. (13), coupling of Eq. (20). Start here.
+reduced.py            Reduced, what comes out: Eq. (12) with damping and inertia of the contacts
+fixed_interface.py    Eq. (8): modes with stuck contacts
+nonresonant.py        other modes that respond to the contacts; reaction.py: with which force
+combination.py        harmonics n Omega_A + m Omega_B that come near a carrier
+force_response.py     what forces do past their own mode; coupling.py: L_j(nu) off the carrier
+stiffness_margin.py   refuses contacts that are too soft against the modes
 """

@@ -94,7 +94,7 @@ def combination_resonances(
 def resonant_modes(
     modes: int, order: Order, combinations: Sequence[CombinationResonance]
 ) -> tuple[int, ...]:
-    """Modes whose slow flow answers a stored harmonic: its carrier, or near it."""
+    """Modes whose slow flow has a stored harmonic: its carrier, or near it."""
     return tuple(
         mode
         for mode in range(modes)

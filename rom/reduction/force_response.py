@@ -1,7 +1,7 @@
 """What the forces do past their own mode: to the other modes, the contacts, and statically.
 
 A point force on one DOF drives every mode. The one it is near resonance with has its slow flow;
-the others answer to it off resonance, the contacts feel it directly, and what neither modes nor
+the others respond off resonance, it acts on the contacts directly, and what neither modes nor
 contacts have follows it statically.
 """
 
@@ -43,8 +43,8 @@ class ForceResponse:
         [kg^1/2 m/N]; 0 where the structure is not known.
     shift : (modes,) complex ndarray
         The part that the amplitude equations have: `off_resonance_shift`.
-    across : (modes, modes) complex ndarray
-        Displacement of mode k off resonance, [k, j]: `cross_response`.
+    cross_response : (modes, modes) complex ndarray
+        Displacement of mode k off resonance, [k, j]: the function of that name.
     """
 
     modal: Floats
@@ -91,7 +91,7 @@ class ForceResponse:
         frequency: Floats,
         angle: Floats | float = 0.0,
     ) -> Complexes:
-        """Amplitudes (..., modes) that jumps of the forces add: the modes go on as they were.
+        """Amplitudes (..., modes) that a force discontinuity adds: the modes go on as they were.
 
         From rest they hold the modes at rest as forces set in. It is what the core does in a step
         that begins with other forces than those it had: see rom/kernel/slow/discontinuity.h.
@@ -101,19 +101,19 @@ class ForceResponse:
         discontinuity : (..., modes) complex ndarray
             Of F_j exp(i phase_j), modal [N kg^-1/2].
         frequency, angle : (..., modes) ndarray
-            Of the carriers at the jump [rad/s], [rad].
+            Of the carriers at that time [rad/s], [rad].
         """
         if reduced.formulation == "paper":
             return np.zeros_like(discontinuity)
-        turned = discontinuity * np.exp(1j * np.asarray(angle))
+        rotated = discontinuity * np.exp(1j * np.asarray(angle))
         gamma, omega = reduced.modal_damping, reduced.frequency
         damped = np.sqrt(np.maximum(omega**2 - 0.25 * gamma**2, 0.0))
         vibrates = damped > 0.0
         damped = np.where(vibrates, damped, 1.0)
-        q = self.cross_response * turned[..., np.newaxis, :]
+        q = self.cross_response * rotated[..., np.newaxis, :]
         responded = q.real.sum(axis=-1)
         moving = (q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
-        own = (turned / (gamma + 2j * (frequency + damped))).real
+        own = (rotated / (gamma + 2j * (frequency + damped))).real
         left = -responded + 1j * (own + 0.5 * gamma * responded - moving) / damped
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
 
@@ -143,9 +143,10 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
     """What the forces do to the contacts past their own mode, as a shift of its amplitude.
 
     Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
-    which answer off resonance. The contacts feel a_j + shift_j F_j exp(i phase_j), F_j modal.
-    Several contacts do not feel it along L_j: the shift does to the mode what the direct force
-    does, with friction as linear as it is where the contacts move as in `contact_motion`.
+    which respond off resonance. The effective amplitude at the contacts is
+    a_j + shift_j F_j exp(i phase_j), F_j modal. The force on several contacts is not along L_j:
+    the shift does to the mode what that force does, with friction as linear as it is where the
+    contacts move as in `contact_motion`.
 
     Parameters
     ----------
@@ -164,13 +165,13 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
         f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(j, pattern)
         modal = reduced.all_shapes.T @ f
         moved = reduced.contact_motion[j]
-        drawn = moved @ reduced.coupling[j]
-        if own == 0.0 or drawn == 0.0:
+        coupled = moved @ reduced.coupling[j]
+        if own == 0.0 or coupled == 0.0:
             continue
         Omega = reduced.carrier[j]
-        driven = reduced.others_response(j, Omega, modal)
-        on_contacts = reduced.contact_shapes.T @ f - driven @ reduced.modal_coupling(Omega)
-        shift[j] = -0.5 * (moved @ on_contacts) / drawn / own
+        others = reduced.others_response(j, Omega, modal)
+        on_contacts = reduced.contact_shapes.T @ f - others @ reduced.modal_coupling(Omega)
+        shift[j] = -0.5 * (moved @ on_contacts) / coupled / own
     return shift
 
 

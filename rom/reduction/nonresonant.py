@@ -1,7 +1,7 @@
 """Which modes, beyond the retained ones, need more than their static flexibility.
 
 A mode that is not retained follows the contacts with its static flexibility and its inertia. At
-the harmonic nu of the contact motion, what is left of its answer is a force on the contacts of
+the harmonic nu of the contact motion, what is left of its response is a force on the contacts of
 nu^4 m m^T / (omega^2 - nu^2 + i gamma nu) per displacement, m = phi^T M X.
 """
 

@@ -26,8 +26,8 @@ class Reduced:
 
     x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c.,
     and mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
-    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and what the modes
-    answer to each harmonic of x_c. Nonresonant modes do nothing else: no force is near their
+    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and the response of
+    the modes to each harmonic of x_c. Nonresonant modes do nothing else: no force is near their
     resonance. All other modes follow the contacts statically, their inertia being carried_mass.
 
     Attributes
@@ -176,7 +176,7 @@ class Reduced:
         Returns
         -------
         (..., modes + nonresonant, N_c) complex ndarray
-            The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and pulls by -B^T q.
+            The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and reacts by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         at_rest = np.vstack((self.spring, np.zeros_like(self.nonresonant_damper)))
@@ -187,7 +187,7 @@ class Reduced:
     def reaction(self, frequency: float, excluded: Sequence[int]) -> Complexes:
         """Force on the contacts per x_c exp(i nu t), (N_c, N_c).
 
-        By all modes but the `silent` ones, and by the inertia that follows the contacts.
+        By all modes but the `excluded` ones, and by the inertia that follows the contacts.
         """
         responding = np.delete(np.arange(len(self.damping_coupling)), list(excluded))
         B = self.modal_coupling(frequency)[responding]

@@ -1,8 +1,8 @@
 """Whether the contacts are stiff enough against the modes that respond to them.
 
 Modes that respond to a harmonic of the contact motion with H make a contact softer than its
-stiffness K where H pulls along with it. At H = K the structure, the resonant modes held, would
-resonate with free contacts at that harmonic: nothing but friction holds them.
+stiffness K where H acts along with its motion. At H = K the structure, the resonant modes held,
+would resonate with free contacts at that harmonic: nothing but friction holds them.
 """
 
 from __future__ import annotations

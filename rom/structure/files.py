@@ -83,7 +83,7 @@ def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:
         return None
     data, indices, indptr, shape = (stored[part] for part in parts)
     matrix: Any = scipy.sparse.csr_array((data, indices, indptr), shape=tuple(shape))
-    matrix.check_format(full_check=True)  # indices out of range would read foreign memory
+    matrix.check_format(full_check=True)  # indices out of range would read memory of others
     return matrix
 
 

@@ -1,1 +1,9 @@
-"""Friction tables: S_j = Q_j |a_j| over the amplitude plane, and the model that holds them."""
+"""Friction tables S_j = Q_j |a_j|, Eq. (20), over the amplitude plane; the model that holds them.
+
+tabulation.py        tabulate: resolution, refinement, check, rate correction. Start here.
+hermite.py           Table: the bicubic surface; the look-up is rom/kernel/table/table.c
+refinement.py        where its grid lines lie; region.py: which part of the plane is wanted
+rate_correction.py   the correction over the plane
+model.py             Model and its file, whose content model_content.py checks; accuracy.py
+cache.py             models kept on disk, by disk_cache.py, which bounds them
+"""

@@ -52,8 +52,8 @@ class Table:
 
     def __repr__(self) -> str:
         nodes = " x ".join(str(node.size) for node in (self.node_a, self.node_b)[: self.modes])
-        reach = ", ".join(f"{amplitude_range:.4g}" for amplitude_range in self.amplitude_range)
-        part = "" if self.region is None else f", {self.region.mean():.0%} of it visited"
+        reach = ", ".join(f"{largest:.4g}" for largest in self.amplitude_range)
+        part = "" if self.region is None else f", {self.region.mean():.0%} of it tabulated"
         return f"Table({nodes} nodes to {reach}{part})"
 
     @property

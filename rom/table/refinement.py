@@ -6,9 +6,9 @@ last one, and nowhere is it trusted to fall below half. Those next to a poor one
 Every sample becomes a node, so nothing is computed only to be checked; an independent set of
 points measures the error of the finished table.
 
-Where only a part of the plane is visited, samples are taken at the corners of its cells and at the
-nodes next to them, whose values the slopes there feel most. At all other nodes stands what the
-surface was before its grid lines were halved.
+Where only a region of the plane is wanted, samples are taken at the corners of its cells and at
+the nodes next to them, on whose values the slopes there depend most. At all other nodes stands
+what the surface was before its grid lines were halved.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Region, corners, widened, with_neighbours
 
 _FIRST_INTERVALS = 8
-_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, visited or not
+_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, in the region or not
 _MAX_ROUNDS = 14
 _CHECK_POINTS = 64
 _CHECK_POINTS_OF_A_PART = 32

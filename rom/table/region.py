@@ -1,4 +1,4 @@
-"""The part of the amplitude plane that a trajectory visits: there a friction table has to hold.
+"""The region of the amplitude plane where a friction table has to hold: along a trajectory.
 
 The plane is divided evenly into tiles, and those that the trajectory comes near are marked. Tiles,
 not the trajectory itself, say what is tabulated, so that like trajectories share a table. Grid

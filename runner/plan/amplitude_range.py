@@ -23,7 +23,7 @@ from slipmode.runner.scene.schedule import Schedule
 _TOLERANCE = 0.05  # of the coarse table
 _PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely as tiles tell apart
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
-_REACH = 1 / 32  # of the table: so near the path of the dry run counts as visited
+_REACH = 1 / 32  # of the table: so near the path of the dry run belongs to the region
 _LARGEST_GROWTH = 2.0**40
 
 
@@ -134,20 +134,20 @@ def dry_run(
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
-    effective = _felt(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + effective), 1e-2 * limit)
+    shift = _shift_of(excited, schedule)
+    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * limit)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
     region = None
     if len(excited.modes) == 2:
-        region = Region.along(path, amplitude, effective + _REACH * np.array(amplitude))
+        region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
     return DryRun(amplitude, reached, reason, region, share / excited.reduced.frequency**2)
 
 
-def _felt(excited: Excited, schedule: Schedule) -> Floats:
-    """What the forces add to the amplitudes that the contacts feel, at most."""
+def _shift_of(excited: Excited, schedule: Schedule) -> Floats:
+    """What the forces add to the amplitudes that act on the contacts, at most."""
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
     shift = np.abs(off_resonance_shift(excited.reduced, excited.force) * factor)
     return np.asarray(shift * _largest_force(excited, schedule))
@@ -164,10 +164,13 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
-    reaction = 2.0 * np.abs(excited.reduced.coupling)
-    slip = np.full(reaction.shape, np.inf)
+    on_contacts = 2.0 * np.abs(excited.reduced.coupling)
+    slip = np.full(on_contacts.shape, np.inf)
     np.divide(
-        np.broadcast_to(friction_limit, reaction.shape), reaction, out=slip, where=reaction > 0
+        np.broadcast_to(friction_limit, on_contacts.shape),
+        on_contacts,
+        out=slip,
+        where=on_contacts > 0,
     )
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))

@@ -225,10 +225,10 @@ def _other_modes(reduced: Reduced) -> Decision:
     if reduced.formulation == "paper":
         return Decision("other modes", "follow statically", 'model.formulation is "paper"')
     if not responding.size:
-        reason = "no harmonic of the contacts makes one of them answer otherwise"
+        reason = "no harmonic of the contacts makes one of them respond otherwise"
         return Decision("other modes", "follow statically", reason)
     listed = ", ".join(f"{omega:.3g}" for omega in responding)
-    reason = f"those at {listed} rad/s answer to harmonics of the contacts, in the table"
+    reason = f"those at {listed} rad/s respond to harmonics of the contacts, in the table"
     return Decision("other modes", f"{responding.size} modelled, without an equation", reason)
 
 
@@ -279,7 +279,7 @@ def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list
         return [Decision("combination resonances", "none", "no combination frequency is near")]
     return [
         Decision(
-            "near resonance",
+            "combination resonance",
             f"{term.n:+d} A {term.m:+d} B",
             f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
             "in its slow flow",

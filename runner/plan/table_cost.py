@@ -1,4 +1,4 @@
-"""What is saved by tabulating only what a scene visits, measured on the spot."""
+"""What is saved by tabulating only the region of a scene, measured on the spot."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ class RecordingData:
         What is wrong with the file, of which this is then what was whole; "" for a sound one.
     left_out : tuple of str
         Channels that cannot be read: topic, encoding and schema.
-    foreign : bool
+    external : bool
         Whether another program wrote it.
     """
 

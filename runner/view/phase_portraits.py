@@ -1,4 +1,4 @@
-"""One recorded quantity drawn against another: phase planes, trajectories, hysteresis loops."""
+"""One recorded quantity drawn against another: phase portraits, trajectories, hysteresis loops."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slipmode.runner.view.tail import tails
 
 TIMELINE = "time"
 PHASE_PORTRAIT, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
-AXIS_REACH = 1.3  # half the width of a plane, in units of the largest value
+AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
 COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
 _LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
@@ -35,7 +35,7 @@ _SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
 
 @dataclass(frozen=True)
 class Axis:
-    """A recorded quantity as the axis of a plane: channel, field and what to call it."""
+    """A recorded quantity as the axis of a portrait: channel, field and what to call it."""
 
     topic: str
     field: str
@@ -58,7 +58,7 @@ class Portrait:
     one_scale : bool
         Whether both axes share a scale, so that angles are true.
     tail : int
-        How many samples trail the moving point.
+        Length of the moving point's tail, in samples.
     """
 
     entity: str
@@ -78,7 +78,7 @@ class Portrait:
 
 
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
-    """Phase planes of the modes, the contact trajectory and the first hysteresis loops."""
+    """Phase portraits of the modes, the contact trajectory and the first hysteresis loops."""
     by_topic = {channel.topic: channel for channel in channels}
     contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
 
@@ -111,7 +111,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
 
 
 class Paths:
-    """Samples of the quantities that planes show, kept until their scales are known.
+    """Samples of the quantities that portraits show, kept until their scales are known.
 
     Memory is bounded: beyond some thousand samples of a channel every other one is dropped, or,
     of fast motion, which would lose its shape, all but the latest.
@@ -131,12 +131,12 @@ class Paths:
             self._samples |= {topic: _Latest() for topic in (PHASES, TORUS)}
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
-        """Keep samples of a channel that some plane shows, or that tells where motion is."""
+        """Keep samples of a channel that some portrait shows, or that tells where motion is."""
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
     def draw(self, stream: rr.RecordingStream) -> Window | None:
-        """Draw every plane that has samples; return the motion to show at first, if any."""
+        """Draw every portrait that has samples; return the motion to show at first, if any."""
         window = None
         for portrait in self._portraits:
             time_ns, path = self._path(portrait)
@@ -279,7 +279,7 @@ def _draw_path(
 
 
 def _shown(count: int) -> NDArray[np.int64]:
-    """Which of some samples the moving point visits."""
+    """At which of some samples the moving point is shown."""
     return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
 
 

@@ -92,7 +92,7 @@ class RerunSink(Sink):
         views.send_event(self._stream, time_ns, level, message)
 
     def close(self) -> None:
-        """Draw planes and surfaces, whose extent is known only now, and complete the file."""
+        """Draw portraits and surfaces, whose extent is known only now, and complete the file."""
         if self._closed:
             return
         for topic, envelope in self._envelopes.items():

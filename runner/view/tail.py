@@ -1,4 +1,4 @@
-"""The strip that trails a moving point: the recent part of its path at each moment."""
+"""The tail of a moving point: the recent part of its path at each moment."""
 
 from __future__ import annotations
 

@@ -18,7 +18,9 @@ _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
 _LIFT = 0.06  # of the moving point above the surface, that would hide half of it
 _DIGITS = 9  # by which phases of A are the same
 _CELLS = 64  # of the surface along the phase of B
-_STUCK, _PULLED, _PUSHED = (np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230)))
+_STUCK, _POSITIVE, _NEGATIVE = (
+    np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230))
+)
 _FRAME, _LABEL = (75, 80, 90), (230, 230, 230)
 
 
@@ -92,15 +94,15 @@ def draw(
     index : sequence of TimeColumn
         Times of the samples `shown`.
     tail : int
-        How many samples trail the moving point.
+        Length of the moving point's tail, in samples.
     """
     vertices, f, triangles = surface(torus)
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
     upright = (1.0, 1.0, _HEIGHT / scale)
     limit = np.abs(f).max() or 1.0
-    reaction = (f / limit)[:, np.newaxis]
-    colors = _STUCK + np.maximum(reaction, 0) * (_PULLED - _STUCK)
-    colors = (colors + np.maximum(-reaction, 0) * (_PUSHED - _STUCK)).astype(np.uint8)
+    share = (f / limit)[:, np.newaxis]
+    colors = _STUCK + np.maximum(share, 0) * (_POSITIVE - _STUCK)
+    colors = (colors + np.maximum(-share, 0) * (_NEGATIVE - _STUCK)).astype(np.uint8)
     mesh = rr.Mesh3D(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )

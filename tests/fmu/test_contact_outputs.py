@@ -80,7 +80,7 @@ def test_errors_of_contact_motion_at_a_communication_step_of_1_s(structure, dofs
     assert errors == pytest.approx(measured, rel=0.06)
 
 
-def test_contact_motion_needs_the_harmonics_that_the_modes_answer_to():
+def test_contact_motion_needs_the_harmonics_that_the_modes_respond_to():
     reduced, law = rom.reduce(rom.two_mass(), (0,)), rom.Tanh(2.0, 0.02)
     excluded = rom.tabulate(reduced, law, (1.0,), tolerance=1e-2)
     Component(excluded)
@@ -88,7 +88,7 @@ def test_contact_motion_needs_the_harmonics_that_the_modes_answer_to():
         Component(excluded, contact=True)
 
 
-def test_harmonics_without_an_answer_that_matters_are_left_out():
+def test_harmonics_without_a_response_that_matters_are_left_out():
     of = model_at_the_forcing(rom.two_mass)
     kept = {tuple(order) for order in response_surface(of).orders.tolist()}
     assert {(1, 0), (0, 1), (2, -1), (3, -2)} < kept < set(of.harmonics.orders)

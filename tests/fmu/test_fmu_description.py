@@ -199,7 +199,7 @@ def test_sources_rebuild_the_library(unzipped, fmi, configuration, tmp_path, two
         ({"start": {"A_abs": 1.0}}, "start: A_abs cannot be given; what can: force_A"),
         ({"start": {"A_re": np.nan}}, "start: A_re must be finite"),
         ({"start": {"A_re": 9.0}}, "amplitude: .* outside the friction table"),
-        ({"start": {"frequency_A": -1.0}}, "frequency_A: must be > 0"),
+        ({"start": {"frequency_A": -1.0}}, "frequency_A: must be 0.62 to 10 rad/s"),
         ({"step_size": 0.0}, "step_size: must be a finite number > 0"),
         ({"tolerance": 1.0}, "tolerance: must be 1e-13 to 1e-2"),
         ({"mode_names": ("A", "A")}, "mode_names: must be distinct"),

@@ -40,8 +40,8 @@ model new_model(int modes, int contacts, int wanted) {
     memcpy(m.orders, orders[modes - 1], sizeof orders[0]);
     m.reaction = new_response(&m.t, (size_t)contacts);
     m.response = new_response(&m.t, ELASTIC);
-    m.pulls = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * contacts * 2);
-    m.answers = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * ELASTIC * 2);
+    m.reactions = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * contacts * 2);
+    m.responses = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * ELASTIC * 2);
     for (int k = 0; k < 2 * ELASTIC * modes; k++) m.modes_out[k] = 0.3 + 0.1 * k;
     for (int k = 0; k < ELASTIC * contacts; k++) m.contacts_out[k] = 0.7 - 0.05 * k;
     m.flow = flow_over(&m.t);
@@ -124,7 +124,7 @@ static void check_linear_response(void) {
     free_model(&m);
 }
 
-/* One long step, or many of uneven length: the same answer within tolerance; on ramps. */
+/* One long step, or many of uneven length: the same result within tolerance; on ramps. */
 static void check_step_pattern(void) {
     model once = new_model(2, 1, 0), often = new_model(2, 1, 0);
     sm_inputs ramps = resonant_inputs();
@@ -379,7 +379,7 @@ static void check_reset_and_work(void) {
     free_model(&m);
 }
 
-/* A component keeps its own copy of which cells are visited. */
+/* A component keeps its own copy of which cells are tabulated. */
 static void check_region(void) {
     model m = new_model(2, 2, 0);
     const sm_inputs inputs = resonant_inputs();

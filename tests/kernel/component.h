@@ -14,7 +14,7 @@ typedef struct {
     sm_motion motion;
     double *modes_out, *contacts_out, *reaction, *response, tolerance;
     int32_t *orders;
-    size_t pulls, answers; /* numbers of them */
+    size_t reactions, responses; /* numbers of them */
     sm_component *component;
     size_t outputs, state; /* numbers of them */
 } model;

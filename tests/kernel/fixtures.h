@@ -27,8 +27,8 @@ typedef struct {
 
 /* Amplitudes 0 to 4, unevenly spaced; S_j is a polynomial that a bicubic surface holds exactly. */
 table new_table(int modes, int count_a, int count_b);
-/* For two modes, with columns for `near` combination resonances and for the friction power, and a
- * lag. */
+/* For two modes, with columns for combination resonances and for the friction power, and a
+ * rate correction. */
 table new_rich_table(int count_a, int count_b, int combinations);
 void free_table(table *t);
 /* S_j of that polynomial, (Re, Im) of one or two modes. */

@@ -95,7 +95,7 @@ static void check_equation(int modes, int paper) {
     free_table(&c.t);
 }
 
-/* From rest the rate is the one just after: what the contacts feel has a direction only then. */
+/* From rest the rate is the one just after: the effective amplitude has a direction only then. */
 static void check_rest(void) {
     rate_call c = new_call(2, 0);
     double at_rest[4];

@@ -118,7 +118,7 @@ static void check_lookup_refusals(void) {
     free_table(&t);
 }
 
-/* The whole surface in visited cells, nothing in the others. */
+/* The whole surface in cells of the region, nothing in the others. */
 static void check_region(void) {
     table t = new_table(2, 4, 6);
     uint8_t region[3 * 5] = {0};
@@ -170,7 +170,7 @@ static void check_some_slopes(void) {
     free_table(&t);
 }
 
-/* The lag is a surface of its own over the same nodes. */
+/* The rate correction is a surface of its own over the same nodes. */
 static void check_rate_correction(void) {
     table t = new_rich_table(4, 5, 1);
     sm_table alone = t.table;

@@ -122,7 +122,7 @@ static void check_shapes(void) {
             }
 }
 
-/* A light mass, and modes that answer to the contacts: 0 is neither, 1 and 2 are the one or the
+/* A light mass, and modes that respond to the contacts: 0 is neither, 1 and 2 are the one or the
  * other. */
 enum { MASSLESS, MASSIVE, RESPONDING, LINEAR_CASES };
 
@@ -136,7 +136,7 @@ static double complex response_coupling(int mode, int i, double nu) {
     return SPRING[3 * mode + i] + I * nu * DAMPER[3 * mode + i];
 }
 
-/* H of contacts i and k at the carrier of a mode: what the other mode answers. */
+/* H of contacts i and k at the carrier of a mode: the response of the other mode. */
 static double complex dynamic_stiffness_of(double nu, int other, int i, int k) {
     const double complex dynamic =
         NATURAL[other] * NATURAL[other] - nu * nu + I * MODAL_DAMPING[other] * nu;

@@ -10,11 +10,13 @@ import pytest
 
 from slipmode.runner.cli import main
 
-WORK = "import logging, rom\nlogging.getLogger('slipmode.cache').warning('something is odd')"
+WORK = (
+    "import logging, slipmode.rom\nlogging.getLogger('slipmode.cache').warning('something is odd')"
+)
 
 
 def python(code):
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True)
 
 
 def test_nothing_is_shown_by_default():
@@ -33,7 +35,7 @@ def test_a_command_shows_warnings_in_a_line_each(capsys, monkeypatch):
             getattr(logging.getLogger("slipmode.cache"), level)("%s of it", level)
         return 0
 
-    monkeypatch.setattr("runner.cli._scenes", warn)
+    monkeypatch.setattr("slipmode.runner.cli._scenes", warn)
     for _ in range(2):  # no handler is left behind
         assert main(["scenes"]) == 0
         printed = capsys.readouterr()
@@ -42,4 +44,6 @@ def test_a_command_shows_warnings_in_a_line_each(capsys, monkeypatch):
 
 @pytest.mark.parametrize("package", ["rom", "fmu", "runner"])
 def test_the_packages_say_that_they_are_typed(package):
-    assert (Path(importlib.util.find_spec(package).origin).parent / "py.typed").is_file()
+    assert (
+        Path(importlib.util.find_spec(f"slipmode.{package}").origin).parent / "py.typed"
+    ).is_file()

@@ -354,11 +354,11 @@ def test_a_mode_that_only_starts_is_modelled():
 
 
 def test_forces_on_contacts_move_modes_and_contacts(tmp_path):
-    pushed = changed(
+    scene = changed(
         ("dof = 0\namplitude = 0.15", "dof = 2\namplitude = 2.5"),
         ("[log]", "[output]\nelastic = [0, 2]\n[log]"),
     )
-    recording = runner.run(pushed, tmp_path)
+    recording = runner.run(scene, tmp_path)
     end = column(recording.read(), "/modes", "A_abs")[-1]
     a = steady(recording.model, (0.98,), ({2: 2.5},))
     assert end == pytest.approx(abs(a[0]), rel=5e-3)  # not yet at rest: 0.29 %

@@ -138,7 +138,7 @@ def test_from_rest_under_a_force_on_both_modes(tmp_path):
 def test_both_motions_are_shown_side_by_side(tmp_path):
     found = validate("one-mode", tmp_path)
     recorded = read(next(path for path in found.recordings if path.suffix == ".mcap"))
-    shown = [plane.entity for plane in portraits([s.channel for s in recorded.channels.values()])]
+    shown = [each.entity for each in portraits([s.channel for s in recorded.channels.values()])]
     assert shown == [
         "/trajectory",
         *(f"/loop{full}/contact/{number}" for full in ("", "/full") for number in range(2)),

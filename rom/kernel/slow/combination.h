@@ -1,4 +1,4 @@
-/* Near resonances: harmonics (n, m) of the contacts that drive a mode close to its carrier. */
+/* Combination resonances: harmonics (n, m) of the contacts that drive a mode close to its carrier. */
 #ifndef SLIPMODE_COMBINATION_H
 #define SLIPMODE_COMBINATION_H
 

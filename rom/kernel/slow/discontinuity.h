@@ -12,7 +12,7 @@ typedef struct {
 sm_held_force sm_hold_force(const sm_inputs *inputs);
 
 /* Adds to the amplitudes (SM_MODES complex) the free vibrations with which displacement and
- * velocity of the modes go on as they were where the forces jump from `held` to those of `now`:
+ * velocity of the modes go on as they were where the forces are discontinuous, from `held` to those of `now`:
  * the motion that the new force maintains does not fit them. 1 if there was one.
  *
  * A slow amplitude a vibrates freely as exp((-gamma / 2 + i omega_d) t) alone. Of its own force,

@@ -1,1 +1,4 @@
-"""Recordings of other programs."""
+"""Recordings of other programs.
+
+messages.py finds the numbers in JSON and protobuf messages, recording.py makes channels of them.
+"""

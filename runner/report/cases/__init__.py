@@ -1,1 +1,4 @@
-"""The structures and forces of the report."""
+"""The structures and forces of the report.
+
+cases.py has the cases by name, structures.py those structures that are not the paper's.
+"""

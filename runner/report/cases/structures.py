@@ -81,11 +81,11 @@ class Chain:
 
     @property
     def limit(self) -> list[float]:
-        """Friction limits: each contact begins to slip at amplitude 1 of the mode that pulls it
-        harder.
+        """Friction limits: each contact begins to slip at amplitude 1 of the mode that acts
+        on it with the larger force.
         """
-        reaction = np.abs(self._reduced.spring).max(axis=0)
-        return [float(value) for value in 2.0 * reaction]
+        force = np.abs(self._reduced.spring).max(axis=0)
+        return [float(value) for value in 2.0 * force]
 
     @property
     def alpha(self) -> float:

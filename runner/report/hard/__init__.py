@@ -2,6 +2,9 @@
 
 found = hard_report()           # several minutes
 print(found.text())
+
+hard_case.py says what a case is, matrix.py lists them, cases/ holds them by what strains;
+others.py lets other integrators try.
 """
 
 from slipmode.runner.report.hard.assemble import HardReport, hard_report

@@ -1,1 +1,7 @@
-"""What the report measures of each method: signals, steady states, friction, cost."""
+"""What the report measures of each method.
+
+signals.py      whole signals from rest; steady.py: steady amplitudes; friction.py: Q_A, Q_B
+accuracy.py     other structures; figures.py: single figures
+ours.py         slipmode on a case; contact_solves.py, recordings.py: make bench-table,
+                bench-recordings
+"""

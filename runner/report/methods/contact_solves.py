@@ -40,7 +40,7 @@ class ContactSolves:
 
 
 def contact_solves() -> ContactSolves:
-    """Measure the paper's structure with its feedback from the modes, |A|, |B| <= 4."""
+    """Measure the paper's structure with the reaction of the modes, |A|, |B| <= 4."""
     reduced = rom.reduce(rom.two_mass(beta=0.01))
     model = rom.tabulate(reduced, _LAW, _LARGEST, _TOLERANCE)
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)

@@ -78,7 +78,7 @@ def table_figures() -> list[Figure]:
 
 
 def region_figures() -> list[Figure]:
-    """The friction table of the shipped two-mode scene, and what of it the scene visits."""
+    """The friction table of the shipped two-mode scene, whole and in the region of the scene."""
     scene = load_scene("two-mode")
     plan = make_plan(replace(scene, model=replace(scene.model, table="region")))
     reduced, law = plan.excited.reduced, plan.excited.law
@@ -134,7 +134,7 @@ def memory_figures() -> list[Figure]:
     """Peak memory of `slipmode run two-mode` beyond what importing rerun takes."""
     importing = _peak_of("import rerun")
     running = _peak_of(
-        "import tempfile, runner\n"
+        "import tempfile; from slipmode import runner\n"
         "with tempfile.TemporaryDirectory() as folder: runner.run('two-mode', folder)"
     )
     return [Figure("two-mode run: peak memory over importing rerun", running - importing, "MB")]

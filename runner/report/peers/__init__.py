@@ -1,1 +1,5 @@
-"""What slipmode is compared with, each in the strongest form at hand."""
+"""What slipmode is compared with, each in the strongest form at hand.
+
+first_order.py    LSODA, CVODE; hbm.py: harmonic balance; craig_bampton.py: the usual reduction
+paper_scheme.py   Eq. (31) in C; bare_contacts.py: a bare loop of a table's arithmetic
+"""

@@ -73,17 +73,17 @@ class HarmonicBalance:
         self._condense(case, patterns[self.forced])
 
     def _condense(self, case: Case, patterns: Floats) -> None:
-        """Linear answers to the friction forces and to the drive, at every harmonic."""
+        """Linear responses to the friction forces and to the excitation, at every harmonic."""
         s = case.structure
         M, C, K, W = (as_dense(m) for m in (s.mass, s.damping, s.stiffness, s.directions))
         loads = np.concatenate([W, 0.5 * patterns.T], axis=1)
         Z = K - np.multiply.outer(self._nu**2, M) + 1j * np.multiply.outer(self._nu, C)
-        answers = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
+        responses = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
         contacts = W.shape[1]
-        self._answer, excitation = answers[..., :contacts], answers[..., contacts:]
+        self._receptance, excitation = responses[..., :contacts], responses[..., contacts:]
         carriers = np.arange(len(patterns))  # the first harmonics are those of the forces
         self._driven = excitation[carriers, :, carriers]
-        self._stiffness = np.linalg.inv(W.T @ self._answer)
+        self._stiffness = np.linalg.inv(W.T @ self._receptance)
         self._linear = np.zeros((self._nu.size, contacts), dtype=complex)
         self._linear[carriers] = self._driven @ W
 
@@ -106,7 +106,7 @@ class HarmonicBalance:
     def _balance(self, X: Complexes, steps: int) -> Balance:
         carriers = slice(0, self._driven.shape[0])
         force = np.einsum("kij,kj->ki", self._stiffness, self._linear - X)[carriers]
-        moved = self._driven - np.einsum("knc,kc->kn", self._answer[carriers], force)
+        moved = self._driven - np.einsum("knc,kc->kn", self._receptance[carriers], force)
         return Balance(X, moved, steps)
 
     def _newton(self, X: Complexes, alpha: float) -> tuple[Complexes, int]:

@@ -24,7 +24,7 @@ def structure():
     return rom.two_mass(beta=0.01)
 
 
-def drive_of(structure):
+def excitation_of(structure):
     return full.Excitation.harmonic(structure, FORCE, FREQUENCY, phase=(0.3, -1.0))
 
 
@@ -66,7 +66,7 @@ def radau(structure, law, force, times, rtol=1e-9):
 
 
 def harmonic_force(structure):
-    """The force vector of drive_of, over time."""
+    """The force vector of excitation_of, over time."""
 
     def force(t):
         f = np.zeros(structure.n_dofs)
@@ -110,7 +110,7 @@ def test_without_friction_the_exact_solution_to_fourth_order(build, coarsest):
     errors = [
         np.linalg.norm(
             full.integrate(
-                structure, rom.Coulomb(0.0), drive_of(structure), times, step=step
+                structure, rom.Coulomb(0.0), excitation_of(structure), times, step=step
             ).displacement
             - exact
         )
@@ -122,7 +122,7 @@ def test_without_friction_the_exact_solution_to_fourth_order(build, coarsest):
 
 def test_fourth_order_with_tanh_friction(structure):
     times, law = np.linspace(0.0, 20.0, 51), rom.Tanh(2.0, 0.05)
-    excitation = drive_of(structure)
+    excitation = excitation_of(structure)
     runs = [
         full.integrate(structure, law, excitation, times, step=step)
         for step in (0.02, 0.01, 0.005, 0.00125)
@@ -152,7 +152,7 @@ def test_beyond_first_order_with_coulomb_friction(structure):
 def test_agrees_with_radau(structure, law):
     times = np.linspace(0.0, 12.0, 61)
     exact = radau(structure, law, harmonic_force(structure), times)
-    motion = full.integrate(structure, law, drive_of(structure), times, step=2e-3)
+    motion = full.integrate(structure, law, excitation_of(structure), times, step=2e-3)
     assert np.all(relative_rms(motion.displacement, exact) < 1e-6)
 
 
@@ -161,7 +161,7 @@ def test_relative_contacts_of_a_chain_agree_with_radau(contacts):
     structure, law = chain(contacts), rom.Tanh(0.05, 0.02)
     times = np.linspace(0.0, 20.0, 41)
     exact = radau(structure, law, harmonic_force(structure), times)
-    motion = full.integrate(structure, law, drive_of(structure), times, step=5e-3)
+    motion = full.integrate(structure, law, excitation_of(structure), times, step=5e-3)
     assert np.all(relative_rms(motion.displacement, exact) < 1e-6)
     np.testing.assert_allclose(
         motion.contact_displacement, motion.displacement @ structure.directions, atol=1e-13
@@ -192,7 +192,7 @@ def test_stored_reference_signals(name):
 def test_a_stuck_coulomb_contact_does_not_move_at_all(structure):
     times = np.linspace(0.0, 50.0, 501)
     motion = full.integrate(
-        structure, rom.Coulomb(50.0), drive_of(structure), times, steps_per_period=100
+        structure, rom.Coulomb(50.0), excitation_of(structure), times, steps_per_period=100
     )
     assert np.all(motion.contact_velocity == 0.0)
     assert np.all(motion.contact_displacement == 0.0)
@@ -237,7 +237,7 @@ def test_no_step_fails(structure, alpha, limit):
 
 
 def test_energy_balance_to_fourth_order(structure):
-    law, excitation = rom.Tanh(2.0, 0.05), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.05), excitation_of(structure)
     M, C, K = structure.mass, structure.damping, structure.stiffness
 
     def imbalance(step):
@@ -259,17 +259,17 @@ def test_energy_balance_to_fourth_order(structure):
     assert np.all(orders(errors) > 3.5)
 
 
-# Coordinates, drive and times
+# Coordinates, excitation and times
 
 
 def test_diagonal_and_dense_damping_agree_to_rounding(structure, monkeypatch):
     law, times = rom.Tanh(2.0, 0.02), np.linspace(0.0, 30.0, 61)
     matrix = rom.Structure(structure.mass, structure.stiffness, structure.damping, contact=(2, 3))
-    diagonal = full.integrate(matrix, law, drive_of(structure), times)
+    diagonal = full.integrate(matrix, law, excitation_of(structure), times)
     assert coordinates.ModalCoordinates.of(matrix).damping.ndim == 1
     monkeypatch.setattr(coordinates, "_UNCOUPLED", -1.0)
     assert coordinates.ModalCoordinates.of(matrix).damping.ndim == 2
-    full_matrix = full.integrate(matrix, law, drive_of(structure), times)
+    full_matrix = full.integrate(matrix, law, excitation_of(structure), times)
     assert np.all(relative_rms(full_matrix.displacement, diagonal.displacement) < 1e-11)
     assert np.all(relative_rms(full_matrix.contact_velocity, diagonal.contact_velocity) < 1e-9)
 
@@ -309,7 +309,7 @@ def test_scripted_drive(structure, times):
 
 
 def test_end_state_continues_the_motion(structure):
-    law, excitation = rom.Coulomb(0.5), drive_of(structure)
+    law, excitation = rom.Coulomb(0.5), excitation_of(structure)
     whole = full.integrate(structure, law, excitation, np.linspace(0.0, 40.0, 81))
     first = full.integrate(structure, law, excitation, np.linspace(0.0, 20.0, 41))
     second = full.integrate(
@@ -322,7 +322,7 @@ def test_end_state_continues_the_motion(structure):
 
 def test_every_step_is_a_sample_if_only_the_end_is_given(structure):
     motion = full.integrate(
-        structure, rom.Coulomb(0.5), drive_of(structure), 10.0, step=0.3, outputs=[1]
+        structure, rom.Coulomb(0.5), excitation_of(structure), 10.0, step=0.3, outputs=[1]
     )
     assert motion.time[0] == 0.0
     assert motion.time[-1] == 10.0
@@ -332,7 +332,7 @@ def test_every_step_is_a_sample_if_only_the_end_is_given(structure):
 
 
 def test_outputs_may_combine_dofs(structure):
-    law, excitation = rom.Tanh(2.0, 0.02), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.02), excitation_of(structure)
     rows = [[1.0, 0.0, -1.0, 0.0], [0.0, 2.0, 0.0, 0.5]]
     combined = full.integrate(structure, law, excitation, [5.0], outputs=rows)
     single = full.integrate(structure, law, excitation, [5.0])
@@ -344,7 +344,7 @@ def test_outputs_may_combine_dofs(structure):
 
 def test_steady_amplitude_without_friction_is_the_frequency_response(structure):
     result = full.steady_amplitude(
-        structure, rom.Coulomb(0.0), drive_of(structure), tolerance=1e-7
+        structure, rom.Coulomb(0.0), excitation_of(structure), tolerance=1e-7
     )
     for row, (dof, F, Omega, phase) in enumerate(((0, 0.15, 0.98, 0.3), (1, 0.25, 1.65, -1.0))):
         dynamic = structure.stiffness - Omega**2 * structure.mass + 1j * Omega * structure.damping
@@ -377,13 +377,13 @@ def test_steady_amplitude_of_one_mode(structure):
 def test_a_transient_that_does_not_settle_is_said(structure):
     with pytest.raises(rom.SlipmodeError, match="still changing after 2 windows"):
         full.steady_amplitude(
-            structure, rom.Coulomb(0.0), drive_of(structure), tolerance=1e-12, most_windows=2
+            structure, rom.Coulomb(0.0), excitation_of(structure), tolerance=1e-12, most_windows=2
         )
 
 
 @pytest.mark.parametrize("law", [rom.Coulomb(0.5), rom.Tanh(0.5, 0.005)])
 def test_converged_bounds_its_error(structure, law):
-    times, excitation = np.linspace(0.0, 60.0, 301), drive_of(structure)
+    times, excitation = np.linspace(0.0, 60.0, 301), excitation_of(structure)
     result = full.converged(structure, law, excitation, times, steps_per_period=30)
     exact = full.integrate(structure, law, excitation, times, steps_per_period=3000)
     motion = result.motion
@@ -416,7 +416,7 @@ def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts):
 
 
 def test_refusals(structure):
-    law, excitation = rom.Tanh(2.0, 0.02), drive_of(structure)
+    law, excitation = rom.Tanh(2.0, 0.02), excitation_of(structure)
 
     def refused(match, *arguments, **options):
         with pytest.raises(rom.SlipmodeError, match=match):
@@ -430,7 +430,7 @@ def test_refusals(structure):
     refused("steps_per_period: must be", structure, law, excitation, 1.0, steps_per_period=np.inf)
     refused("outputs: DOFs", structure, law, excitation, 1.0, outputs=[4])
     refused("outputs: must be DOFs, or rows", structure, law, excitation, 1.0, outputs=[[1.0]])
-    refused("drive: patterns", chain(), law, excitation, 1.0)
+    refused("excitation: patterns", chain(), law, excitation, 1.0)
     refused("limit", structure, rom.Tanh([1.0] * 3, 0.1), excitation, 1.0)
     short = full.State(0.0, np.zeros(3), np.zeros(4))
     refused("start.displacement", structure, law, excitation, 1.0, start=short)
@@ -440,5 +440,5 @@ def test_refusals(structure):
         full.Excitation.harmonic(structure, FORCE, (0.98, 0.0))
     with pytest.raises(rom.SlipmodeError, match="frequency: must be 2 numbers"):
         full.Excitation.harmonic(structure, FORCE, (0.98, 1.0, 2.0))
-    with pytest.raises(rom.SlipmodeError, match="drive: must be constant"):
+    with pytest.raises(rom.SlipmodeError, match="excitation: must be constant"):
         full.steady_amplitude(structure, law, scripted(structure))

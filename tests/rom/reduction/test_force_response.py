@@ -21,7 +21,7 @@ DASHPOT = 0.1  # what the contacts of the linear chain are [N s/m]
 
 @cache
 def viscous_chain():
-    """A chain with linear contacts, pushed at one mass: case, forces, model, amplitudes."""
+    """A chain with linear contacts, forced at one mass: case, forces, model, amplitudes."""
     case = cases.point_forced_chain(20)
     force = ({3: 0.02}, {3: 0.03})
     reduced = rom.reduce(case.structure, carrier=case.frequency)
@@ -31,7 +31,7 @@ def viscous_chain():
     return case, force, model, rom.steady(model, case.frequency, force)
 
 
-def linear_answer(case, force, times):
+def linear_response(case, force, times):
     """x and x_c of the structure with dashpots for contacts, from its dynamic stiffness."""
     s = case.structure
     dashpots = DASHPOT * s.directions @ s.directions.T
@@ -66,7 +66,7 @@ def errors(way, force_response):
     motion = way(model, steady_trajectory(case, model, a, force, force_response), TIMES)
     late = TIMES > 30.0
     found = motion.elastic(model, range(case.structure.n_dofs)), motion.displacement
-    exact = linear_answer(case, force, TIMES)
+    exact = linear_response(case, force, TIMES)
     return [relative_rms(ours[late], x[late]).max() for ours, x in zip(found, exact, strict=True)]
 
 

@@ -90,7 +90,7 @@ def test_contact_shapes_have_no_share_of_the_retained_modes(name):
 
 @pytest.mark.parametrize("formulation", ["paper", "consistent"])
 @pytest.mark.parametrize("name", STRUCTURES)
-def test_the_contact_problem_is_symmetric_and_passive(name, formulation):
+def test_the_contact_problem_is_symmetric_and_dissipates(name, formulation):
     reduced = reduce(STRUCTURES[name], formulation=formulation)
     for name in ("mass", "damping", "stiffness"):
         matrix = getattr(reduced, name)
@@ -197,7 +197,7 @@ def contact_stiffness(structure, nu):
 
 
 @pytest.mark.parametrize("damping", DAMPINGS.values(), ids=DAMPINGS)
-def test_contacts_feel_the_structure_at_every_harmonic_that_modes_answer_to(damping):
+def test_the_structure_acts_on_contacts_at_every_harmonic_that_modes_respond_to(damping):
     structure = far_and_near(damping)
     reduced = reduce(structure)
     assert 1 <= reduced.nonresonant_frequency.size < 8
@@ -213,7 +213,7 @@ def test_contacts_feel_the_structure_at_every_harmonic_that_modes_answer_to(damp
     assert np.max(errors, axis=0)[1] > 0.2
 
 
-def test_a_structure_without_further_modes_has_none_that_are_passive():
+def test_a_structure_without_further_modes_has_no_nonresonant_ones():
     reduced = reduce(two_mass())
     assert reduced.nonresonant_frequency.size == 0
     assert not reduced.carried_mass.any() and not reduced.damping_coupling.any()

@@ -17,7 +17,7 @@ def softened(factor):
     return rom.reduce(structure).at_carrier((0.98, 1.65))
 
 
-def test_softness_is_one_where_the_free_contacts_resonate_with_the_mode_held():
+def test_all_stiffness_is_lost_where_the_free_contacts_resonate_with_the_mode_held():
     """Mode A held, modes and contacts together have a natural frequency at its carrier."""
     factor = 27.4
     share, order = stiffness_loss(softened(factor))

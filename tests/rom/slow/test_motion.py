@@ -132,7 +132,7 @@ def test_between_communication_points_the_motion_is_that_of_fine_steps(two_mode_
 
 
 @pytest.mark.parametrize("step", [4.0, 20.0])
-def test_long_steps_are_as_good_where_near_resonances_make_the_amplitudes_beat(step):
+def test_long_steps_are_as_good_where_combination_resonances_make_the_amplitudes_beat(step):
     """Between its communication points a trajectory moves by all of the slow flow."""
     carriers = (1.0, 1.66)  # -4 Omega_A + 3 Omega_B = 0.98
     model = tabulate(
@@ -246,7 +246,7 @@ def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
 
 @pytest.fixture(scope="module")
 def model_with_harmonics():
-    """So that the marched contacts feel the modal response, as those of the table do."""
+    """So that the modal response acts on the marched contacts, as on those of the table."""
     return tabulate(
         reduce(two_mass()), LAW, amplitude=(4.0, 4.0), combinations=(), harmonics=RESPONSE_ORDER
     )

@@ -74,7 +74,7 @@ class Forcing:
         )
 
 
-def felt_by_contacts(model, a, now):
+def effective_amplitude(model, a, now):
     factor = coupling_factor(model.reduced, now.frequency)
     return factor * (a + off_resonance_shift(model.reduced, FORCE) * now.force)
 
@@ -83,7 +83,7 @@ def contact_force(model, a, now):
     """Q_j a_j and the combination resonances, straight from the table."""
     factor, effective = (
         coupling_factor(model.reduced, now.frequency),
-        felt_by_contacts(model, a, now),
+        effective_amplitude(model, a, now),
     )
     terms, unit = model.table.terms(np.abs(effective)), effective / np.abs(effective)
     force = terms[: model.modes] * unit
@@ -108,10 +108,10 @@ def rate_of(model, t, a, forcing):
         return v
     h = 1e-3
     after, before = (without_second_derivative(t + s, a + s * v) for s in (h, -h))
-    felt_after, effective, felt_before = (
-        felt_by_contacts(model, a + s * v, forcing(t + s)) for s in (h, 0.0, -h)
+    effective_after, effective, effective_before = (
+        effective_amplitude(model, a + s * v, forcing(t + s)) for s in (h, 0.0, -h)
     )
-    growth = (np.abs(felt_after) - np.abs(felt_before)) / (2 * h)
+    growth = (np.abs(effective_after) - np.abs(effective_before)) / (2 * h)
     frequency = forcing(t).frequency
     behind = (
         model.table.rate_correction_at(np.abs(effective)) @ growth * effective / np.abs(effective)
@@ -210,7 +210,7 @@ def test_the_phases_of_the_forces_turn_the_amplitudes(paper_model, psi):
 
 
 @pytest.mark.parametrize("s", [0.7, -2.0])
-def test_near_resonances_leave_one_turn_of_both_phases(two_mode_model, s):
+def test_combination_resonances_leave_one_turn_of_both_phases(two_mode_model, s):
     """Both terms carry 5 t_A - 3 t_B: it must stay as it is, whatever t_A and t_B are."""
     assert {(term.mode, term.n, term.m) for term in two_mode_model.combinations} == {
         (0, -4, 3),

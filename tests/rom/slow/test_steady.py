@@ -109,7 +109,9 @@ def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, detuning)
 
 
 @pytest.mark.parametrize("detuning", DETUNINGS)
-def test_near_resonances_make_the_amplitudes_beat_about_the_steady_state(two_mode_model, detuning):
+def test_combination_resonances_make_the_amplitudes_beat_about_the_steady_state(
+    two_mode_model, detuning
+):
     Omega = NATURAL + detuning
     beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
     assert {(term.n, term.m) for term in two_mode_model.combinations} == {(-4, 3), (5, -2)}

@@ -1,4 +1,4 @@
-"""How far friction lags behind that of steady motion while amplitudes grow."""
+"""The rate correction: friction is behind that of steady motion while amplitudes grow."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ def rms(values):
     return np.sqrt(np.mean(np.abs(values) ** 2))
 
 
-def play_operator_lag(k, K, Omega, a):
+def play_operator_correction(k, K, Omega, a):
     """In closed form, for a massless contact K x + g(x') = -2 k a cos(theta).
 
     After a reversal the contact sticks until the force has changed by twice the limit. It holds
@@ -39,7 +39,7 @@ def play_operator_lag(k, K, Omega, a):
 
 
 @pytest.mark.parametrize("beyond_threshold", [1.1, 1.3, 2.0, 2.5])
-def test_one_contact_lags_as_the_play_operator_does(beyond_threshold):
+def test_one_contact_has_the_correction_of_the_play_operator(beyond_threshold):
     """One mode; the other contact sticks."""
     reduced = reduce(two_mass(), modes=(0,), formulation="paper")
     k, K = abs(reduced.coupling[0, 0]), reduced.stiffness[0, 0]
@@ -47,12 +47,12 @@ def test_one_contact_lags_as_the_play_operator_does(beyond_threshold):
     found = friction_rate_correction(
         reduced, Coulomb(LIMIT), np.array([[a]]), np.array([4.0]), FINE
     )
-    exact = play_operator_lag(k, K, reduced.carrier[0], a)
+    exact = play_operator_correction(k, K, reduced.carrier[0], a)
     # measured at the worst, nearest to the threshold: 8e-4
     assert found[0, 0, 0] == pytest.approx(exact, rel=1e-3)
 
 
-def test_what_sticks_or_slips_all_the_time_does_not_lag():
+def test_what_sticks_or_slips_all_the_time_has_none():
     reduced = reduce(two_mass(), formulation="paper")  # whose contacts have no inertia
     both, limit = np.array([[0.3, 0.4], [2.0, 1.0]]), np.array([4.0, 4.0])
     grid = Discretisation(64, 16)
@@ -68,14 +68,14 @@ def test_what_sticks_or_slips_all_the_time_does_not_lag():
     [(Coulomb(LIMIT), 0.25), (Tanh(LIMIT, 0.02), 0.07)],
     ids=["coulomb", "tanh"],
 )
-def test_the_table_has_the_lag_of_the_points_between_its_nodes(law, bound):
+def test_the_table_has_that_of_the_points_between_its_nodes(law, bound):
     table = tabulate(TWO_MODES, law, RANGE, 1e-3).table
     points = np.random.default_rng(4).random((100, 2)) * RANGE
     exact = friction_rate_correction(TWO_MODES, law, points, RANGE, Discretisation(256, 32))
     assert rms(table.rate_correction_at(points) - exact) < bound * rms(exact)
 
 
-def test_the_lag_of_a_visited_part_is_that_of_the_whole_table():
+def test_in_a_region_it_is_that_of_the_whole_table():
     path = np.array([(0.0, 0.0), (3.0, 0.0), (2.95, 0.5), (2.9, 0.8), (3.1, 1.25)])
     region = Region.along(path, RANGE, RANGE / 32)
     points = np.random.default_rng(5).random((2000, 2)) * RANGE

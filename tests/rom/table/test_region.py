@@ -16,8 +16,7 @@ from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region, corners, with_neighbours
 from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
-from slipmode.runner.plan import amplitude_range
-from slipmode.runner.plan import table_cost as saving
+from slipmode.runner.plan import amplitude_range, table_cost
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 
 BOTH = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))
@@ -59,13 +58,13 @@ def test_all_that_is_within_reach_of_the_path_is_marked():
     share = np.linspace(0, 1, 200)[:, np.newaxis]
     along = np.concatenate([a + share * (b - a) for a, b in pairwise(PATH)])
     for side in ((0, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-        combinations = along + 0.999 * REACH * side
-        combinations = combinations[np.all((combinations >= 0) & (combinations <= LIMIT), axis=1)]
-        assert region.holds(combinations).all()
+        nearby = along + 0.999 * REACH * side
+        nearby = nearby[np.all((nearby >= 0) & (nearby <= LIMIT), axis=1)]
+        assert region.holds(nearby).all()
     assert not region.holds(np.array([(1.0, 1.0), (2.0, 0.2), (0.5, 0.1)])).any()
 
 
-def test_a_cell_is_visited_where_a_tile_in_it_is():
+def test_a_cell_is_in_the_region_where_a_tile_in_it_is():
     region = region_tiles()
     for halvings in range(3, 7):
         node = np.linspace(0, 1, 2**halvings + 1)
@@ -94,7 +93,7 @@ def test_the_nodes_around_cells():
 
 
 @pytest.mark.parametrize("law", [Tanh(2.0, 0.1), LAW, Tanh(2.0, 0.005), Coulomb(2.0)], ids=str)
-def test_it_holds_to_the_tolerance_where_it_was_visited(law):
+def test_it_holds_to_the_tolerance_in_the_region(law):
     part = tabulated(law, region=region_tiles())
     points = points_inside(region_tiles(), 200)
     grid = Discretisation(part.accuracy.steps, part.accuracy.lines)
@@ -174,7 +173,7 @@ def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
     assert sources == [False, False, False]
     model, cached = cached_model(*arguments, region=small)
     assert cached
-    assert model.hash == tabulate(*arguments, combinations=(), region=small).hash
+    assert model.hash == tabulate(*arguments, nearby=(), region=small).hash
 
 
 # Runs
@@ -203,7 +202,7 @@ def signals(recording):
     return {topic: values for topic, (_, _, values) in recording.read().channels.items()}
 
 
-def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path):
+def test_a_run_on_the_region_is_that_on_the_whole_table(tmp_path):
     on_part = runner.run(scene("part"), tmp_path)
     assert on_part.model.table.region is not None
     on_whole = on_whole_table(tmp_path)
@@ -214,7 +213,7 @@ def test_a_run_on_the_visited_part_is_that_on_the_whole_table(tmp_path):
         assert np.all(np.abs(found[topic] - expected[topic]).max(axis=0) <= 1e-3 * scale), topic
 
 
-def test_a_run_that_starts_elsewhere_needs_only_what_it_visits(tmp_path):
+def test_a_run_that_starts_elsewhere_needs_only_its_region(tmp_path):
     moving = SCENE.replace("[run]", "[initial]\nA = [2.0, 1.0]\nB = [0.3, 0.9]\n[run]")
     recording = runner.run(scene("moving", moving), tmp_path)
     assert recording.model.table.region is not None
@@ -244,13 +243,13 @@ def test_a_run_that_leaves_the_part_is_that_on_the_whole_table(tmp_path, monkeyp
 
 
 def test_the_plan_measures_what_is_saved(tmp_path, capsys, monkeypatch):
-    measured = saving._seconds
+    measured = table_cost._seconds
 
     def half_a_millisecond_each(model, amplitudes):
         assert measured(model, amplitudes) > 0.0
         return 0.5e-3 * len(amplitudes)
 
-    monkeypatch.setattr(saving, "_seconds", half_a_millisecond_each)
+    monkeypatch.setattr(table_cost, "_seconds", half_a_millisecond_each)
     path = tmp_path / "part.toml"
     path.write_text(SCENE, encoding="utf-8")
     assert main(["plan", str(path)]) == 0
@@ -293,7 +292,7 @@ def test_an_fmu_does_the_steps_on_the_whole_table(tmp_path):
     np.testing.assert_array_equal(signals(through)["/modes"], expected["/modes"])
 
 
-def test_where_most_is_visited_all_of_it_is_tabulated(monkeypatch):
+def test_where_the_region_is_most_of_it_all_is_tabulated(monkeypatch):
     monkeypatch.setattr("slipmode.runner.plan.plan._LARGEST_REGION", 0.1)
     plan = runner.make_plan(scene("planned"))
     assert plan.region is None

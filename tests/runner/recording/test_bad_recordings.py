@@ -65,7 +65,7 @@ def mixed_clocks(folder):
 
 
 def external(folder):
-    return rewritten(folder / "foreign.mcap", units=False), "no slipmode recording"
+    return rewritten(folder / "external.mcap", units=False), "no slipmode recording"
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from endless_recording import rows
 from recordings import CHANNELS, HEADER
 
-from slipmode.runner.recording import load
+from slipmode.runner import load
 from slipmode.runner.recording.check.doctor import doctor
 from slipmode.runner.recording.check.recover import recover
 from slipmode.runner.recording.mcapfile.writer import CHUNK_BYTES, FLUSH_SECONDS

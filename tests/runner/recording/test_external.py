@@ -141,7 +141,7 @@ def test_replay_shows_the_numbers_and_says_what_it_does_not(tmp_path, capsys):
     assert hashlib.sha256(path.read_bytes()).digest() == before
 
 
-def test_a_part_of_a_foreign_recording(tmp_path):
+def test_a_part_of_an_external_recording(tmp_path):
     data = read_external(written(tmp_path / "plant.mcap"))
     part = Selection(["/plant robot"], start=1.0, end=2.0).of(data)
     assert part.channels["/plant robot"].column("speed").tolist() == list(range(10, 21))

@@ -12,8 +12,8 @@ from mcap.stream_reader import StreamReader
 from recordings import COUNT, STEP, chunk_end, chunks, damaged, flip, rewritten, samples, write
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner import load
 from slipmode.runner.cli import main
-from slipmode.runner.recording import load
 from slipmode.runner.recording.check.doctor import doctor
 from slipmode.runner.recording.check.info import info
 from slipmode.runner.recording.check.recover import recover

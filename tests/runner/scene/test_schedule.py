@@ -94,12 +94,12 @@ def test_memory_does_not_grow_with_the_number_of_steps():
     assert peak(1e7) < 1.1 * peak(1e5)
 
 
-def test_near_resonances_do_not_depend_on_how_long_a_frequency_is_held():
+def test_combination_resonances_do_not_depend_on_how_long_a_frequency_is_held():
     path = np.array([[0.98, 1.65], [1.0, 1.66], [1.0, 2.98], [0.98, 1.65]])
     assert combination_resonances(np.repeat(path, 3, axis=0)) == combination_resonances(path) != ()
 
 
-def test_near_resonances_of_a_sweep_are_those_that_it_passes():
+def test_combination_resonances_of_a_sweep_are_those_that_it_passes():
     """From far below to far above: with its ends alone they would be missed."""
     start, end = np.array([[0.9, 1.3]]), np.array([[0.9, 4.0]])
     between = start + np.linspace(0.0, 1.0, 5000)[:, np.newaxis] * (end - start)

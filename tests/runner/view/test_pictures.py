@@ -14,7 +14,7 @@ from slipmode.runner.view.replay import replay
 
 SETTLING = 1.5  # [s]
 LEGEND = 350  # coloured points that a plot has without its curves, at most
-PLOTS, MOTION, PLANES, TEXTS = ((0, 480), (480, 865), (865, 1535), (1535, 1920))
+PLOTS, MOTION, PORTRAITS, TEXTS = ((0, 480), (480, 865), (865, 1535), (1535, 1920))
 
 
 def pictures(viewer, rrd, end):
@@ -41,7 +41,7 @@ def blank_parts(picture):
     """Parts of a picture of all views where nothing is drawn."""
     parts = [
         (left, top, picture[top : top + 500, left:right])
-        for left, right in (PLOTS, MOTION, PLANES, TEXTS)
+        for left, right in (PLOTS, MOTION, PORTRAITS, TEXTS)
         for top in (40, 540)
     ]
     return [(left, top) for left, top, part in parts if coloured(part) < LEGEND]
@@ -86,7 +86,7 @@ def test_an_empty_plot_has_fewer_colours_than_any_view(tmp_path, viewer):
     import rerun.blueprint as rrb
 
     stream = rr.RecordingStream("slipmode")
-    views = rrb.Vertical(rrb.TimeSeriesView(name="plot"), rrb.Spatial2DView(name="plane"))
+    views = rrb.Vertical(rrb.TimeSeriesView(name="plot"), rrb.Spatial2DView(name="portrait"))
     stream.save(tmp_path / "empty.rrd", default_blueprint=rrb.Blueprint(views))
     style = rr.SeriesLines(names=["|A| [kg^0.5 m]", "|B| [kg^0.5 m]"], colors=[(76, 159, 230)] * 2)
     stream.log("/modes", style, static=True)
@@ -100,7 +100,7 @@ def test_an_empty_plot_has_fewer_colours_than_any_view(tmp_path, viewer):
     found = pictures(viewer, tmp_path / "empty.rrd", 0.0)
     assert {name: coloured(picture) < LEGEND for name, (_, picture) in found.items()} == {
         "plot": True,
-        "plane": True,
+        "portrait": True,
     }
 
 

@@ -1,4 +1,4 @@
-"""The strips that trail a moving point, made in one go."""
+"""The tails of a moving point, made in one go."""
 
 import numpy as np
 import pytest

@@ -7,8 +7,8 @@ import pytest
 from rrd import RERUN
 from scipy.interpolate import RegularGridInterpolator
 
-from slipmode.runner import run
-from slipmode.runner.recording import channels, load
+from slipmode.runner import load, run
+from slipmode.runner.recording import channels
 from slipmode.runner.recording.selection import Selection
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view import torus_view
@@ -42,10 +42,10 @@ def test_the_recorded_motion_lies_on_the_surface(two_mode):
     np.testing.assert_array_equal(phases.time, recorded["/contact/0"].time)
     x, f = on_surface(torus.values, phases.values)
     moved = recorded["/contact/0"].column("x")
-    pulled = recorded["/contact/0"].column("f")
+    expected = recorded["/contact/0"].column("f")
     # Measured 0.5 % and 0.7 %: the surface is flat between 32 phases of B.
     assert np.sqrt(np.mean((x - moved) ** 2) / np.mean(moved**2)) < 0.007
-    assert np.sqrt(np.mean((f - pulled) ** 2) / np.mean(pulled**2)) < 0.01
+    assert np.sqrt(np.mean((f - expected) ** 2) / np.mean(expected**2)) < 0.01
 
 
 def test_mode_a_may_be_the_faster_one(tmp_path):

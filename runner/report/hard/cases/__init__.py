@@ -1,1 +1,5 @@
-"""The hard cases, by what strains the simulation."""
+"""Hard cases, a file for each kind of strain.
+
+Changes of the forcing, contacts, levels, ratios of frequencies, sharpness of friction, stepping,
+units; and the growth of cost with the number of contacts.
+"""

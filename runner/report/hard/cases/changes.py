@@ -29,8 +29,8 @@ def change_cases() -> list[HardCase]:
     scenes: dict[str, tuple[dict[str, object], str]] = {
         "sweep up through both peaks": ({**_SWEEP, **_UP}, "delay, or a jump missed"),
         "sweep down through both peaks": ({**_SWEEP, **_DOWN}, "delay, or a jump missed"),
-        "abrupt steps of force": (_STEPS, "friction that lags behind that of steady motion"),
-        "phase jumps": (_JUMPS, "friction that lags behind that of steady motion"),
+        "abrupt steps of force": (_STEPS, "friction behind that of steady motion"),
+        "phase jumps": (_JUMPS, "friction behind that of steady motion"),
         "steps of force, no slip": (_STEPS | _STUCK, "free vibrations that jumps leave behind"),
         "phase jumps, no slip": (_JUMPS | _STUCK, "free vibrations that jumps leave behind"),
     }
