@@ -20,7 +20,7 @@ from slipmode.runner import load_scene, run
 from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 MAGIC = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}
 
 

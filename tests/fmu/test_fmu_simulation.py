@@ -19,7 +19,7 @@ from slipmode.fmu.inputs import place
 
 pytestmark = pytest.mark.quick
 
-TESTS = Path(__file__).parents[1]
+SUPPORT = Path(__file__).parents[1] / "support"
 FMI_ERRORS = fmpy.fmi1.FMICallException
 SLOW = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
 FAST = ("contact_0_x", "contact_1_v", "contact_0_f", "x_0", "x_1")
@@ -157,7 +157,7 @@ def test_a_state_continues_in_another_process(unzipped, fmi):
         saved = made.serialize().hex()
         done = subprocess.run(
             [sys.executable, "-c", _CONTINUE, str(unzipped[fmi]), str(fmi), saved, *SLOW, *FAST],
-            cwd=TESTS,
+            cwd=SUPPORT,
             capture_output=True,
             text=True,
             check=True,

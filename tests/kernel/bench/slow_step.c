@@ -10,7 +10,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "../component.h"
+#include "component.h"
 #include "table/table.h"
 
 #define STEPS 20000

@@ -14,10 +14,20 @@ FLAGS = (
 
 def main():
     """Build the program with the core, and run it."""
-    sources = [HERE / "slow_step.c", HERE.parent / "fixtures.c", *sorted(CORE.rglob("*.c"))]
+    drivers = [HERE.parent / room for room in ("driver", "slow")]
+    own = [HERE / "slow_step.c", drivers[0] / "fixtures.c"]
+    sources = [*own, *sorted(CORE.rglob("*.c"))]
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "slow_step"
-        command = ["cc", *FLAGS, f"-I{CORE}", *map(str, sources), "-lm", "-o", str(program)]
+        command = [
+            "cc",
+            *FLAGS,
+            *(f"-I{folder}" for folder in (CORE, *drivers)),
+            *map(str, sources),
+            "-lm",
+            "-o",
+            str(program),
+        ]
         subprocess.run(command, check=True)
         subprocess.run([program], check=True)
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from conftest import LAW
 from slow_time import slow_trajectory, steady_balance
 
-from slipmode.rom import SlipmodeError, reduce, tabulate, two_mass
+from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct, sum_harmonics
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 pytestmark = pytest.mark.quick
 
+LAW = Tanh(limit=2.0, alpha=0.02)
 FORCE = ({0: 1.0}, {1: 1.0})
 DURATION = 300.0
 

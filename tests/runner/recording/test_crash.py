@@ -17,7 +17,7 @@ from slipmode.runner.recording.check.recover import recover
 from slipmode.runner.recording.mcapfile.writer import CHUNK_BYTES, FLUSH_SECONDS
 from slipmode.runner.recording.record import McapSink
 
-SCRIPT = Path(__file__).parents[2] / "endless_recording.py"
+SCRIPT = Path(__file__).parents[2] / "support" / "endless_recording.py"
 RECORD_BYTES = 31 + 27  # of a contact sample: the prefix of its record, and three tagged doubles
 FAST, SLOW = (2000, 0.005), (10, 0.002)  # rows at once and pause [s]
 

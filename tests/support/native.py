@@ -16,8 +16,9 @@ import pytest
 from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
 from slipmode.fmu.archive.cross_compiler import fmi_headers
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 CORE = TESTS.parent / "rom" / "kernel"
+DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "table", "slow")]
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 SANITIZERS = (
     *("-g1", "-O1", "-fno-omit-frame-pointer"),
@@ -82,17 +83,21 @@ def drivers(
     core = sorted(CORE.rglob("*.c"))
     face = [path for path in source_files().values() if path.suffix == ".c"]
     face = sorted(path for path in face if path not in core)
-    own = {name: sorted((TESTS / name).glob("*.c")) for name in ("kernel", "fmu")}
+    own = {
+        "kernel": [path for room in DRIVER_ROOMS for path in sorted(room.glob("*.c"))],
+        "fmu": sorted((TESTS / "fmu" / "native").glob("*.c")),
+    }
+    drivers = [f"-I{room}" for room in DRIVER_ROOMS]
     includes = [f"-I{folder}" for folder in INCLUDE_FOLDERS]
     through = (*flags, *includes, f"-isystem{fmi_headers()}")
     commands = dict.fromkeys(core, (*flags, f"-I{CORE}", FAIL_TO_ALLOCATE))
-    commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}"))
+    commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}", *drivers))
     commands |= dict.fromkeys((*face, *own["fmu"]), through)
     objects = compile_all(compiler, kept, commands)
     for stale in set(kept.glob("*.o")) - set(objects.values()):
         stale.unlink(missing_ok=True)
 
-    allocation = TESTS / "kernel" / "fixtures.c"
+    allocation = TESTS / "kernel" / "driver" / "fixtures.c"
     parts = {
         "kernel": (*core, *own["kernel"]),
         "fmu": (*core, *face, *own["fmu"], allocation),

@@ -1,0 +1,132 @@
+"""Every shipped scene: its numbers, its recordings."""
+
+import shutil
+import sysconfig
+
+import numpy as np
+import pytest
+from runs import column, independent_reader, times_in, verified
+
+from slipmode import runner
+
+RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
+# Modulus of each mode at the end and at its largest [kg^1/2 m], dissipated energy [J], and the
+# largest displacement of each contact inside the windows [m].
+PINNED = {
+    "beating": {
+        "end": (0.583859, 0.059519),
+        "peak": (1.14364, 0.109379),
+        "energy": 2.7295,
+        "contact": (0.0170463, 0.000503824),
+    },
+    "force-step": {
+        "end": (2.90457, 1.25106),
+        "peak": (8.53812, 3.47634),
+        "energy": 1053.76,
+        "contact": (0.752385, 0.120184),
+    },
+    "one-mode": {
+        "end": (3.12799,),
+        "peak": (3.12799,),
+        "energy": 183.034,
+        "contact": (0.219243, 0.0124875),
+    },
+    "sweep": {
+        "end": (1.27469, 0.325638),
+        "peak": (3.06588, 1.25878),
+        "energy": 1469.53,
+        "contact": (0.242566, 0.156938),
+    },
+    "two-mode": {
+        "end": (3.09219, 1.25217),
+        "peak": (3.09809, 1.25299),
+        "energy": 716.796,
+        "contact": (0.252774, 0.160714),
+    },
+}
+
+
+@pytest.fixture(scope="module", params=sorted(runner.shipped_scenes()))
+def shipped(request, shipped_scene):
+    return shipped_scene(request.param)
+
+
+def test_shipped_scenes_give_their_numbers(shipped):
+    data = shipped.read()
+    moduli = np.array([column(data, "/modes", f"{m}_abs") for m in shipped.plan.excited.modes])
+    contacts = [column(data, f"/contact/{i}", "x") for i in range(2)]
+    found = {
+        "end": moduli[:, -1],
+        "peak": moduli.max(axis=1),
+        "energy": column(data, "/energy", "dissipated_energy")[-1],
+        "contact": np.abs(contacts).max(axis=1),
+    }
+    for name, pinned in PINNED[shipped.plan.scene.name].items():
+        assert found[name] == pytest.approx(pinned, rel=1e-3), name
+    assert max(np.abs(column(data, f"/contact/{i}", "f")).max() for i in range(2)) <= 2.0
+
+
+def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
+    scene, schedule = shipped.plan.scene, shipped.plan.schedule
+    slow, fast = {"/modes", "/forcing", "/energy"}, {"/contact/0", "/contact/1"}
+    fast |= {"/elastic"} if scene.output.elastic else set()
+    with independent_reader(shipped.mcap) as reader:
+        summary = reader.get_summary()
+        counts = {
+            summary.channels[number].topic: count
+            for number, count in summary.statistics.channel_message_counts.items()
+        }
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        attachments = {record.name: record.data for record in reader.iter_attachments()}
+        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count
+    two = len(shipped.plan.excited.modes) == 2
+    fast |= {"/phases"} if two else set()
+    points, samples = schedule.steps + 1, shipped.samples
+    expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 2}
+    expected |= {"/torus": 32 * 64} if two else {}
+    assert counts.pop("/overview/modes") == points <= 4096
+    assert counts == expected
+    assert attachments == {"scene.toml": scene.path.read_bytes()}
+    assert metadata["scene"] == {"title": scene.title, "name": scene.name}
+    assert metadata["units"]["/contact/1.v"] == "m/s"
+    assert metadata["units"]["/energy.dissipated_energy"] == "J"
+    assert metadata["run"]["model_hash"] == shipped.model.hash
+    for topic in slow:
+        assert times_in(shipped.mcap, topic) == pytest.approx(schedule.time(), abs=1e-9)
+
+
+def test_shipped_scenes_step_as_they_say(shipped):
+    run, time = shipped.plan.scene.run, shipped.plan.schedule.time()
+    assert (time[0], time[-1]) == (0.0, run.duration)
+    assert np.diff(time).max() == pytest.approx(run.step)
+    assert set(np.arange(0.0, run.duration, run.step)) <= set(time)
+    assert shipped.steps == time.size - 1
+
+
+def test_contact_samples_fill_the_windows_of_shipped_scenes(shipped):
+    (window,) = shipped.plan.scene.contact
+    time = np.array(times_in(shipped.mcap, "/contact/0"))
+    assert (time[0], time[-1]) == (window.start, window.end)
+    assert np.ptp(np.diff(time)) < 1e-8
+    scripts = [forcing.frequency for forcing in shipped.plan.scene.forcing.values()]
+    fastest = max(script.range(window.start, window.end)[1] for script in scripts)
+    finest = 2 * np.pi / fastest / window.samples_per_period
+    assert 0.99 * finest < np.diff(time).mean() <= finest
+
+
+def test_rerun_recordings_of_shipped_scenes_are_named_after_them(shipped):
+    assert shipped.rrd.name == f"{shipped.plan.scene.name}.rrd"
+
+
+VERIFIED = ("one-mode", "two-mode")  # these two have all kinds of views between them
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in VERIFIED else [pytest.mark.slow])
+        for name in sorted(runner.shipped_scenes())
+    ],
+)
+def test_rerun_recordings_of_shipped_scenes_are_valid(name, shipped_scene):
+    assert verified(shipped_scene(name).rrd)

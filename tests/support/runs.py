@@ -1,0 +1,71 @@
+"""Scenes that several tests run, and readings of what they record."""
+
+import shutil
+import subprocess
+import sysconfig
+from contextlib import contextmanager
+from dataclasses import replace
+
+from mcap.reader import make_reader
+from scene_text import TANH_ON_BOTH_MODES
+
+from slipmode import runner
+from slipmode.runner.scene.scene import parse_scene
+
+RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
+
+SCENE = f"""
+title = "A scene for tests"
+[structure]
+model = "two-mass"
+{TANH_ON_BOTH_MODES}[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 0.98
+[run]
+duration = 700.0
+step = 1.0
+[[contact]]
+window = [600.0, 700.0]
+samples_per_period = 16
+[log]
+mcap = true
+rerun = false
+"""
+CONTACT = SCENE[SCENE.index("[[contact]]") : SCENE.index("[log]")]
+SMALL_RANGE = ("[log]", "[model]\namplitude = [2.5, 2.0]\n[log]")
+LARGE_RANGE = ("[log]", "[model]\namplitude = [4.0, 2.0]\n[log]")
+FORCING_B = "[forcing.B]\ndof = 1\namplitude = 0.25\nfrequency = 1.65\n[run]"
+
+
+def changed(*changes):
+    text = SCENE
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    return replace(parse_scene(text, "."), name="test")
+
+
+def decisions(scene):
+    return {d.subject: (d.choice, d.reason) for d in runner.make_plan(scene).decisions}
+
+
+def column(data, topic, name):
+    channel, _, values = data.channels[topic]
+    return values[:, channel.names.index(name)]
+
+
+@contextmanager
+def independent_reader(path):
+    with path.open("rb") as file:
+        yield make_reader(file, validate_crcs=True)
+
+
+def times_in(path, topic):
+    with independent_reader(path) as reader:
+        return [message.log_time / 1e9 for _, _, message in reader.iter_messages(topic)]
+
+
+def verified(path):
+    done = subprocess.run([RERUN, "rrd", "verify", path], capture_output=True, text=True)
+    return done.returncode == 0

@@ -1,0 +1,66 @@
+"""The house: rooms by concept, none crowded, whose imports flow one way."""
+
+import ast
+import subprocess
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("rom", "fmu", "runner")
+# Rooms from the ground up: each knows those before it, none after.
+FLOORS = {
+    "rom": ("kernel", "structure", "reduction", "contact", "validity", "table", "slow", "full"),
+    "runner": ("recording", "scene", "plan", "view"),
+}
+MOST_FILES, MOST_LINES = 12, 500
+
+
+def sources(*endings):
+    """Source files that git knows."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("needs the checkout")
+    command = ["git", "ls-files", "--", *(f"*{ending}" for ending in endings)]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return [Path(line) for line in listed.stdout.splitlines() if (ROOT / line).exists()]
+
+
+def imported(path):
+    """Modules of the packages, as ("rom", "table", "model"), that a file imports anywhere."""
+    for node in ast.walk(ast.parse((ROOT / path).read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("slipmode"):
+            parts = node.module.split(".")[1:]
+            yield from ((*parts, name.name) for name in node.names)
+
+
+@pytest.mark.parametrize("ending", [".py", ".c"])
+def test_no_folder_is_crowded_and_no_file_long(ending):
+    files = sources(ending, ".h") if ending == ".c" else sources(ending)
+    assert len(files) > 100
+    crowded = {f: n for f, n in Counter(path.parent for path in files).items() if n > MOST_FILES}
+    assert not crowded
+    long = {path: len((ROOT / path).read_text().splitlines()) for path in files}
+    assert not {path: n for path, n in long.items() if n > MOST_LINES}
+
+
+def test_packages_know_only_those_below():
+    for path in sources(".py"):
+        if path.parts[0] in PACKAGES:
+            above = PACKAGES[PACKAGES.index(path.parts[0]) + 1 :]
+            assert not {names[0] for names in imported(path)} & set(above), path
+
+
+@pytest.mark.parametrize("package", FLOORS)
+def test_rooms_know_only_those_below(package):
+    floors = FLOORS[package]
+    seen = set()
+    for path in sources(".py"):
+        room = path.parts[1].removesuffix(".py") if path.parts[0] == package else None
+        if room not in floors:
+            continue
+        seen.add(room)
+        above = set(floors[floors.index(room) + 1 :])
+        known = {names[1] for names in imported(path) if names[0] == package and len(names) > 1}
+        assert not known & above, path
+    assert seen == set(floors)
