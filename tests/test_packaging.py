@@ -88,7 +88,8 @@ def test_a_source_distribution_builds(clone, home, tmp_path):
     with tarfile.open(archive) as packed:
         names = {name.partition("/")[2] for name in packed.getnames()}
     tracked = run("git", "ls-files", "rom", "fmu", "runner", cwd=clone)
-    needed = {"CMakeLists.txt", "pyproject.toml", "README.md", "LICENSE", *tracked.split()}
+    documents = {path.name for pattern in ("*.md", "*.cff") for path in clone.glob(pattern)}
+    needed = {"CMakeLists.txt", "pyproject.toml", "LICENSE", *documents, *tracked.split()}
     assert needed <= names
     assert not [name for name in names if name.startswith(("logs/", "build/", ".venv/"))]
     assert list(tmp_path.glob("*.whl"))  # which `build` makes from the archive
