@@ -173,7 +173,7 @@ def test_the_cache_tells_parts_apart(tmp_path, monkeypatch):
     assert sources == [False, False, False]
     model, cached = cached_model(*arguments, region=small)
     assert cached
-    assert model.hash == tabulate(*arguments, nearby=(), region=small).hash
+    assert model.hash == tabulate(*arguments, combinations=(), region=small).hash
 
 
 # Runs
