@@ -212,7 +212,7 @@ class Component:
         )
         if done.value:
             last = done.value - 1
-            self._inputs = moved_on(records[last : done.value], float(lengths[last]))
+            self._inputs = moved_on(records[last : done.value].copy(), float(lengths[last]))
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
@@ -249,9 +249,9 @@ class Component:
             )
             k = done.value
             if elapsed.value > 0.0:
-                self._inputs = moved_on(records[k : k + 1], elapsed.value)
+                self._inputs = moved_on(records[k : k + 1].copy(), elapsed.value)
             elif k > 0:
-                self._inputs = moved_on(records[k - 1 : k], float(lengths[k - 1]))
+                self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
             if status == kernel.OK and k == allowed < lengths.size:
                 status = kernel.BAD_ARGUMENT
             if status != kernel.OK:
