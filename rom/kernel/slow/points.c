@@ -38,7 +38,7 @@ static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
     for (int column = 0; column < unknowns; column++) {
         sm_modal along = {{0.0}, {0.0}};
         sm_flow_change change;
-        double rate[2 * SM_MODES];
+        double rate[2 * SM_MODES] = {0.0};
         sm_put(&along, column / 2, sm_cx(column % 2 == 0, column % 2));
         const sm_direction direction = {
             .amplitude = &along, .now = &still, .combination_angle = combination_angle, .limit_scale = 0.0};
