@@ -146,6 +146,7 @@ def test_without_a_viewer_the_run_is_recorded(tmp_path, capsys, monkeypatch, url
     assert read(tmp_path / "one-mode.mcap").complete
 
 
+@pytest.mark.usefixtures("viewer")  # skipped where there is no renderer
 def test_a_viewer_is_started_once_and_found_again(tmp_path, monkeypatch):
     """With a viewer that needs no window, in the place of the one that does."""
     with socket.socket() as probe:
