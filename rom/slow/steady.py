@@ -11,20 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,
     balance,
     inputs_of,
     rate_and_jacobian,
-    slow_flow,
+    shifted_flow,
 )
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
-
-Force = Sequence[Mapping[int, float] | ArrayLike]
 
 _RELAXATION_PASSES = 60
 _NEWTON_PASSES = 25
@@ -83,7 +81,7 @@ class ResonanceSurface:
 def steady(
     model: Model,
     frequency: ArrayLike,
-    force: Force,
+    force: Forces,
     phase: Sequence[float] = (0.0, 0.0),
 ) -> Complexes:
     """Steady complex amplitudes under constant forcing, on the branch reached from rest.
@@ -123,7 +121,7 @@ def steady(
     points = Omega.reshape(-1, model.modes)
     check_carriers(model.reduced, points, excitation != 0.0)
     shift = off_resonance_shift(model.reduced, force)
-    problem = _Steady(model, excitation, shift, slow_flow(model, force))
+    problem = _Steady(model, excitation, shift, shifted_flow(model, shift))
     amplitude = problem.polish(points, problem.relax(points))
     for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
         amplitude[point] = problem.from_rest(points[point])
@@ -132,7 +130,7 @@ def steady(
 
 
 def resonance(
-    model: Model, force: Force, frequency_A: ArrayLike, frequency_B: ArrayLike
+    model: Model, force: Forces, frequency_A: ArrayLike, frequency_B: ArrayLike
 ) -> ResonanceSurface:
     """Steady amplitudes over frequency_A x frequency_B [rad/s]."""
     axis_A, axis_B = (np.asarray(axis, dtype=float) for axis in (frequency_A, frequency_B))
@@ -160,7 +158,7 @@ def resonance_curve(
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
     paper = model.reduced.formulation == "paper"
 
-    flow, still = slow_flow(model), np.zeros(points.shape, dtype=complex)
+    flow, still = shifted_flow(model, 0.0), np.zeros(points.shape, dtype=complex)
 
     def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
         """Q, and the square of the detuning that the force affords, at frequencies Omega."""
@@ -187,7 +185,7 @@ def resonance_curve(
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
 
 
-def _excitation(model: Model, force: Force, phase: Sequence[float]) -> Complexes:
+def _excitation(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
     """F_j exp(i phase_j), (modes,)."""
     if len(force) != model.modes:
         raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
