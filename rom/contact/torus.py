@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.contacts import ElasticLaws
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
@@ -27,6 +28,7 @@ from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400
+_ELASTIC = 2  # sm_law
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,6 @@ def contact_problem(
         for name in ("stiffness", "damping", "mass")
     }
     coupling = np.ascontiguousarray(reduced.coupling)
-    limit = limits(law, reduced.n_contacts)
     response = kernel.ModalResponse(
         orders_count=len(orders),
         orders=responded.ctypes.data,
@@ -95,13 +96,20 @@ def contact_problem(
     problem = kernel.Contact(
         contacts=reduced.n_contacts,
         modes=len(reduced.modes),
-        law=law.code,
-        alpha=law.alpha,
-        limit=limit.ctypes.data,
         coupling=coupling.ctypes.data,
         stiffness=matrices["stiffness"].ctypes.data,
-        damping=matrices["damping"].ctypes.data,
     )
+    if isinstance(law, ElasticLaws):
+        elastic = law.elements(reduced.n_contacts).kernel()
+        problem.law = _ELASTIC
+        problem.elastic = ctypes.addressof(elastic)
+        problem.response = ctypes.addressof(response)
+        problem.owned = (matrices, coupling, elastic, response, responded, reaction)
+        return problem
+    limit = limits(law, reduced.n_contacts)
+    problem.law, problem.alpha = law.code, law.alpha
+    problem.limit = limit.ctypes.data
+    problem.damping = matrices["damping"].ctypes.data
     if reduced.formulation == "consistent":
         problem.mass = matrices["mass"].ctypes.data
         problem.response = ctypes.addressof(response)
@@ -227,7 +235,7 @@ def contact_orders(
     """Harmonics up to an order, and those that modes and combination resonances need."""
     if reduced.formulation == "consistent":
         highest = max(highest, RESPONSE_ORDER)
-    orders = harmonic_orders(highest, len(reduced.modes))
+    orders = harmonic_orders(highest, len(reduced.modes), reduced.even)
     return list(dict.fromkeys([*orders, *(term.stored_order for term in combinations)]))
 
 

@@ -27,6 +27,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
 from slipmode.rom.kernel.structures import (
     COMBINATIONS,
+    ELEMENT,
     INPUT_FIELDS,
     INPUT_QUANTITIES,
     INPUTS,
@@ -35,6 +36,7 @@ from slipmode.rom.kernel.structures import (
     SEGMENT,
     Combination,
     Contact,
+    Elastic,
     Full,
     HarmonicSum,
     ModalResponse,
@@ -46,6 +48,7 @@ from slipmode.rom.kernel.structures import (
 __all__ = [
     "BAD_ARGUMENT",
     "COMBINATIONS",
+    "ELEMENT",
     "INPUTS",
     "INPUT_FIELDS",
     "INPUT_QUANTITIES",
@@ -57,6 +60,7 @@ __all__ = [
     "SEGMENT",
     "Combination",
     "Contact",
+    "Elastic",
     "Full",
     "HarmonicSum",
     "ModalResponse",

@@ -46,7 +46,29 @@ SM_API const sm_layout_row *sm_layout(size_t *count);
 
 /* ---- friction and the contact problem ------------------------------------------------ */
 
-typedef enum { SM_TANH = 0, SM_COULOMB = 1 } sm_law;
+typedef enum { SM_TANH = 0, SM_COULOMB = 1, SM_ELASTIC = 2 } sm_law;
+
+/* Elastic contacts: springs while they stick, each with its law on one to three contact DOFs. */
+typedef enum { SM_SLIDERS = 0, SM_FRICTIONAL = 1 } sm_element_law;
+typedef enum { SM_STICK = 0, SM_SLIP = 1, SM_OPEN = 2 } sm_contact_state;
+
+typedef struct {
+    int32_t law;                   /* sm_element_law */
+    int32_t column[3];             /* contact DOFs: tangential ones, then the normal */
+    int32_t first_slider, sliders; /* SM_SLIDERS: Jenkins elements side by side */
+    int32_t tangents;              /* SM_FRICTIONAL: 1 or 2 tangential directions */
+    double friction;               /* mu */
+    double preload;                /* normal force at rest [N] */
+    double tangential_stiffness, normal_stiffness; /* [N/m] */
+    double gap;                    /* normal displacement at which it touches [m] */
+} sm_element;
+
+typedef struct {
+    int32_t elements, sliders;
+    const sm_element *element;
+    const double *slider;    /* (sliders, 2) limit [N], stiffness [N/m] */
+    const double *reference; /* (N_c) stiffness that the structure's modes have there [N/m] */
+} sm_elastic;
 
 /* A harmonic (n, m) of the contact motion whose frequency n Omega_A + m Omega_B comes near the
  * carrier of a mode: it drives that mode by T = -L^T P_nm. */
@@ -64,7 +86,11 @@ typedef struct {
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
- * damping of the contacts. */
+ * damping of the contacts.
+ *
+ * Elastic contacts have the dual problem, x(y) + K y = -2 Re sum_j L_j a_j exp(i theta_j), for the
+ * force y that they fall short of their reference springs by, K = -(flexibility of the structure).
+ * What is said of the contact displacement holds for y then. */
 typedef struct {
     int32_t contacts;        /* N_c */
     int32_t modes;           /* 1 or 2 */
@@ -76,6 +102,7 @@ typedef struct {
     const double *coupling;  /* (modes, N_c, 2) L_j at the carrier */
     const double *mass;      /* (N_c, N_c) M; NULL: massless */
     const sm_modal_response *response; /* NULL: the modes move at their carrier alone */
+    const sm_elastic *elastic; /* SM_ELASTIC; no mass, no damping then */
 } sm_contact;
 
 SM_API sm_status sm_contact_check(const sm_contact *contact);

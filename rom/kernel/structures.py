@@ -32,6 +32,21 @@ class Contact(Structure):
         ("coupling", c_void_p),
         ("mass", c_void_p),
         ("response", c_void_p),
+        ("elastic", c_void_p),
+    )
+
+
+class Elastic(Structure):
+    """sm_elastic."""
+
+    __slots__ = ("owned",)
+
+    _fields_ = (
+        ("elements", c_int32),
+        ("sliders", c_int32),
+        ("element", c_void_p),
+        ("slider", c_void_p),
+        ("reference", c_void_p),
     )
 
 
@@ -161,6 +176,21 @@ INPUTS = np.dtype(
         ("angle", float, MODES),
     ]
 )
+ELEMENT = np.dtype(
+    [
+        ("law", np.int32),
+        ("column", np.int32, 3),
+        ("first_slider", np.int32),
+        ("sliders", np.int32),
+        ("tangents", np.int32),
+        ("friction", float),
+        ("preload", float),
+        ("tangential_stiffness", float),
+        ("normal_stiffness", float),
+        ("gap", float),
+    ],
+    align=True,
+)
 SEGMENT = np.dtype(
     [
         ("start", float),
@@ -179,6 +209,8 @@ SEGMENT = np.dtype(
 
 STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_contact": Contact,
+    "sm_elastic": Elastic,
+    "sm_element": ELEMENT,
     "sm_modal_response": ModalResponse,
     "sm_table": Table,
     "sm_combination": Combination,

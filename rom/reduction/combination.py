@@ -37,17 +37,27 @@ class CombinationResonance:
         return order if order > (0, 0) else (-self.n, -self.m)
 
 
-def harmonic_orders(highest: int, modes: int) -> list[Order]:
+def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]:
     """Harmonics (n, m) with |n| + |m| <= highest, the modes' own first, one of each +-(n, m).
 
-    Both friction laws are odd, so that P_nm = 0 where n + m is even.
+    Friction under constant load is odd, so that P_nm = 0 where n + m is even: these, the mean
+    among them, are there if `even`.
     """
-    if modes == 1:
-        return [(n, 0) for n in range(1, highest + 1, 2)]
     span = range(-highest, highest + 1)
-    half_plane = [(n, m) for n in span for m in span if (n, m) > (0, 0)]
-    odd = [(n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (n + m) % 2]
-    return sorted(odd, key=lambda order: (abs(order[0]) + abs(order[1]), -order[0], -order[1]))
+    half_plane = [
+        (n, m)
+        for n in span
+        for m in (span if modes == 2 else (0,))
+        if (n, m) > (0, 0) or (even and n == m == 0)
+    ]
+    wanted = [(n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)]
+    return sorted(wanted, key=_rank)
+
+
+def _rank(order: Order) -> tuple[int, bool, int, int]:
+    """What harmonics are sorted by: the carriers first, the mean next to them."""
+    n, m = order
+    return max(abs(n) + abs(m), 1), order == (0, 0), -n, -m
 
 
 def separation(order: Order) -> float:
@@ -57,7 +67,7 @@ def separation(order: Order) -> float:
 
 
 def combination_resonances(
-    frequencies: ArrayLike, until: ArrayLike | None = None
+    frequencies: ArrayLike, until: ArrayLike | None = None, even: bool = False
 ) -> tuple[CombinationResonance, ...]:
     """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
 
@@ -67,6 +77,8 @@ def combination_resonances(
         Forcing frequencies [rad/s].
     until : (points, modes) array_like, optional
         Where sweeps go from there, in straight lines: what they pass counts.
+    even : bool
+        Whether contacts move at even harmonics too.
 
     Returns
     -------
@@ -79,7 +91,7 @@ def combination_resonances(
         return ()
     ends = np.unique(np.stack((start, end), axis=1), axis=0)  # (sweeps, 2, modes)
     found = []
-    for order in harmonic_orders(max(SEPARATION), 2):
+    for order in harmonic_orders(max(SEPARATION), 2, even):
         for n, m in (order, (-order[0], -order[1])):
             nu = n * ends[..., 0] + m * ends[..., 1]
             for mode in range(2):

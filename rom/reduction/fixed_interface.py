@@ -9,7 +9,7 @@ import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.partition import Partition
 
 _DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one
@@ -41,20 +41,32 @@ def fixed_interface_modes(parts: Partition, count: int) -> tuple[Floats, Floats]
 
     Mass-normalised; the largest component of each mode is positive.
     """
-    size = parts.K_ec.shape[0]
-    if not scipy.sparse.issparse(parts.K_ee) or size <= _DENSE_SIZE or count >= size - 1:
-        squares, phi = scipy.linalg.eigh(
-            as_dense(parts.K_ee), as_dense(parts.M_ee), subset_by_index=(0, count - 1)
-        )
-    else:
-        try:
-            squares, phi = scipy.sparse.linalg.eigsh(
-                parts.K_ee, k=count, M=parts.M_ee, sigma=0.0, v0=np.ones(size)
-            )
-        except RuntimeError as error:
-            raise SlipmodeError(_RIGID) from error
+    try:
+        squares, phi = lowest_modes(parts.K_ee, parts.M_ee, count)
+    except RuntimeError as error:
+        raise SlipmodeError(_RIGID) from error
     stiffest = parts.K_ee.diagonal().max() / parts.M_ee.diagonal().max()
     if squares[0] <= 1e-12 * stiffest:
         raise SlipmodeError(_RIGID)
-    phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])
     return np.sqrt(squares), phi
+
+
+def lowest_modes(K: Matrix, M: Matrix, count: int, shift: float = 0.0) -> tuple[Floats, Floats]:
+    """Lowest omega^2 (count,) and modes (n, count) of (K, M), mass-normalised.
+
+    The largest component of each mode is positive.
+
+    Raises
+    ------
+    RuntimeError
+        If a sparse K - shift M is singular.
+    """
+    size = K.shape[0]
+    if not scipy.sparse.issparse(K) or size <= _DENSE_SIZE or count >= size - 1:
+        squares, phi = scipy.linalg.eigh(
+            as_dense(K), as_dense(M), subset_by_index=(0, count - 1)
+        )
+    else:
+        squares, phi = scipy.sparse.linalg.eigsh(K, k=count, M=M, sigma=shift, v0=np.ones(size))
+    phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])
+    return squares, phi

@@ -45,7 +45,7 @@ def nonresonant_modes(
     stiffness : (N_c,) ndarray
         Diagonal of the contact problem's [N/m].
     """
-    highest = _FAR * RESPONSE_ORDER * float(carrier.max())
+    highest = highest_response(float(carrier.max()))
     omega, phi = modes_below(parts, highest, max(retained) + 1)
     others = np.delete(np.arange(omega.size), list(retained))
     omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
@@ -55,6 +55,11 @@ def nonresonant_modes(
     return omega[chosen], shapes[:, chosen]
 
 
+def highest_response(carrier: float) -> float:
+    """Frequency [rad/s] above which every mode follows the contacts statically."""
+    return _FAR * RESPONSE_ORDER * carrier
+
+
 def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
     """The arrays of nonresonant modes where there are none."""
     return {
@@ -62,6 +67,7 @@ def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, 
         "nonresonant_frequency": np.zeros(0),
         "nonresonant_damping": np.zeros(0),
         "nonresonant_shapes": np.zeros((n_dofs, 0)),
+        "nonresonant_spring": np.zeros((0, n_contacts)),
         "nonresonant_inertia": np.zeros((0, n_contacts)),
         "nonresonant_damper": np.zeros((0, n_contacts)),
         "damping_coupling": np.zeros((modes, modes)),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.elements import Elements
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
 
@@ -63,10 +64,13 @@ class Reduced:
         Natural frequencies [rad/s] and modal damping [1/s] of the nonresonant modes.
     nonresonant_shapes : (n, nonresonant) ndarray
         Like mode_shapes.
-    nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
-        Their coupling to the contacts, by phi^T M X and phi^T C X.
+    nonresonant_spring, nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
+        Their coupling to the contacts: by springs, by phi^T M X and phi^T C X.
     damping_coupling : (modes + nonresonant, modes + nonresonant) ndarray
         phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
+    contacts : Elements or None
+        Elastic contacts, which the modes have stuck: the contact problem is the dual one then, see
+        `slipmode.rom.reduction.stuck`. None: rigid contacts, which the modes have clamped.
     """
 
     formulation: Formulation
@@ -86,9 +90,11 @@ class Reduced:
     nonresonant_frequency: Floats
     nonresonant_damping: Floats
     nonresonant_shapes: Floats
+    nonresonant_spring: Floats
     nonresonant_inertia: Floats
     nonresonant_damper: Floats
     damping_coupling: Floats
+    contacts: Elements | None = None
 
     def __repr__(self) -> str:
         modes = ", ".join(
@@ -153,6 +159,11 @@ class Reduced:
         """Number of contact DOFs N_c."""
         return int(self.stiffness.shape[0])
 
+    @property
+    def even(self) -> bool:
+        """Whether the contacts move at even harmonics too, and about another mean."""
+        return self.contacts is not None and not self.contacts.odd
+
     @cached_property
     def all_shapes(self) -> Floats:
         """Shapes of the retained and of the nonresonant modes, (n, modes + nonresonant)."""
@@ -179,7 +190,7 @@ class Reduced:
             The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and reacts by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        at_rest = np.vstack((self.spring, np.zeros_like(self.nonresonant_damper)))
+        at_rest = np.vstack((self.spring, self.nonresonant_spring))
         inertia = np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia))
         dampers = np.vstack((self.damper, self.nonresonant_damper))
         return np.asarray(at_rest - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
@@ -193,7 +204,16 @@ class Reduced:
         B = self.modal_coupling(frequency)[responding]
         D = self.modal_stiffness(frequency)[np.ix_(responding, responding)]
         response: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
-        return response + frequency**2 * self.carried_mass
+        return response + self.following(frequency)
+
+    def following(self, frequency: ArrayLike) -> Complexes:
+        """The same by what follows the contacts, (..., N_c, N_c): its inertia.
+
+        And its dampers, where the contacts are elastic: no march has these.
+        """
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
+        dampers = 0.0 if self.contacts is None else 1j * nu * self.damping
+        return np.asarray(nu**2 * self.carried_mass - dampers, dtype=complex)
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
         """The same model with its contact problem at other carrier frequencies [rad/s]."""

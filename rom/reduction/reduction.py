@@ -8,10 +8,12 @@ from typing import get_args
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
+from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.structure.matrices import as_dense, is_positive_definite, solve
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
@@ -26,14 +28,15 @@ def reduce(
     modes: Sequence[int] = (0, 1),
     formulation: Formulation = "consistent",
     carrier: Sequence[float] | None = None,
+    law: Elastic | None = None,
 ) -> Reduced:
-    """Project a structure on one or two bonded modes and its contacts.
+    """Project a structure on one or two modes with stuck contacts, and its contacts.
 
     Parameters
     ----------
     structure : Structure
     modes : sequence of one or two int
-        Bonded modes to retain: A, or A and B.
+        Modes to retain, of those with stuck contacts: A, or A and B.
     formulation : {"consistent", "paper"}
         "paper": constraint modes alone, damping and inertia of the contacts neglected,
         Eqs. (13), (20). "consistent": residual flexibility of the modes that are not retained,
@@ -42,6 +45,9 @@ def reduce(
     carrier : sequence of float, optional
         Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
         the forcing the better. Default, and always in "paper": the natural frequencies.
+    law : elastic law, optional
+        Jenkins, Iwan, Sliders, FrictionalContact or Contacts: stuck contacts are its springs.
+        Default: rigid friction (Tanh, Coulomb), whose stuck contacts are clamped.
 
     Raises
     ------
@@ -51,10 +57,15 @@ def reduce(
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
     modes = tuple(int(mode) for mode in modes)
-    parts = structure.partition()
-    n_elastic = parts.K_ec.shape[0]
     if len(modes) not in (1, 2) or len(set(modes)) != len(modes):
         raise SlipmodeError(f"modes: must be one or two different modes, got {modes}")
+    if law is not None:
+        if formulation == "paper":
+            raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
+        stuck = reduce_stuck(structure, modes, law.elements(structure.n_contacts))
+        return stuck if carrier is None else stuck.at_carrier(carrier)
+    parts = structure.partition()
+    n_elastic = parts.K_ec.shape[0]
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
     omega, phi = fixed_interface_modes(parts, max(modes) + 1)
@@ -136,6 +147,7 @@ def _reduce_consistent(
         nonresonant_frequency=nonresonant_omega,
         nonresonant_damping=np.diag(modal_damping)[len(modes) :].copy(),
         nonresonant_shapes=nonresonant,
+        nonresonant_spring=np.zeros((nonresonant.shape[1], len(stiffness))),
         nonresonant_inertia=nonresonant.T @ as_dense(M @ X),
         nonresonant_damper=nonresonant.T @ as_dense(C @ X),
         damping_coupling=_without_rounding(

@@ -1,5 +1,6 @@
 #include "base/check.h"
 #include "base/harmonics.h"
+#include "contact/elastic/law.h"
 
 #define MAX_CONTACTS 32768 /* indices of (N_c, N_c) matrices fit an int */
 
@@ -22,10 +23,25 @@ static sm_status check_response(const sm_contact *contact) {
                ? SM_OK : SM_NOT_FINITE;
 }
 
+/* The dual problem: K is less than nothing, and all that there is besides the coupling. */
+static sm_status check_elastic(const sm_contact *contact) {
+    const size_t n = (size_t)contact->contacts;
+    if (!contact->stiffness || !contact->coupling || contact->mass) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(contact->stiffness, n * n) ||
+        !sm_all_finite(contact->coupling, 2 * n * (size_t)contact->modes))
+        return SM_NOT_FINITE;
+    for (size_t i = 0; i < n; i++)
+        if (contact->stiffness[i * n + i] > 0.0) return SM_BAD_ARGUMENT;
+    if (!symmetric(contact->stiffness, n)) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_elastic_check(contact->elastic, contact->contacts);
+    return status == SM_OK && contact->response ? check_response(contact) : status;
+}
+
 sm_status sm_contact_check(const sm_contact *contact) {
     if (!contact || contact->contacts < 1 || contact->contacts > MAX_CONTACTS)
         return SM_BAD_ARGUMENT;
     if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
+    if (contact->law == SM_ELASTIC) return check_elastic(contact);
     if (!contact->limit || !contact->stiffness || !contact->damping || !contact->coupling)
         return SM_BAD_ARGUMENT;
     const size_t n = (size_t)contact->contacts;

@@ -7,6 +7,7 @@
  * compared with those a period before; the march ends when they repeat.
  */
 #include "base/check.h"
+#include "torus/elastic.h"
 #include "torus/iteration.h"
 #include "torus/torus_check.h"
 
@@ -14,17 +15,6 @@
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
-
-/* What is asked of the points, and where the results go. */
-typedef struct {
-    double tolerance;
-    const double *smallest_scale;
-    int max_periods;
-    size_t points;
-    const double *amplitudes;
-    double *harmonics, *mean_square, *residual;
-    int32_t *marched;
-} torus_task;
 
 /* The modes must respond to the harmonics that are computed. */
 static int responds_to(const sm_modal_response *response, int32_t orders_count,
@@ -42,7 +32,7 @@ static sm_status check_scales(const sm_contact *contact, const double *smallest_
     return SM_OK;
 }
 
-static sm_status check_points(const torus_task *task, const sm_contact *contact,
+static sm_status check_points(const sm_torus_task *task, const sm_contact *contact,
                               int32_t orders_count) {
     const sm_status status =
         sm_torus_check_points(contact, task->points, task->amplitudes, orders_count);
@@ -72,7 +62,7 @@ static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g
 }
 
 /* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on. */
-static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task *task,
+static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
                  size_t first, size_t count, int halves, int marched) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     const size_t n = (size_t)grid->contact->contacts;
@@ -104,7 +94,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const torus_task 
 }
 
 static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coarse,
-                             sm_torus_group *g, const torus_task *task, size_t first) {
+                             sm_torus_group *g, const sm_torus_task *task, size_t first) {
     const size_t left = task->points - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
     int marched = 0;
@@ -126,8 +116,9 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
                              int32_t max_periods, size_t points, const double *amplitudes,
                              int32_t orders_count, const int32_t *orders, double *harmonics,
                              double *mean_square, double *residual, int32_t *marched) {
-    const torus_task task = {tolerance, smallest_scale, max_periods, points, amplitudes,
-                             harmonics, mean_square,    residual,    marched};
+    const sm_torus_task task = {rates,        steps,  lines,     tolerance,   smallest_scale,
+                                max_periods,  points, amplitudes, orders_count, orders,
+                                harmonics,    mean_square, residual, marched};
     sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
     if (status == SM_OK && contact->response
         && !responds_to(contact->response, orders_count, orders))
@@ -137,6 +128,7 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     if (status == SM_OK) status = check_points(&task, contact, orders_count);
     if (status == SM_OK && max_periods < 1) status = SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
+    if (contact->law == SM_ELASTIC) return sm_torus_elastic(contact, &task);
 
     sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
     const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;

@@ -1,0 +1,61 @@
+"""Different laws at different contacts of one structure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom.contact.elements import Elements, joined
+from slipmode.rom.contact.frictional_contact import FrictionalContact
+from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
+
+ElasticLaw = Jenkins | Iwan | Sliders | FrictionalContact
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Groups of contacts, each with its law.
+
+    Parameters
+    ----------
+    groups : sequence of (law, contact DOFs)
+        Which contact DOFs (columns of W) each law is on; every one has to be in one group.
+    """
+
+    groups: Sequence[tuple[ElasticLaw, Sequence[int]]]
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        groups = tuple((law, tuple(int(c) for c in columns)) for law, columns in self.groups)
+        if not groups:
+            raise SlipmodeError("contacts: must have at least one group")
+        object.__setattr__(self, "groups", groups)
+
+    def elements(self, contacts: int) -> Elements:
+        """Of so many contact DOFs."""
+        columns = [column for _, group in self.groups for column in group]
+        if sorted(columns) != list(range(contacts)):
+            missing = sorted(set(range(contacts)) - set(columns))
+            twice = sorted({c for c in columns if columns.count(c) > 1})
+            wrong = sorted(set(columns) - set(range(contacts)))
+            found = [("missing", missing), ("doubled", twice), ("not there", wrong)]
+            said = "; ".join(f"{word}: {which}" for word, which in found if which)
+            raise SlipmodeError(
+                f"contacts: every contact DOF, 0 to {contacts - 1}, must be in one group; {said}"
+            )
+        parts = [(law.elements(len(group)), group) for law, group in self.groups]
+        return joined(parts, contacts)
+
+
+Elastic = ElasticLaw | Contacts
+ElasticLaws = (Jenkins, Iwan, Sliders, FrictionalContact, Contacts)
+
+
+def reference_stiffness(law: Elastic, contacts: int) -> np.ndarray:
+    """Stiffness (N_c,) of each contact DOF while its contact sticks [N/m]."""
+    return law.elements(contacts).reference

@@ -1,0 +1,117 @@
+"""Elastic contacts as the core reads them: elements on contact DOFs, their sliders and springs."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import LARGEST, SMALLEST, fits
+from slipmode.rom.short_repr import short_repr
+
+SLIDERS, FRICTIONAL = 0, 1  # sm_element_law
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Contact laws of one structure.
+
+    Attributes
+    ----------
+    element : (elements,) structured ndarray
+        As `sm_element`: the law of each contact and the contact DOFs that it is on.
+    slider : (sliders, 2) ndarray
+        Limit [N] and stiffness [N/m] of each slider.
+    reference : (N_c,) ndarray
+        Stiffness of each contact DOF while its contact sticks [N/m]; 0 if it is open at rest.
+    """
+
+    element: NDArray[np.void]
+    slider: Floats
+    reference: Floats
+
+    __repr__ = short_repr
+
+    @property
+    def homogeneous(self) -> bool:
+        """Whether limits and preloads times s make S(|a|; s) = s S(|a| / s; 1)."""
+        return not self.element["gap"].any()
+
+    @property
+    def odd(self) -> bool:
+        """Whether the opposite motion has the opposite force."""
+        return bool(np.all(self.element["law"] == SLIDERS))
+
+    def kernel(self) -> kernel.Elastic:
+        """The same as the core reads it; it keeps the arrays alive."""
+        record = kernel.Elastic(
+            elements=len(self.element),
+            sliders=len(self.slider),
+            element=self.element.ctypes.data,
+            slider=self.slider.ctypes.data,
+            reference=self.reference.ctypes.data,
+        )
+        record.owned = self
+        return record
+
+
+def sliders_on(limit: Floats, stiffness: Floats) -> Elements:
+    """Jenkins elements side by side on each contact DOF; limit, stiffness (N_c, sliders)."""
+    contacts, count = limit.shape
+    element = np.zeros(contacts, dtype=kernel.ELEMENT)
+    element["law"] = SLIDERS
+    element["column"][:, 0] = np.arange(contacts)
+    element["sliders"] = count
+    element["first_slider"] = count * np.arange(contacts)
+    slider = np.stack((limit, stiffness), axis=-1).reshape(-1, 2)
+    return Elements(element, np.ascontiguousarray(slider), stiffness.sum(axis=1))
+
+
+def joined(parts: Sequence[tuple[Elements, Sequence[int]]], contacts: int) -> Elements:
+    """Elements of several groups, each on contact DOFs of its own, (N_c,) in all."""
+    reference = np.zeros(contacts)
+    moved, first = [], 0
+    for part, columns in parts:
+        numbers = np.asarray(columns, dtype=np.int32)
+        element = part.element.copy()
+        element["column"] = numbers[np.minimum(element["column"], numbers.size - 1)]
+        element["first_slider"] += first
+        reference[numbers] = part.reference
+        moved.append(element)
+        first += len(part.slider)
+    sliders = np.concatenate([part.slider for part, _ in parts])
+    return Elements(np.concatenate(moved), np.ascontiguousarray(sliders), reference)
+
+
+def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
+    """A parameter of each contact, from one number or from one per contact."""
+    given = np.asarray(value, dtype=float)
+    if given.ndim == 1 and given.size != contacts:
+        raise SlipmodeError(
+            f"{name}: must be one number or {contacts} numbers (one per contact), got {given.size}"
+        )
+    return np.broadcast_to(given, contacts).astype(float)
+
+
+def checked(
+    name: str, value: ArrayLike, unit: str, *, positive: bool = False
+) -> float | tuple[float, ...]:
+    """A parameter as it is compared and hashed: by value; >= 0, or > 0 if `positive`."""
+    given = np.asarray(value, dtype=float)
+    fine = given.ndim <= 1 and given.size > 0 and fits(given) and bool(np.all(given >= 0))
+    if not fine or (positive and not given.all()):
+        zero = "" if positive else "0 or "
+        raise SlipmodeError(f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}")
+    return tuple(given.tolist()) if given.ndim else float(given)
+
+
+def address(record: ctypes.Structure | None) -> Any:
+    """Where a record is, NULL for none."""
+    return None if record is None else ctypes.addressof(record)

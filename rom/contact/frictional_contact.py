@@ -1,0 +1,82 @@
+"""Friction under a normal load that varies: elastic, sliding, and open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom import kernel
+from slipmode.rom.contact.elements import FRICTIONAL, Elements, checked, per_contact
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
+
+
+@dataclass(frozen=True)
+class FrictionalContact:
+    """An elastic surface under a normal load N = N0 + k_n (x_n - gap) that slides and opens.
+
+    The tangential force is k_t (x_t - s), at most mu N; the contact is open where N would be
+    negative, and its slider restarts where it touches down. Contact DOFs of each contact are its
+    tangential directions, then its normal, positive where it closes.
+
+    Parameters
+    ----------
+    mu : float or sequence of float
+        Coefficient of friction, one value or one per contact, >= 0.
+    preload : float or sequence of float
+        N0, normal force at rest [N], >= 0. It is in balance with loads that are not modelled.
+    tangential_stiffness, normal_stiffness : float or sequence of float
+        k_t, k_n [N/m], > 0.
+    gap : float or sequence of float
+        Normal displacement at which the contact touches [m], >= 0, with no preload.
+    tangents : {1, 2}
+        Number of tangential directions of each contact; in two the force is limited on a disk.
+    """
+
+    mu: float | Sequence[float]
+    preload: float | Sequence[float]
+    tangential_stiffness: float | Sequence[float]
+    normal_stiffness: float | Sequence[float]
+    gap: float | Sequence[float] = 0.0
+    tangents: int = 1
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        units = {"mu": "[-]", "preload": "[N]", "gap": "[m]"}
+        stiff = ("tangential_stiffness", "normal_stiffness")
+        for name, unit in units.items():
+            object.__setattr__(self, name, checked(name, getattr(self, name), unit))
+        for name in stiff:
+            value = checked(name, getattr(self, name), "[N/m]", positive=True)
+            object.__setattr__(self, name, value)
+        if self.tangents not in (1, 2):
+            raise SlipmodeError(f"tangents: must be 1 or 2, got {self.tangents}")
+
+    def elements(self, contacts: int) -> Elements:
+        """Of so many contact DOFs, `tangents` + 1 for each contact."""
+        columns = self.tangents + 1
+        count, left = divmod(contacts, columns)
+        if left:
+            raise SlipmodeError(
+                f"contact: a frictional contact has {columns} directions ({self.tangents} "
+                f"tangential, 1 normal), so their number must be a multiple; got {contacts}"
+            )
+        element = np.zeros(count, dtype=kernel.ELEMENT)
+        element["law"] = FRICTIONAL
+        element["tangents"] = self.tangents
+        element["column"][:, :columns] = np.arange(contacts).reshape(count, columns)
+        element["friction"] = per_contact("mu", self.mu, count)
+        for name in ("preload", "tangential_stiffness", "normal_stiffness", "gap"):
+            element[name] = per_contact(name, getattr(self, name), count)
+        if np.any((element["gap"] > 0.0) & (element["preload"] > 0.0)):
+            raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
+        closed = element["gap"] == 0.0
+        if not closed.any():
+            raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
+        reference = np.zeros((count, columns))
+        reference[closed, :-1] = element["tangential_stiffness"][closed, np.newaxis]
+        reference[closed, -1] = element["normal_stiffness"][closed]
+        return Elements(element, np.zeros((0, 2)), reference.ravel())

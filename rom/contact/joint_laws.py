@@ -1,0 +1,145 @@
+"""Elastic friction on one direction: Jenkins' element, Iwan's distribution of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.elements import Elements, checked, per_contact, sliders_on
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
+
+_SLIDERS = 30  # of Iwan's distribution
+_LEAST_SLIDER = 1e-3  # displacement at which the first slides, relative to macro-slip
+
+
+@dataclass(frozen=True)
+class Jenkins:
+    """A spring that slides: f = k_t (x - s), |f| <= mu N, the slider s following where it is.
+
+    Parameters
+    ----------
+    limit : float or sequence of float
+        Friction limit mu N [N], one value or one per contact, >= 0.
+    stiffness : float or sequence of float
+        k_t [N/m], > 0: what the contact is while it sticks.
+    """
+
+    limit: float | Sequence[float]
+    stiffness: float | Sequence[float]
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
+        stiffness = checked("stiffness", self.stiffness, "[N/m]", positive=True)
+        object.__setattr__(self, "stiffness", stiffness)
+
+    def elements(self, contacts: int) -> Elements:
+        """One element on each of so many contact DOFs."""
+        limit = per_contact("limit", self.limit, contacts)
+        stiffness = per_contact("stiffness", self.stiffness, contacts)
+        return sliders_on(limit[:, np.newaxis], stiffness[:, np.newaxis])
+
+
+@dataclass(frozen=True)
+class Iwan:
+    """Jenkins elements in parallel with the distribution of Segalman's four parameters.
+
+    Sliders give way from zero force on, with a density ~ phi^chi of the displacement phi at which
+    they do, up to macro-slip; a share of them does so all at once there. At small amplitudes the
+    energy lost in a cycle is ~ |x|^(chi + 3).
+
+    Parameters
+    ----------
+    force : float
+        F_S, force of macro-slip [N], > 0.
+    stiffness : float
+        K_T, tangential stiffness while all stick [N/m], > 0.
+    chi : float
+        -1 < chi <= 0.
+    beta : float
+        Stiffness of the sliders that give way at macro-slip, relative to the others, >= 0.
+    sliders : int
+        That the distribution is represented by, of evenly spaced log phi.
+
+    References
+    ----------
+    D. J. Segalman, A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
+    """
+
+    force: float
+    stiffness: float
+    chi: float
+    beta: float
+    sliders: int = _SLIDERS
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        checked("force", self.force, "[N]", positive=True)
+        checked("stiffness", self.stiffness, "[N/m]", positive=True)
+        checked("beta", self.beta, "[-]")
+        if not -1.0 < self.chi <= 0.0:
+            raise SlipmodeError(f"chi: must be above -1 and at most 0, got {self.chi}")
+        if not 2 <= self.sliders <= 1000:
+            raise SlipmodeError(f"sliders: must be 2 to 1000, got {self.sliders}")
+
+    def distribution(self) -> tuple[Floats, Floats]:
+        """Limit [N] and stiffness [N/m] of each slider, of the first one to slide first.
+
+        Each has the stiffness and the limit of its part of the density, so that K_T and F_S are
+        those asked for.
+        """
+        chi, beta = self.chi, self.beta
+        share = beta + (chi + 1.0) / (chi + 2.0)
+        largest = self.force * (1.0 + beta) / (self.stiffness * share)
+        density = self.force * (chi + 1.0) / (largest ** (chi + 2.0) * share)
+        ends = largest * np.append(0.0, np.geomspace(_LEAST_SLIDER, 1.0, self.sliders))
+        stiffness = density * np.diff(ends ** (chi + 1.0)) / (chi + 1.0)
+        limit = density * np.diff(ends ** (chi + 2.0)) / (chi + 2.0)
+        if beta > 0.0:
+            last = self.force * beta / (largest * share)
+            stiffness, limit = np.append(stiffness, last), np.append(limit, last * largest)
+        return limit, stiffness
+
+    def elements(self, contacts: int) -> Elements:
+        """The same distribution on each of so many contact DOFs."""
+        limit, stiffness = self.distribution()
+        return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))
+
+
+@dataclass(frozen=True)
+class Sliders:
+    """Jenkins elements in parallel, listed one by one; the same on each contact.
+
+    Parameters
+    ----------
+    limit : sequence of float
+        Friction limit of each [N], >= 0.
+    stiffness : sequence of float
+        Stiffness of each [N/m], > 0. A large limit makes it a mere spring.
+    """
+
+    limit: Sequence[float]
+    stiffness: Sequence[float]
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        limit = np.atleast_1d(checked("limit", self.limit, "[N]"))
+        stiffness = np.atleast_1d(checked("stiffness", self.stiffness, "[N/m]", positive=True))
+        if limit.size != stiffness.size:
+            raise SlipmodeError(
+                f"stiffness: must be {limit.size} numbers, one per slider, got {stiffness.size}"
+            )
+        object.__setattr__(self, "limit", tuple(limit.tolist()))
+        object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
+
+    def elements(self, contacts: int) -> Elements:
+        """The same sliders on each of so many contact DOFs."""
+        limit, stiffness = np.array(self.limit), np.array(self.stiffness)
+        return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))

@@ -1,0 +1,40 @@
+/* Elastic contact laws as return maps: f = law(x, memory), and its tangent.
+ *
+ * Memory is where the sliders are: a slider of stiffness k at s pulls with k (x - s), at most with
+ * its limit, and follows x beyond. The reference stiffness is that of the contact while it sticks.
+ */
+#ifndef SLIPMODE_ELASTIC_LAW_H
+#define SLIPMODE_ELASTIC_LAW_H
+
+#include "slipmode.h"
+
+#define SM_MOST_COLUMNS 3 /* of an element: two tangential directions and the normal */
+
+/* What an element does to the contact DOFs that it has, in its own order of them. */
+typedef struct {
+    double force[SM_MOST_COLUMNS];
+    double tangent[SM_MOST_COLUMNS][SM_MOST_COLUMNS]; /* d force / d x */
+    sm_contact_state state;
+} sm_element_force;
+
+/* Contact DOFs of an element. */
+static inline int sm_element_columns(const sm_element *element) {
+    return element->law == SM_SLIDERS ? 1 : element->tangents + 1;
+}
+
+/* Doubles that an element remembers. */
+static inline int sm_element_memory(const sm_element *element) {
+    return element->law == SM_SLIDERS ? element->sliders : element->tangents;
+}
+
+size_t sm_elastic_memory(const sm_elastic *elastic);
+
+/* Force at displacements x (N_c), with limits and preloads times `scale`; `next` is what the
+ * element remembers if the motion gets there from `memory`. */
+void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
+                         const double *x, const double *memory, sm_element_force *result,
+                         double *next);
+
+sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts);
+
+#endif

@@ -1,0 +1,207 @@
+#include "contact/elastic/solve.h"
+
+#include <string.h>
+
+#include "base/block.h"
+#include "base/check.h"
+
+#define MOST_NEWTON 40
+#define HALVINGS 6
+#define MOST_PIECES 256
+#define TOLERANCE 1e-11 /* of the displacements */
+
+static size_t integers(int contacts, const sm_elastic *elastic) {
+    return sm_doubles((2 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
+}
+
+size_t sm_elastic_solver_size(const sm_elastic *elastic, int contacts) {
+    const size_t n = (size_t)contacts;
+    return n * (9 + SM_MOST_COLUMNS + n) + sm_elastic_memory(elastic) + integers(contacts, elastic);
+}
+
+void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, int contacts,
+                             const double *flexibility, double *memory) {
+    const size_t n = (size_t)contacts;
+    *s = (sm_elastic_solver){.elastic = elastic, .contacts = contacts, .scale = 1.0,
+                             .flexibility = flexibility};
+    double **rows[] = {&s->f, &s->y, &s->residual, &s->step, &s->trial, &s->start, &s->right};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, n);
+    s->lack = sm_take(&memory, SM_MOST_COLUMNS * n);
+    s->matrix = sm_take(&memory, n * n);
+    s->piece = sm_take(&memory, 2 * n);
+    s->next = sm_take(&memory, sm_elastic_memory(elastic));
+    s->active = (void *)memory;
+    s->owner = s->active + n;
+    s->state = s->owner + n;
+    for (int32_t e = 0; e < elastic->elements; e++)
+        for (int k = 0; k < sm_element_columns(&elastic->element[e]); k++)
+            s->owner[elastic->element[e].column[k]] = e;
+}
+
+/* f, y, next, state and lack at x; the number of contact DOFs that do not stick. */
+static int evaluate(sm_elastic_solver *s, const double *memory, const double *x) {
+    const sm_elastic *elastic = s->elastic;
+    double *next = s->next;
+    int active = 0;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        const int columns = sm_element_columns(element), remembered = sm_element_memory(element);
+        sm_element_force at;
+        sm_element_evaluate(elastic, element, s->scale, x, memory, &at, next);
+        s->state[e] = (int32_t)at.state;
+        memory += remembered;
+        next += remembered;
+        for (int k = 0; k < columns; k++) {
+            const int32_t i = element->column[k];
+            const double reference = elastic->reference[i];
+            double *lack = s->lack + (size_t)i * SM_MOST_COLUMNS;
+            int sticks = 1;
+            s->f[i] = at.force[k];
+            s->y[i] = reference * x[i] - at.force[k];
+            for (int j = 0; j < columns; j++) {
+                lack[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
+                sticks &= fabs(lack[j]) <= 1e-14 * reference;
+            }
+            if (!sticks) s->active[active++] = i;
+        }
+    }
+    return active;
+}
+
+/* residual = x - R y - u; its largest entry. */
+static double find_residual(sm_elastic_solver *s, const double *u, const double *x) {
+    const size_t n = (size_t)s->contacts;
+    double largest = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        const double *row = s->flexibility + i * n;
+        double sum = x[i] - u[i];
+        for (size_t k = 0; k < n; k++) sum -= row[k] * s->y[k];
+        s->residual[i] = sum;
+        largest = fmax(largest, fabs(sum));
+    }
+    return largest;
+}
+
+/* right = matrix^-1 right, by elimination with row exchanges. */
+static int eliminate(double *matrix, double *right, size_t n) {
+    for (size_t c = 0; c < n; c++) {
+        size_t pivot = c;
+        for (size_t r = c + 1; r < n; r++)
+            if (fabs(matrix[r * n + c]) > fabs(matrix[pivot * n + c])) pivot = r;
+        if (!(fabs(matrix[pivot * n + c]) > 0.0)) return 0;
+        if (pivot != c) {
+            for (size_t k = c; k < n; k++) {
+                const double t = matrix[c * n + k];
+                matrix[c * n + k] = matrix[pivot * n + k];
+                matrix[pivot * n + k] = t;
+            }
+            const double t = right[c];
+            right[c] = right[pivot];
+            right[pivot] = t;
+        }
+        for (size_t r = c + 1; r < n; r++) {
+            const double factor = matrix[r * n + c] / matrix[c * n + c];
+            if (factor == 0.0) continue;
+            for (size_t k = c + 1; k < n; k++) matrix[r * n + k] -= factor * matrix[c * n + k];
+            right[r] -= factor * right[c];
+        }
+    }
+    for (size_t c = n; c-- > 0;) {
+        for (size_t k = c + 1; k < n; k++) right[c] -= matrix[c * n + k] * right[k];
+        right[c] /= matrix[c * n + c];
+    }
+    return 1;
+}
+
+/* Newton's step from the residual: (I - R lack) step = -residual. With z = lack step, which is not
+ * zero at active DOFs alone: (I - lack R) z = -lack residual, step = R z - residual. */
+static int find_step(sm_elastic_solver *s, int active) {
+    const size_t n = (size_t)s->contacts, m = (size_t)active;
+    for (size_t a = 0; a < m; a++) {
+        const size_t i = (size_t)s->active[a];
+        const sm_element *element = &s->elastic->element[s->owner[i]];
+        const double *lack = s->lack + i * SM_MOST_COLUMNS;
+        double *row = s->matrix + a * m;
+        s->right[a] = 0.0;
+        for (size_t b = 0; b < m; b++) row[b] = a == b ? 1.0 : 0.0;
+        for (int k = 0; k < sm_element_columns(element); k++) {
+            const size_t c = (size_t)element->column[k];
+            if (lack[k] == 0.0) continue;
+            s->right[a] -= lack[k] * s->residual[c];
+            for (size_t b = 0; b < m; b++)
+                row[b] -= lack[k] * s->flexibility[c * n + (size_t)s->active[b]];
+        }
+    }
+    if (!eliminate(s->matrix, s->right, m)) return 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = -s->residual[i];
+        for (size_t a = 0; a < m; a++)
+            sum += s->flexibility[i * n + (size_t)s->active[a]] * s->right[a];
+        s->step[i] = sum;
+    }
+    return 1;
+}
+
+/* x moved along the step until the residual falls; its new size. */
+static double search(sm_elastic_solver *s, const double *u, const double *memory, double *x,
+                     double size, int *active) {
+    const size_t n = (size_t)s->contacts;
+    double part = 1.0, now = size;
+    for (int halving = 0; halving <= HALVINGS; halving++, part *= 0.5) {
+        for (size_t i = 0; i < n; i++) s->trial[i] = x[i] + part * s->step[i];
+        *active = evaluate(s, memory, s->trial);
+        now = find_residual(s, u, s->trial);
+        if (now <= (1.0 - 0.1 * part) * size) break;
+    }
+    memcpy(x, s->trial, n * sizeof(double));
+    return now;
+}
+
+static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
+    double scale = s->least;
+    for (int i = 0; i < s->contacts; i++) scale = fmax(scale, fabs(u[i]));
+    int active = evaluate(s, memory, x);
+    double size = find_residual(s, u, x);
+    for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {
+        if (size <= TOLERANCE * scale) return SM_OK;
+        if (!isfinite(size)) return SM_NOT_FINITE;
+        if (!find_step(s, active)) return SM_NOT_CONVERGED;
+        size = search(s, u, memory, x, size, &active);
+    }
+    return size <= TOLERANCE * scale ? SM_OK : SM_NOT_CONVERGED;
+}
+
+/* Where Newton's steps go round in circles: u is brought up in ever smaller pieces. */
+static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *memory,
+                           double *x) {
+    const size_t n = (size_t)s->contacts;
+    evaluate(s, memory, s->start);
+    find_residual(s, u, s->start); /* the start solves for u + residual */
+    double done = 0.0, piece = 0.5;
+    double *part_u = s->piece, *start_u = part_u + n;
+    for (size_t i = 0; i < n; i++) start_u[i] = u[i] + s->residual[i];
+    memcpy(x, s->start, n * sizeof(double));
+    while (done < 1.0) {
+        const double to = fmin(1.0, done + piece);
+        for (size_t i = 0; i < n; i++) part_u[i] = start_u[i] + to * (u[i] - start_u[i]);
+        const sm_status status = newton(s, part_u, memory, x);
+        if (status == SM_NOT_FINITE) return status;
+        if (status == SM_OK) {
+            done = to;
+            piece *= 2.0;
+            memcpy(s->start, x, n * sizeof(double));
+        } else {
+            piece *= 0.5;
+            if (piece < 1.0 / MOST_PIECES) return status;
+            memcpy(x, s->start, n * sizeof(double));
+        }
+    }
+    return SM_OK;
+}
+
+sm_status sm_elastic_solve(sm_elastic_solver *s, const double *u, const double *memory,
+                           double *x) {
+    memcpy(s->start, x, (size_t)s->contacts * sizeof(double));
+    const sm_status status = newton(s, u, memory, x);
+    return status == SM_NOT_CONVERGED ? in_pieces(s, u, memory, x) : status;
+}

@@ -1,0 +1,302 @@
+/* Periodic motion of elastic contacts on the torus, by characteristics.
+ *
+ * As for rigid contacts (torus.c) `lines` phase lines with t_B0 = 2 pi p / lines are marched period
+ * by period of mode A. What the modes respond to the harmonics of one period draws the contacts in
+ * the next: a fixed point, which Anderson's acceleration finds also where plain passes diverge.
+ */
+#include "torus/elastic.h"
+
+#include <stdlib.h>
+
+#include "base/block.h"
+#include "base/check.h"
+#include "base/exact_sum.h"
+#include "contact/elastic/solve.h"
+#include "torus/grid.h"
+#include "torus/periodic/anderson.h"
+
+typedef struct {
+    const sm_contact *contact;
+    const sm_torus_task *task;
+    size_t n, lines, steps, orders, remembered;
+    double ratio;              /* omega_B / omega_A */
+    double *flexibility;       /* (N_c, N_c) R */
+    double *turn;              /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
+    double *phase;             /* (2, lines): cos and sin of t_B0 */
+    double *drawn;             /* (orders, N_c, 2, lines): harmonics of u along the lines */
+    double *sums;              /* (orders, N_c, 2, lines): of y exp(-i (n + m ratio) t_A) */
+    double *u, *y, *last_u;    /* (N_c, lines) */
+    double *x, *memory;        /* (lines, N_c), (lines, remembered) */
+    double *own_u;             /* (N_c) of one line */
+    double *square;            /* (N_c) sum of y^2 */
+    double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
+    double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
+    sm_elastic_solver solver;
+    sm_anderson faster;
+    double *block;
+} problem;
+
+static size_t per_point(const problem *t) { return t->orders * t->n * 2; }
+
+static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task *task) {
+    const size_t n = (size_t)contact->contacts, lines = (size_t)task->lines;
+    const size_t steps = (size_t)task->steps, orders = (size_t)task->orders_count;
+    const size_t all = orders * n * 2;
+    *t = (problem){.contact = contact, .task = task, .n = n, .lines = lines, .steps = steps,
+                   .orders = orders, .remembered = sm_elastic_memory(contact->elastic)};
+    t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
+    const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
+    const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
+                        + 4 * n * lines + lines * t->remembered + 2 * n + 4 * all
+                        + sm_anderson_size(all) + solver;
+    double *memory = t->block = calloc(size, sizeof(double));
+    if (!memory) return SM_NO_MEMORY;
+    t->flexibility = sm_take(&memory, n * n);
+    t->turn = sm_take(&memory, steps * orders * 2);
+    t->phase = sm_take(&memory, 2 * lines);
+    t->drawn = sm_take(&memory, all * lines);
+    t->sums = sm_take(&memory, all * lines);
+    t->u = sm_take(&memory, n * lines);
+    t->y = sm_take(&memory, n * lines);
+    t->last_u = sm_take(&memory, n * lines);
+    t->x = sm_take(&memory, n * lines);
+    t->memory = sm_take(&memory, lines * t->remembered);
+    t->own_u = sm_take(&memory, n);
+    t->square = sm_take(&memory, n);
+    t->Y = sm_take(&memory, all);
+    t->last_Y = sm_take(&memory, all);
+    t->response = sm_take(&memory, all);
+    t->change = sm_take(&memory, all);
+    sm_anderson_place(&t->faster, all, sm_take(&memory, sm_anderson_size(all)));
+    sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
+                            memory);
+    for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
+    for (size_t k = 0; k < steps; k++)
+        for (size_t q = 0; q < orders; q++) {
+            const int32_t *order = task->orders + 2 * q;
+            const double angle = SM_TWO_PI * (double)(k + 1) / (double)steps
+                                 * (order[0] + order[1] * t->ratio);
+            t->turn[2 * (k * orders + q)] = cos(angle);
+            t->turn[2 * (k * orders + q) + 1] = sin(angle);
+        }
+    return SM_OK;
+}
+
+static void start(problem *t) {
+    const size_t all = per_point(t);
+    for (size_t p = 0; p < t->lines; p++) {
+        t->phase[p] = cos(SM_TWO_PI * (double)p / (double)t->lines);
+        t->phase[t->lines + p] = sin(SM_TWO_PI * (double)p / (double)t->lines);
+    }
+    memset(t->last_u, 0, t->n * t->lines * sizeof(double));
+    memset(t->x, 0, t->n * t->lines * sizeof(double));
+    memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
+    memset(t->response, 0, all * sizeof(double));
+    memset(t->last_Y, 0, all * sizeof(double));
+    sm_anderson_start(&t->faster);
+}
+
+/* Harmonics of u along the lines: of the modes at their carriers, and of their response. */
+static void draw(problem *t, const double *amplitude) {
+    const size_t n = t->n, lines = t->lines;
+    for (size_t q = 0; q < t->orders; q++) {
+        const int32_t *order = t->task->orders + 2 * q;
+        for (size_t i = 0; i < n; i++) {
+            double re = 2.0 * t->response[2 * (q * n + i)];
+            double im = 2.0 * t->response[2 * (q * n + i) + 1];
+            for (int j = 0; j < t->contact->modes; j++) {
+                if (order[0] != (j == 0) || order[1] != (j == 1)) continue;
+                const double *L = t->contact->coupling + 2 * ((size_t)j * n + i);
+                re -= 2.0 * L[0] * amplitude[j];
+                im -= 2.0 * L[1] * amplitude[j];
+            }
+            double *to = t->drawn + 2 * (q * n + i) * lines;
+            for (size_t p = 0; p < lines; p++) {
+                double c, s;
+                sm_torus_power(t->phase[p], t->phase[lines + p], order[1], &c, &s);
+                to[p] = re * c - im * s;
+                to[lines + p] = re * s + im * c;
+            }
+        }
+    }
+}
+
+/* u (N_c, lines) at a step. */
+static void displace(problem *t, size_t step) {
+    const size_t lines = t->lines;
+    memset(t->u, 0, t->n * lines * sizeof(double));
+    for (size_t q = 0; q < t->orders; q++) {
+        const double c = t->turn[2 * (step * t->orders + q)];
+        const double s = t->turn[2 * (step * t->orders + q) + 1];
+        for (size_t i = 0; i < t->n; i++) {
+            const double *restrict re = t->drawn + 2 * (q * t->n + i) * lines;
+            const double *restrict im = re + lines;
+            double *restrict u = t->u + i * lines;
+            SM_SIMD
+            for (size_t p = 0; p < lines; p++) u[p] += re[p] * c - im[p] * s;
+        }
+    }
+}
+
+/* y (N_c, lines) at a step. */
+static sm_status react(problem *t) {
+    const size_t n = t->n, lines = t->lines;
+    for (size_t p = 0; p < lines; p++) {
+        double *x = t->x + p * n, *memory = t->memory + p * t->remembered;
+        for (size_t i = 0; i < n; i++) {
+            t->own_u[i] = t->u[i * lines + p];
+            x[i] += t->own_u[i] - t->last_u[i * lines + p]; /* as if nothing slipped */
+        }
+        const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
+        if (status != SM_OK) return status;
+        memcpy(memory, t->solver.next, t->remembered * sizeof(double));
+        for (size_t i = 0; i < n; i++) {
+            const double y = t->solver.y[i];
+            t->y[i * lines + p] = y;
+            t->square[i] += y * y;
+        }
+    }
+    memcpy(t->last_u, t->u, n * lines * sizeof(double));
+    return SM_OK;
+}
+
+static void add_harmonics(problem *t, size_t step) {
+    const size_t lines = t->lines;
+    for (size_t q = 0; q < t->orders; q++) {
+        const double c = t->turn[2 * (step * t->orders + q)];
+        const double s = t->turn[2 * (step * t->orders + q) + 1];
+        for (size_t i = 0; i < t->n; i++) {
+            double *restrict re = t->sums + 2 * (q * t->n + i) * lines;
+            double *restrict im = re + lines;
+            const double *restrict y = t->y + i * lines;
+            SM_SIMD
+            for (size_t p = 0; p < lines; p++) {
+                re[p] += y[p] * c;
+                im[p] -= y[p] * s;
+            }
+        }
+    }
+}
+
+/* Means over steps and lines. The mean itself is (0, 0): of two conjugates one half. */
+static void collect(problem *t) {
+    const size_t lines = t->lines;
+    for (size_t q = 0; q < t->orders; q++) {
+        const int32_t *order = t->task->orders + 2 * q;
+        const double weight = (order[0] == 0 && order[1] == 0 ? 0.5 : 1.0)
+                              / ((double)t->steps * (double)lines);
+        for (size_t i = 0; i < t->n; i++) {
+            const double *re = t->sums + 2 * (q * t->n + i) * lines, *im = re + lines;
+            double *Y = t->Y + 2 * (q * t->n + i);
+            Y[0] = Y[1] = 0.0;
+            for (size_t p = 0; p < lines; p++) {
+                double c, s;
+                sm_torus_power(t->phase[p], t->phase[lines + p], -order[1], &c, &s);
+                Y[0] += weight * (re[p] * c - im[p] * s);
+                Y[1] += weight * (re[p] * s + im[p] * c);
+            }
+        }
+    }
+}
+
+/* One period of mode A: from the response to the harmonics Y. */
+static sm_status march(problem *t, const double *amplitude) {
+    draw(t, amplitude);
+    memset(t->sums, 0, per_point(t) * t->lines * sizeof(double));
+    memset(t->square, 0, t->n * sizeof(double));
+    for (size_t k = 0; k < t->steps; k++) {
+        displace(t, k);
+        const sm_status status = react(t);
+        if (status != SM_OK) return status;
+        add_harmonics(t, k);
+    }
+    collect(t);
+    const double c = cos(SM_TWO_PI * t->ratio), s = sin(SM_TWO_PI * t->ratio);
+    for (size_t p = 0; p < t->lines; p++) {
+        const double re = t->phase[p], im = t->phase[t->lines + p];
+        t->phase[p] = re * c - im * s;
+        t->phase[t->lines + p] = re * s + im * c;
+    }
+    return sm_all_finite(t->Y, per_point(t)) ? SM_OK : SM_NOT_FINITE;
+}
+
+/* change = H Y - response; the largest of it [m]. */
+static double find_change(problem *t) {
+    const size_t n = t->n;
+    const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
+    double largest = 0.0;
+    if (!H) return 0.0;
+    for (size_t q = 0; q < t->orders; q++)
+        for (size_t i = 0; i < n; i++, H += 2 * n) {
+            const double *Y = t->Y + 2 * q * n;
+            const size_t at = 2 * (q * n + i);
+            double re = -t->response[at], im = -t->response[at + 1];
+            for (size_t k = 0; k < 2 * n; k += 2) {
+                re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
+                im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
+            }
+            t->change[at] = re;
+            t->change[at + 1] = im;
+            largest = fmax(largest, hypot(re, im));
+        }
+    return largest;
+}
+
+static double largest_difference(const double *a, const double *b, size_t count) {
+    double largest = 0.0;
+    for (size_t k = 0; k < count; k++) largest = fmax(largest, fabs(a[k] - b[k]));
+    return largest;
+}
+
+/* Displacement and force [m], [N] that the modes bring to contacts that stick. */
+static void scales(const problem *t, const double *amplitude, double *displacement,
+                   double *force) {
+    *displacement = *force = 0.0;
+    for (int j = 0; j < t->contact->modes; j++) {
+        const double least = t->task->smallest_scale[j];
+        const double a = amplitude[j] > least ? amplitude[j] : least;
+        for (size_t i = 0; i < t->n; i++) {
+            const double *L = t->contact->coupling + 2 * ((size_t)j * t->n + i);
+            const double moved = hypot(L[0], L[1]) * a;
+            *displacement = fmax(*displacement, moved);
+            *force = fmax(*force, moved * t->contact->elastic->reference[i]);
+        }
+    }
+}
+
+static sm_status solve_point(problem *t, size_t point) {
+    const sm_torus_task *task = t->task;
+    const size_t all = per_point(t);
+    const double *amplitude = task->amplitudes + point * (size_t)t->contact->modes;
+    double displacement, force, residual = 0.0;
+    int32_t period = 0;
+    scales(t, amplitude, &displacement, &force);
+    t->solver.least = 1e-3 * displacement;
+    start(t);
+    while (period < task->max_periods) {
+        const sm_status status = march(t, amplitude);
+        if (status != SM_OK) return status;
+        period++;
+        const double change = find_change(t) / fmax(displacement, 1e-300);
+        const double moved = largest_difference(t->Y, t->last_Y, all) / fmax(force, 1e-300);
+        memcpy(t->last_Y, t->Y, all * sizeof(double));
+        residual = fmax(change, moved);
+        if (period > 1 && residual <= task->tolerance) break;
+        if (period > 1) sm_anderson_next(&t->faster, t->change, t->response);
+    }
+    memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
+    for (size_t i = 0; i < t->n; i++)
+        task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
+    task->residual[point] = residual;
+    task->marched[point] = period * task->steps;
+    return SM_OK;
+}
+
+sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task) {
+    problem t;
+    sm_status status = make(&t, contact, task);
+    for (size_t point = 0; point < task->points && status == SM_OK; point++)
+        status = solve_point(&t, point);
+    free(t.block);
+    return status;
+}

@@ -1,0 +1,75 @@
+#include "torus/periodic/anderson.h"
+
+#include <math.h>
+#include <string.h>
+
+#define REGULARISED 1e-13 /* of the largest pivot: differences that are multiples of others */
+
+void sm_anderson_place(sm_anderson *a, size_t size, double *memory) {
+    a->size = size;
+    a->z_last = memory;
+    a->g_last = memory + size;
+    a->dz = memory + 2 * size;
+    a->dg = a->dz + SM_ANDERSON_DEPTH * size;
+    sm_anderson_start(a);
+}
+
+void sm_anderson_start(sm_anderson *a) { a->count = 0; }
+
+static double dot(const double *a, const double *b, size_t size) {
+    double sum = 0.0;
+    for (size_t k = 0; k < size; k++) sum += a[k] * b[k];
+    return sum;
+}
+
+/* gram theta = right by Cholesky's factors, without the columns that others have already. */
+static void least_squares(double gram[][SM_ANDERSON_DEPTH], double *right, int n) {
+    double factor[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH], largest = 0.0;
+    int used[SM_ANDERSON_DEPTH];
+    for (int i = 0; i < n; i++) largest = fmax(largest, gram[i][i]);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = gram[i][j];
+            for (int k = 0; k < j; k++) sum -= used[k] ? factor[i][k] * factor[j][k] : 0.0;
+            if (j < i) {
+                factor[i][j] = used[j] ? sum / factor[j][j] : 0.0;
+            } else {
+                used[i] = sum > REGULARISED * fmax(gram[i][i], REGULARISED * largest);
+                factor[i][i] = used[i] ? sqrt(sum) : 1.0;
+            }
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++) right[i] -= used[k] ? factor[i][k] * right[k] : 0.0;
+        right[i] = used[i] ? right[i] / factor[i][i] : 0.0;
+    }
+    for (int i = n; i-- > 0;) {
+        for (int k = i + 1; k < n; k++) right[i] -= used[k] ? factor[k][i] * right[k] : 0.0;
+        right[i] = used[i] ? right[i] / factor[i][i] : 0.0;
+    }
+}
+
+void sm_anderson_next(sm_anderson *a, const double *g, double *z) {
+    const size_t size = a->size;
+    double theta[SM_ANDERSON_DEPTH] = {0.0};
+    const int known = a->count < SM_ANDERSON_DEPTH ? a->count : SM_ANDERSON_DEPTH;
+    if (a->count > 0) {
+        const size_t slot = (size_t)((a->count - 1) % SM_ANDERSON_DEPTH);
+        double *dz = a->dz + slot * size, *dg = a->dg + slot * size;
+        for (size_t k = 0; k < size; k++) {
+            dz[k] = z[k] - a->z_last[k];
+            dg[k] = g[k] - a->g_last[k];
+        }
+        for (int j = 0; j < known; j++)
+            a->gram[slot][j] = a->gram[j][slot] = dot(dg, a->dg + (size_t)j * size, size);
+        for (int j = 0; j < known; j++) theta[j] = dot(g, a->dg + (size_t)j * size, size);
+        least_squares(a->gram, theta, known);
+    }
+    memcpy(a->z_last, z, size * sizeof(double));
+    memcpy(a->g_last, g, size * sizeof(double));
+    a->count++;
+    for (size_t k = 0; k < size; k++) z[k] += g[k];
+    for (int j = 0; j < known; j++)
+        for (size_t k = 0; k < size; k++)
+            z[k] -= theta[j] * (a->dz[(size_t)j * size + k] + a->dg[(size_t)j * size + k]);
+}
