@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.contact.laws import Coulomb, Friction, limits
+from slipmode.rom.contact.laws import Friction, Tanh, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
@@ -149,13 +149,18 @@ def contact_findings(
     names: Sequence[str] = "AB",
 ) -> list[Finding]:
     """The contacts must matter to each mode, and be stiff against what the modes respond."""
-    flexibility = np.linalg.solve(reduced.stiffness, reduced.spring.T)
-    at_stake = np.einsum("jc,cj->j", reduced.spring, flexibility) / reduced.frequency**2
+    if reduced.contacts is None:
+        drawn = np.linalg.solve(reduced.stiffness, reduced.spring.T)
+    else:
+        drawn = reduced.contacts.reference[:, np.newaxis] * reduced.spring.T
+    at_stake = np.einsum("jc,cj->j", reduced.spring, drawn) / reduced.frequency**2
     found = []
     for mode, most in zip(names, at_stake, strict=False):
         if most < _TOUCH:
             reason = f"{most:.1e} of its stiffness is at stake there: friction does not see it"
             found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
+    if reduced.contacts is not None:
+        return found
     share, _ = stiffness_loss(reduced, combinations)
     if share > STRAINED:
         reason = (
@@ -202,7 +207,7 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
             "contact at the largest amplitude"
         )
         found.append(Finding("friction", "sticks", reason))
-    if isinstance(law, Coulomb):
+    if not isinstance(law, Tanh):
         return found
     speed = _sliding_speed(reduced, amplitude, np.maximum(limit, force))[touched]
     if law.alpha > _BLURRED * speed.max():
@@ -237,6 +242,8 @@ def force_findings(
         return []
     modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
     aside = np.abs(ForceResponse.of(reduced, force).residual_force(reduced) * modal[:, np.newaxis])
+    if reduced.contacts is not None:
+        aside = aside * reduced.contacts.reference
     holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))
     part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0).max(axis=1)
     reason = (
@@ -252,7 +259,8 @@ def force_findings(
 
 def _elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
     """Largest force of the modes on contacts that stick, (N_c,) [N]."""
-    return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling))
+    reference = 1.0 if reduced.contacts is None else reduced.contacts.reference
+    return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling) * reference)
 
 
 def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:

@@ -49,6 +49,20 @@ class Elements:
         """Whether the opposite motion has the opposite force."""
         return bool(np.all(self.element["law"] == SLIDERS))
 
+    @property
+    def limit(self) -> Floats:
+        """Force (N_c,) at which a contact at rest ceases to stick there [N]."""
+        limit = np.zeros(self.reference.size)
+        for element in self.element:
+            if element["law"] == SLIDERS:
+                first = element["first_slider"]
+                limit[element["column"][0]] = self.slider[first : first + element["sliders"], 0].sum()
+            else:
+                tangential, normal = np.split(element["column"][: element["tangents"] + 1], [-1])
+                limit[tangential] = element["friction"] * element["preload"]
+                limit[normal] = element["preload"]
+        return limit
+
     def kernel(self) -> kernel.Elastic:
         """The same as the core reads it; it keeps the arrays alive."""
         record = kernel.Elastic(

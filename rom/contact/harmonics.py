@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -76,7 +77,8 @@ class Harmonics:
         return result
 
 
-def left_out(P: Complexes, mean_square: Floats) -> Floats:
+def left_out(orders: Sequence[Order], P: Complexes, mean_square: Floats) -> Floats:
     """RMS beyond harmonics P (..., orders, N_c) of a motion of this mean square (..., N_c)."""
-    kept = 2.0 * (np.abs(P) ** 2).sum(axis=-2)
+    weight = np.array([4.0 if order == (0, 0) else 2.0 for order in orders])
+    kept = np.einsum("q,...qc->...c", weight, np.abs(P) ** 2)
     return np.asarray(np.sqrt(np.maximum(mean_square - kept, 0.0)))

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
 from slipmode.rom.short_repr import short_repr
@@ -62,17 +63,48 @@ class Coulomb:
         object.__setattr__(self, "limit", _checked_limit(self.limit))
 
 
-Friction = Tanh | Coulomb
+RigidFriction = Tanh | Coulomb
+Friction = Tanh | Coulomb | Elastic
 
 
 def limits(law: Friction, contacts: int) -> Floats:
     """Friction limit of each contact [N], shape (contacts,)."""
+    if not isinstance(law, Tanh | Coulomb):
+        return law.elements(contacts).limit
     given = np.asarray(law.limit, dtype=float)
     if given.ndim == 1 and given.size != contacts:
         raise SlipmodeError(
             f"limit: must be one number or {contacts} numbers (one per contact), got {given.size}"
         )
     return np.broadcast_to(given, contacts).copy()
+
+
+def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
+    """Refuse a law that is not of a structure whose stuck contacts have a reference stiffness.
+
+    Parameters
+    ----------
+    reference : (contacts,) ndarray or None
+        [N/m]; None: clamped.
+
+    Raises
+    ------
+    SlipmodeError
+        Also on a wrong number of limits.
+    """
+    if isinstance(law, Tanh | Coulomb):
+        limits(law, contacts)
+        if reference is not None:
+            raise SlipmodeError(
+                "law: the structure was reduced with elastic contacts, this law is rigid; "
+                "leave out law= in reduce()"
+            )
+        return
+    if reference is None or not np.array_equal(law.elements(contacts).reference, reference):
+        raise SlipmodeError(
+            "law: the structure was not reduced with the stiffness of these contacts; "
+            "use reduce(..., law=law)"
+        )
 
 
 def _checked_limit(limit: float | Sequence[float]) -> float | tuple[float, ...]:

@@ -56,8 +56,11 @@ class Resolution:
 
 def least_force(reduced: Reduced, amplitude_range: Floats) -> Floats:
     """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
-    flexibility = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, flexibility)) * amplitude_range
+    if reduced.contacts is None:
+        moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    else:
+        moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
+    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, moved)) * amplitude_range
     return np.asarray(_LEAST_SHARE * frictionless)
 
 

@@ -271,7 +271,7 @@ def contact_terms(
         reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, combinations
     )
     leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
-    beyond = left_out(solved.P, solved.mean_square)
+    beyond = left_out(orders, solved.P, solved.mean_square)
     return ContactTerms(
         *(S, T, power, leaving, orders, solved.P, beyond),
         *(solved.residual, solved.marched),
@@ -295,7 +295,8 @@ def _friction_power(
     force = np.einsum(
         "pqc,qcd->pqd", P, _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     )
-    force -= v @ reduced.damping
+    if reduced.contacts is None:
+        force -= v @ reduced.damping
     for j, carrier in enumerate(CARRIERS[: len(reduced.modes)]):
         if carrier in orders:
             force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]

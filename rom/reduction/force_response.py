@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced, force_vector
+from slipmode.rom.reduction.stuck import stuck_response
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense, solve
 from slipmode.rom.structure.structure import Structure
@@ -177,8 +178,12 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
-    parts = structure.partition()
-    stuck = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
     squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
+    if reduced.contacts is None:
+        parts = structure.partition()
+        stuck = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
+    else:
+        stuck = stuck_response(structure, reduced.contacts, f, shapes[:, squares == 0.0])
+        shapes, squares = shapes[:, squares > 0.0], squares[squares > 0.0]
     return np.asarray(stuck - (shapes / squares) @ (shapes.T @ f))

@@ -47,7 +47,7 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
     omega = np.sqrt(np.where(rigid, 0.0, squares))
     carrier = omega[list(modes)]
     below = (omega < carrier.min()) & ~retained
-    X = _residual_shapes(K, M, W, shapes[:, rigid])
+    X = _static(K, M, W, shapes[:, rigid])
     removed = (retained | below) & ~rigid
     X -= (shapes[:, removed] / squares[removed]) @ (shapes[:, removed].T @ W)
     R = W.T @ X
@@ -111,8 +111,16 @@ def _modes_in_reach(K: Matrix, M: Matrix, modes: tuple[int, ...]) -> tuple[Float
         count *= 2
 
 
-def _residual_shapes(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
-    """K^-1 W, (n, N_c); of a structure with rigid-body modes, what is orthogonal to them."""
+def stuck_response(
+    structure: Structure, contacts: Elements, force: Floats, rigid: Floats
+) -> Floats:
+    """Static displacement (n, forces) [m] with stuck contacts, less that of rigid-body modes."""
+    K = stuck_stiffness(structure, contacts.reference)
+    return _static(K, structure.mass, force, rigid)
+
+
+def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
+    """K^-1 W, (n, loads); of a structure with rigid-body modes, what is orthogonal to them."""
     if rigid.shape[1] == 0:
         if isinstance(K, np.ndarray):
             return np.asarray(np.linalg.solve(K, W))

@@ -64,7 +64,11 @@ class Motion:
         """Displacement of DOFs of the structure, (n, dofs) [m]."""
         rows = list(dofs)
         shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
-        x = self.modal @ shapes[0].T + self.displacement @ shapes[1].T
+        contacts = model.reduced.contacts
+        moved = self.displacement
+        if contacts is not None: # they draw at the structure with what they lack in force
+            moved = contacts.reference * self.displacement - self.force
+        x = self.modal @ shapes[0].T + moved @ shapes[1].T
         return np.asarray(x + self.load @ self.static[rows].T)
 
 
@@ -137,7 +141,13 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     response = modal_response(model, part)
     velocity = 1j * response.frequency[..., np.newaxis] * response.contact
     force = _friction_force(model, part, response)
-    parts = (response.contact, velocity, force, response.modal, _loads(response, part))
+    displacement = response.contact
+    if model.reduced.contacts is not None:
+        # what balances the lack of force is the displacement
+        displacement, lack = force, displacement
+        velocity = 1j * response.frequency[..., np.newaxis] * displacement
+        force = model.reduced.contacts.reference * displacement - lack
+    parts = (displacement, velocity, force, response.modal, _loads(response, part))
     coefficients = np.concatenate(parts, axis=2)
     contacts = model.reduced.n_contacts
     segments, shape = part.segments(model), _carriers(model, 3 * contacts)

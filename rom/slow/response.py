@@ -129,8 +129,10 @@ class _Others:
         """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
         on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
         q = self.driven(on_them[..., np.newaxis])[..., 0]
-        inertia = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
-        return q, inertia - np.einsum("pjc,pj->pc", self.coupling, q)
+        follows = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
+        if self.reduced.contacts is not None:
+            follows = follows - 1j * self.frequency[:, np.newaxis] * (P @ self.reduced.damping)
+        return q, follows - np.einsum("pjc,pj->pc", self.coupling, q)
 
     def contact_stiffness(self) -> Complexes:
         """Of the contacts without friction, less what these modes answer, (points, N_c, N_c)."""

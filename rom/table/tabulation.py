@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.contact.laws import Friction, check_law
 from slipmode.rom.contact.resolution import choose_resolution, least_force
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
@@ -106,15 +106,20 @@ def tabulate(
         raise SlipmodeError(
             f"region: must be a part of the same range, got {region.amplitude_range}"
         )
-    limits(law, reduced.n_contacts)  # refuses a wrong number of limits before any work
+    check_law(
+        reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
+    )
     if warned:
         findings = contact_findings(reduced, combinations or ())
         warn([*findings, *friction_findings(reduced, law, amplitude_range)])
     if combinations is None:
         combinations = (
-            () if reduced.formulation == "paper" else combination_resonances(reduced.carrier)
+            ()
+            if reduced.formulation == "paper"
+            else combination_resonances(reduced.carrier, even=reduced.even)
         )
-    check_stiffness_margin(reduced, tolerance, combinations)
+    if reduced.contacts is None:
+        check_stiffness_margin(reduced, tolerance, combinations)
     budget = ErrorBudget(tolerance)
     orders = contact_orders(reduced, combinations, harmonics) if harmonics else []
     columns = Columns(
@@ -143,7 +148,7 @@ def tabulate(
         samples = _Samples(solve, columns, pool, bar)
         sampling = Sampling(samples, columns, region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
-        if reduced.formulation == "consistent":
+        if reduced.formulation == "consistent" and reduced.contacts is None:
             table = with_rate_correction(
                 table, reduced, law, resolution.grid, partial(_in_tasks, pool)
             )

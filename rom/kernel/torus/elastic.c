@@ -15,6 +15,11 @@
 #include "torus/grid.h"
 #include "torus/periodic/anderson.h"
 
+#define PATIENCE 12 /* periods in which the residual may fail to fall */
+#define BETTER 0.8
+#define WORSE 5.0
+#define AVERAGED 8
+
 typedef struct {
     const sm_contact *contact;
     const sm_torus_task *task;
@@ -31,6 +36,7 @@ typedef struct {
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
+    double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
     sm_elastic_solver solver;
     sm_anderson faster;
     double *block;
@@ -47,7 +53,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
     const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
-                        + 4 * n * lines + lines * t->remembered + 2 * n + 4 * all
+                        + 4 * n * lines + lines * t->remembered + 3 * n + 5 * all
                         + sm_anderson_size(all) + solver;
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -67,6 +73,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->last_Y = sm_take(&memory, all);
     t->response = sm_take(&memory, all);
     t->change = sm_take(&memory, all);
+    t->mean = sm_take(&memory, all + n);
     sm_anderson_place(&t->faster, all, sm_take(&memory, sm_anderson_size(all)));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
@@ -264,31 +271,73 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
     }
 }
 
+/* How far harmonics and response are from repeating, relative to what the modes bring. */
+static double distance(problem *t, double displacement, double force) {
+    const double change = find_change(t) / fmax(displacement, 1e-300);
+    const double moved =
+        largest_difference(t->Y, t->last_Y, per_point(t)) / fmax(force, 1e-300);
+    return fmax(change, moved);
+}
+
+/* Marches until harmonics and response repeat, or come no nearer. */
+static sm_status settle(problem *t, const double *amplitude, double displacement, double force,
+                        double *residual, int32_t *periods) {
+    const sm_torus_task *task = t->task;
+    double best = INFINITY;
+    int32_t since = 0;
+    for (*periods = 0; *periods < task->max_periods && since < PATIENCE;) {
+        const sm_status status = march(t, amplitude);
+        if (status != SM_OK) return status;
+        *residual = distance(t, displacement, force);
+        memcpy(t->last_Y, t->Y, per_point(t) * sizeof(double));
+        if (++*periods < 2) continue; /* the first one forgets the start */
+        if (*residual <= task->tolerance) return SM_OK;
+        since = *residual < BETTER * best ? 0 : since + 1;
+        if (*residual > WORSE * best) sm_anderson_start(&t->faster); /* led astray */
+        best = fmin(best, *residual);
+        sm_anderson_next(&t->faster, t->change, t->response);
+    }
+    return SM_OK;
+}
+
+/* Where they keep moving, by the error of the grid while the phases drift: their mean over some
+ * periods under the same response. */
+static sm_status average(problem *t, const double *amplitude, double displacement, double force,
+                         double *residual, int32_t *periods) {
+    const size_t all = per_point(t);
+    memset(t->mean, 0, (all + t->n) * sizeof(double));
+    for (int k = 0; k < AVERAGED; k++) {
+        const sm_status status = march(t, amplitude);
+        if (status != SM_OK) return status;
+        for (size_t i = 0; i < all; i++) t->mean[i] += t->Y[i] / AVERAGED;
+        for (size_t i = 0; i < t->n; i++) t->mean[all + i] += t->square[i] / AVERAGED;
+    }
+    memcpy(t->last_Y, t->Y, all * sizeof(double));
+    memcpy(t->Y, t->mean, all * sizeof(double));
+    memcpy(t->square, t->mean + all, t->n * sizeof(double));
+    *residual = distance(t, displacement, force);
+    *periods += AVERAGED;
+    return SM_OK;
+}
+
 static sm_status solve_point(problem *t, size_t point) {
     const sm_torus_task *task = t->task;
     const size_t all = per_point(t);
     const double *amplitude = task->amplitudes + point * (size_t)t->contact->modes;
     double displacement, force, residual = 0.0;
-    int32_t period = 0;
+    int32_t periods = 0;
     scales(t, amplitude, &displacement, &force);
     t->solver.least = 1e-3 * displacement;
     start(t);
-    while (period < task->max_periods) {
-        const sm_status status = march(t, amplitude);
-        if (status != SM_OK) return status;
-        period++;
-        const double change = find_change(t) / fmax(displacement, 1e-300);
-        const double moved = largest_difference(t->Y, t->last_Y, all) / fmax(force, 1e-300);
-        memcpy(t->last_Y, t->Y, all * sizeof(double));
-        residual = fmax(change, moved);
-        if (period > 1 && residual <= task->tolerance) break;
-        if (period > 1) sm_anderson_next(&t->faster, t->change, t->response);
-    }
+    sm_status status = settle(t, amplitude, displacement, force, &residual, &periods);
+    if (status == SM_OK && residual > task->tolerance)
+        status = average(t, amplitude, displacement, force, &residual, &periods);
+    if (status != SM_OK) return status;
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     for (size_t i = 0; i < t->n; i++)
         task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
     task->residual[point] = residual;
-    task->marched[point] = period * task->steps;
+    task->marched[point] = periods * task->steps;
     return SM_OK;
 }
 
