@@ -15,10 +15,9 @@
 #include "torus/grid.h"
 #include "torus/periodic/anderson.h"
 
-#define PATIENCE 12 /* periods in which the residual may fail to fall */
-#define BETTER 0.8
-#define WORSE 5.0
-#define AVERAGED 8
+#define PATIENCE 5 /* evaluations in which the residual may fail to fall by this factor: */
+#define BETTER 0.7
+#define MOST_AVERAGED 16
 
 typedef struct {
     const sm_contact *contact;
@@ -37,6 +36,7 @@ typedef struct {
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
     double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
+    double *best;              /* (orders, N_c, 2) the response that was nearest to repeating */
     sm_elastic_solver solver;
     sm_anderson faster;
     double *block;
@@ -53,7 +53,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
     const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
-                        + 4 * n * lines + lines * t->remembered + 3 * n + 5 * all
+                        + 4 * n * lines + lines * t->remembered + 3 * n + 6 * all
                         + sm_anderson_size(all) + solver;
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -74,6 +74,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->response = sm_take(&memory, all);
     t->change = sm_take(&memory, all);
     t->mean = sm_take(&memory, all + n);
+    t->best = sm_take(&memory, all);
     sm_anderson_place(&t->faster, all, sm_take(&memory, sm_anderson_size(all)));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
@@ -99,8 +100,7 @@ static void start(problem *t) {
     memset(t->x, 0, t->n * t->lines * sizeof(double));
     memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
     memset(t->response, 0, all * sizeof(double));
-    memset(t->last_Y, 0, all * sizeof(double));
-    sm_anderson_start(&t->faster);
+    memset(t->Y, 0, all * sizeof(double));
 }
 
 /* Harmonics of u along the lines: of the modes at their carriers, and of their response. */
@@ -279,44 +279,47 @@ static double distance(problem *t, double displacement, double force) {
     return fmax(change, moved);
 }
 
-/* Marches until harmonics and response repeat, or come no nearer. */
-static sm_status settle(problem *t, const double *amplitude, double displacement, double force,
-                        double *residual, int32_t *periods) {
-    const sm_torus_task *task = t->task;
-    double best = INFINITY;
-    int32_t since = 0;
-    for (*periods = 0; *periods < task->max_periods && since < PATIENCE;) {
+/* Harmonics and squares as means over so many periods under the same response. */
+static sm_status evaluate(problem *t, const double *amplitude, int count) {
+    const size_t all = per_point(t);
+    memcpy(t->last_Y, t->Y, all * sizeof(double));
+    if (count == 1) return march(t, amplitude);
+    memset(t->mean, 0, (all + t->n) * sizeof(double));
+    for (int k = 0; k < count; k++) {
         const sm_status status = march(t, amplitude);
         if (status != SM_OK) return status;
-        *residual = distance(t, displacement, force);
-        memcpy(t->last_Y, t->Y, per_point(t) * sizeof(double));
-        if (++*periods < 2) continue; /* the first one forgets the start */
-        if (*residual <= task->tolerance) return SM_OK;
-        since = *residual < BETTER * best ? 0 : since + 1;
-        if (*residual > WORSE * best) sm_anderson_start(&t->faster); /* led astray */
-        best = fmin(best, *residual);
-        sm_anderson_next(&t->faster, t->change, t->response);
+        for (size_t i = 0; i < all; i++) t->mean[i] += t->Y[i] / count;
+        for (size_t i = 0; i < t->n; i++) t->mean[all + i] += t->square[i] / count;
     }
+    memcpy(t->Y, t->mean, all * sizeof(double));
+    memcpy(t->square, t->mean + all, t->n * sizeof(double));
     return SM_OK;
 }
 
-/* Where they keep moving, by the error of the grid while the phases drift: their mean over some
- * periods under the same response. */
-static sm_status average(problem *t, const double *amplitude, double displacement, double force,
-                         double *residual, int32_t *periods) {
-    const size_t all = per_point(t);
-    memset(t->mean, 0, (all + t->n) * sizeof(double));
-    for (int k = 0; k < AVERAGED; k++) {
-        const sm_status status = march(t, amplitude);
+/* Iterates until harmonics and response repeat, or come no nearer: then Anderson's differences
+ * are those of the grid's error while the phases drift, and lead astray. The response that was
+ * nearest is kept. */
+static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
+                        double *residual, int32_t *periods) {
+    const sm_torus_task *task = t->task;
+    const size_t bytes = per_point(t) * sizeof(double);
+    double best = INFINITY;
+    sm_anderson_start(&t->faster);
+    for (int since = 0; *periods < task->max_periods && since < PATIENCE;) {
+        const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
-        for (size_t i = 0; i < all; i++) t->mean[i] += t->Y[i] / AVERAGED;
-        for (size_t i = 0; i < t->n; i++) t->mean[all + i] += t->square[i] / AVERAGED;
+        *residual = distance(t, scale[0], scale[1]);
+        *periods += count;
+        if (*periods < 2) continue; /* the first one forgets the start */
+        if (*residual <= task->tolerance) return SM_OK;
+        since = *residual < BETTER * best ? 0 : since + 1;
+        if (*residual < best) {
+            best = *residual;
+            memcpy(t->best, t->response, bytes);
+        }
+        sm_anderson_next(&t->faster, t->change, t->response);
     }
-    memcpy(t->last_Y, t->Y, all * sizeof(double));
-    memcpy(t->Y, t->mean, all * sizeof(double));
-    memcpy(t->square, t->mean + all, t->n * sizeof(double));
-    *residual = distance(t, displacement, force);
-    *periods += AVERAGED;
+    memcpy(t->response, t->best, bytes);
     return SM_OK;
 }
 
@@ -324,15 +327,21 @@ static sm_status solve_point(problem *t, size_t point) {
     const sm_torus_task *task = t->task;
     const size_t all = per_point(t);
     const double *amplitude = task->amplitudes + point * (size_t)t->contact->modes;
-    double displacement, force, residual = 0.0;
+    double scale[2], residual = INFINITY;
     int32_t periods = 0;
-    scales(t, amplitude, &displacement, &force);
-    t->solver.least = 1e-3 * displacement;
+    scales(t, amplitude, &scale[0], &scale[1]);
+    t->solver.least = 1e-3 * scale[0];
     start(t);
-    sm_status status = settle(t, amplitude, displacement, force, &residual, &periods);
-    if (status == SM_OK && residual > task->tolerance)
-        status = average(t, amplitude, displacement, force, &residual, &periods);
-    if (status != SM_OK) return status;
+    for (int count = 1; count <= MOST_AVERAGED && residual > task->tolerance; count *= 4) {
+        const sm_status status = settle(t, amplitude, count, scale, &residual, &periods);
+        if (status != SM_OK) return status;
+    }
+    if (residual > task->tolerance) {
+        const sm_status status = evaluate(t, amplitude, MOST_AVERAGED);
+        if (status != SM_OK) return status;
+        residual = distance(t, scale[0], scale[1]);
+        periods += MOST_AVERAGED;
+    }
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     for (size_t i = 0; i < t->n; i++)
         task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
