@@ -20,7 +20,7 @@ from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 5  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 6  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 Force = Sequence[Mapping[int, float] | ArrayLike] | None
@@ -88,11 +88,14 @@ def _arrays(
         *(STEPS_PER_PERIOD, len(variables)),
     )
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
+    rate_correction = table.rate_correction
+    if rate_correction is None:
+        rate_correction = np.empty((0, 0, 4, 0))
     doubles = {
         "node_a": table.node_a,
         "node_b": table.node_b,
         "table": table.values,
-        "lag": np.empty((0, 0, 4, 0)) if table.rate_correction is None else table.rate_correction,
+        "rate_correction": rate_correction,
         "contact_limit": limits(model.law, reduced.n_contacts),
         "contact_stiffness": reduced.stiffness,
         "contact_damping": reduced.damping,
@@ -104,14 +107,14 @@ def _arrays(
         "elastic_contacts": reduced.contact_shapes[chosen],
     }
     response = {
-        "contact_pull": surface.reaction.view(float).reshape(*nodes, 2 * reduced.n_contacts),
-        "elastic_answer": surface.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
+        "contact_reaction": surface.reaction.view(float).reshape(*nodes, 2 * reduced.n_contacts),
+        "elastic_response": surface.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
         "constants": _constants(model, force, variables).astype("<f8"),
         "inputs": _inputs(variables).astype("<f8"),
-        "near": np.array(combinations, dtype="<i4").reshape(-1, 3),
+        "combinations": np.array(combinations, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
         "orders": surface.orders.astype("<i4"),
         **{name: np.asarray(array, dtype="<f8") for name, array in response.items()},
