@@ -54,12 +54,12 @@ def inputs_of(
     moving = np.broadcast_to(np.asarray(force_rate, dtype=complex), force.shape)
     size = np.abs(force)
     phase = np.angle(np.where(size > 0.0, force, moving))  # from rest, that in which it grows
-    turned = moving * np.exp(-1j * phase)
+    rotated = moving * np.exp(-1j * phase)
     given = {
         "force": size,
-        "force_rate": turned.real,
+        "force_rate": rotated.real,
         "phase": phase,
-        "phase_rate": np.divide(turned.imag, size, out=np.zeros_like(size), where=size > 0.0),
+        "phase_rate": np.divide(rotated.imag, size, out=np.zeros_like(size), where=size > 0.0),
         "frequency": frequency,
         "frequency_rate": frequency_rate,
         "angle": angle,

@@ -18,7 +18,7 @@ from slipmode.runner.report.hard.signals import largest, scene_error, signal_err
 _THRESHOLD = (0.0816, 0.1206)
 _RANGE = (4.0, 4.0)
 _START = (2.0, 1.0)
-# An internal step may err by its tolerance times |a| + 1e-3 of the range (slow_step.c, error_of):
+# An internal step may err by its tolerance times |a| + 1e-3 of the range (dopri5.c, error_of):
 # the second part is what a decay may leave, and the decay itself forgets earlier errors.
 _LEFT = FLOW * 1e-3 * _RANGE[0] / _START[0]
 
