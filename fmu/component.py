@@ -123,12 +123,12 @@ class Component:
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
         if status == kernel.OUTSIDE_TABLE:
-            limit = limit_scale(self._inputs) * self.model.table.amplitude_range
-            if np.all(np.abs(start[: self.model.modes]) <= limit):
+            amplitude_range = limit_scale(self._inputs) * self.model.table.amplitude_range
+            if np.all(np.abs(start[: self.model.modes]) <= amplitude_range):
                 raise OutsideRegionError
             raise SlipmodeError(
                 f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
-                f"whose range is {limit}"
+                f"whose range is {amplitude_range}"
             )
         kernel.check(status, "reset")
 
@@ -330,12 +330,12 @@ class Component:
             return f"the amplitudes leave the tabulated region of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
-        limit = scale * self.model.table.amplitude_range
-        mode = int(np.argmax(reached[: self.model.modes] / limit))
+        amplitude_range = scale * self.model.table.amplitude_range
+        mode = int(np.argmax(reached[: self.model.modes] / amplitude_range))
         name = self._named.mode_names[mode]
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
-            f"{limit[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
+            f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
             "tabulate a larger range or lower the force"
         )
 

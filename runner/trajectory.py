@@ -29,8 +29,8 @@ def slow_trajectory(
     def scripted(quantity: str) -> Floats:
         return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
 
-    turn = phasor(factor, scripted("phase"))
-    force, growing = scripted("force") * turn, scripted("force_rate") * turn
+    per_unit = phasor(factor, scripted("phase"))
+    force, growing = scripted("force") * per_unit, scripted("force_rate") * per_unit
     force_response = ForceResponse.of(model.reduced, excited.force, plan.structure)
     frequency, angle = scripted("frequency"), taken("theta_{}")
     before = slice(max(first - 1, 0), steps.stop)

@@ -27,7 +27,7 @@ def slow_flow(model: Model, force: Forces | None = None) -> kernel.SlowFlow:
 
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
-    """The same, the contacts feeling a_j + shift_j F_j exp(i phase_j), and no other response."""
+    """The same with effective amplitudes a_j + shift_j F_j exp(i phase_j), no other response."""
     return _slow_flow(model, np.broadcast_to(np.asarray(shift, dtype=complex), model.modes), None)
 
 

@@ -43,12 +43,12 @@ class Study:
     @cached_property
     def alone_a(self) -> Signals:
         """Full order, mode A alone forced."""
-        return self.case.by_full_order(self.window, driven="A")
+        return self.case.by_full_order(self.window, forced="A")
 
     @cached_property
     def alone_b(self) -> Signals:
         """Full order, mode B alone forced."""
-        return self.case.by_full_order(self.window, driven="B")
+        return self.case.by_full_order(self.window, forced="B")
 
     @cached_property
     def both(self) -> Signals:

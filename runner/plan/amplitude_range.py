@@ -118,24 +118,24 @@ def dry_run(
     SlipmodeError
         If the amplitudes grow without bound, or a step cannot be taken on any table.
     """
-    limit = _first_guess(excited, schedule)
-    largest = _LARGEST_GROWTH * limit
+    tried = _first_guess(excited, schedule)
+    largest = _LARGEST_GROWTH * tried
     while True:
         coarse, _ = cached_model(
-            *(excited.reduced, excited.law, limit.tolist(), _TOLERANCE),
+            *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
             combinations=combinations,
             progress=progress,
         )
         path, reached, complete = _path(excited, coarse, schedule)
         if complete:
             break
-        limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
-        if np.any(limit > largest):
+        tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
+        if np.any(tried > largest):
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
     shift = _shift_of(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * limit)
+    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * tried)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"

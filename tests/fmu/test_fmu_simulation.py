@@ -407,7 +407,11 @@ def test_fmi2_resource_locations_are_uris(unzipped):
         ("table.npy", lambda path: _flip(path, 5000), "table.npy: damaged, its checksum"),
         ("layout.npy", lambda path: _flip(path, 128), "layout.npy: damaged"),
         ("orders.npy", lambda path: _flip(path, 130), "orders.npy: damaged, its checksum"),
-        ("contact_reaction.npy", lambda path: _cut(path, -8), "contact_reaction.npy: it is truncated"),
+        (
+            "contact_reaction.npy",
+            lambda path: _cut(path, -8),
+            "contact_reaction.npy: it is truncated",
+        ),
         ("elastic_response.npy", lambda path: path.unlink(), "elastic_response.npy is missing"),
         ("names.txt", lambda path: _flip(path, 3), "names.txt: damaged"),
         ("node_a.npy", lambda path: _flip(path, 0), "node_a.npy: it is not an .npy file"),
