@@ -239,20 +239,22 @@ class Reduced:
         return bool(own or (through_contacts and self.formulation == "consistent"))
 
 
-def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
-    """Force amplitudes (n,) [N] from {DOF: amplitude} or from an array."""
+def force_vector(
+    force: Mapping[int, float] | ArrayLike, n_dofs: int, key: str = "force"
+) -> Floats:
+    """Force amplitudes (n,) from {DOF: amplitude} or from an array; a refusal names `key`."""
     if isinstance(force, Mapping):
         vector = np.zeros(n_dofs)
         for dof, amplitude in force.items():
             if not 0 <= dof < n_dofs:
                 raise SlipmodeError(
-                    f"force: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+                    f"{key}: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
                 )
             vector[dof] = amplitude
     else:
         vector = np.asarray(force, dtype=float)
     if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
         raise SlipmodeError(
-            f"force: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED} [N]"
+            f"{key}: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED}"
         )
     return vector

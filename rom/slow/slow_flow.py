@@ -14,15 +14,21 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.coupling import coupling_coefficients
-from slipmode.rom.reduction.force_response import Forces, cross_response, off_resonance_shift
+from slipmode.rom.reduction.force_response import (
+    ForcePatterns,
+    cross_response,
+    off_resonance_shift,
+)
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
 
-def slow_flow(model: Model, force: Forces | None = None) -> kernel.SlowFlow:
+def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.SlowFlow:
     """The amplitude equations as the core reads them; forces act as `off_resonance_shift` says."""
-    shift = None if force is None else off_resonance_shift(model.reduced, force)
-    off_resonance = None if force is None else cross_response(model.reduced, force)
+    shift = off_resonance = None
+    if force_patterns is not None:
+        shift = off_resonance_shift(model.reduced, force_patterns)
+        off_resonance = cross_response(model.reduced, force_patterns)
     return _slow_flow(model, shift, off_resonance)
 
 

@@ -92,7 +92,8 @@ def steady(
     frequency : (..., modes) array_like
         Forcing frequencies [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N].
+        Force amplitudes [N] on the DOFs: magnitude times pattern, which `fmu.Component` takes
+        apart (`force_patterns`, and the inputs force_A and force_B).
     phase : sequence of float
         Phases of the forces [rad].
 
