@@ -179,9 +179,9 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
-    """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
+    """Static displacement (n, forces) with bonded contacts, less that of all modes kept."""
     parts = structure.partition()
-    stuck = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
+    bonded = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
     squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
-    return np.asarray(stuck - (shapes / squares) @ (shapes.T @ f))
+    return np.asarray(bonded - (shapes / squares) @ (shapes.T @ f))
