@@ -23,13 +23,14 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.inputs import MODE_NAMES, ForcePatterns, Inputs, limit_scale, moved_on
+from slipmode.fmu.inputs import MODE_NAMES, Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 
@@ -45,8 +46,9 @@ class Component:
     Parameters
     ----------
     model : Model
-    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
+    force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        The forces [N] that a force input of 1 N stands for; the inputs are the magnitudes.
+        Default: the input is the modal force [N kg^-1/2].
     contact : bool
         Compute the contact motion at every communication point. It costs a march over the last
         few periods, so it is off unless asked for. In the consistent formulation the modes
@@ -69,7 +71,7 @@ class Component:
     def __init__(
         self,
         model: Model,
-        force: ForcePatterns | None = None,
+        force_patterns: ForcePatterns | None = None,
         *,
         contact: bool = False,
         elastic: Sequence[int] = (),
@@ -84,10 +86,10 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
-        self._named = Inputs(model, force, mode_names)
+        self._named = Inputs(model, force_patterns, mode_names)
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
-        self._handle = _create(model, force, contact, elastic, tolerance)
+        self._handle = _create(model, force_patterns, contact, elastic, tolerance)
         self._inputs = self._named.at_rest
         self._start = np.zeros(kernel.MODES, dtype=complex)
         self._start_address = self._start.ctypes.data
@@ -123,12 +125,12 @@ class Component:
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
         if status == kernel.OUTSIDE_TABLE:
-            limit = limit_scale(self._inputs) * self.model.table.amplitude_range
-            if np.all(np.abs(start[: self.model.modes]) <= limit):
+            amplitude_range = limit_scale(self._inputs) * self.model.table.amplitude_range
+            if np.all(np.abs(start[: self.model.modes]) <= amplitude_range):
                 raise OutsideRegionError
             raise SlipmodeError(
                 f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
-                f"whose range is {limit}"
+                f"whose range is {amplitude_range}"
             )
         kernel.check(status, "reset")
 
@@ -330,12 +332,12 @@ class Component:
             return f"the amplitudes leave the tabulated region of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
-        limit = scale * self.model.table.amplitude_range
-        mode = int(np.argmax(reached[: self.model.modes] / limit))
+        amplitude_range = scale * self.model.table.amplitude_range
+        mode = int(np.argmax(reached[: self.model.modes] / amplitude_range))
         name = self._named.mode_names[mode]
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
-            f"{limit[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
+            f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
             "tabulate a larger range or lower the force"
         )
 
@@ -355,7 +357,7 @@ def _output_names(
 
 def _create(
     model: Model,
-    force: ForcePatterns | None,
+    force_patterns: ForcePatterns | None,
     contact: bool,
     elastic: Sequence[int],
     tolerance: float,
@@ -377,7 +379,7 @@ def _create(
             surface.reaction.ctypes.data,
             surface.elastic.ctypes.data,
         )
-    flow = slow_flow(model, force)
+    flow = slow_flow(model, force_patterns)
     problem = contact_problem(model.reduced, model.law)
     handle = ctypes.c_void_p()
     status = kernel.lib.sm_component_create(

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
+from slipmode.rom.reduction.force_response import ForcePatterns
+from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.validity import can_carry, carrier_refusal
 
 MODE_NAMES = ("A", "B")
-ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
 
 
 def place(quantity: str, mode: int = 0) -> int:
@@ -35,14 +35,14 @@ class Inputs:
     Parameters
     ----------
     model : Model
-    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        Where a force input of 1 N acts. Default: the input is the modal force.
+    force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        The forces that a force input of 1 N stands for. Default: the input is the modal force.
     mode_names : sequence of str
         See `present_modes`.
     """
 
     def __init__(
-        self, model: Model, force: ForcePatterns | None, mode_names: Sequence[str]
+        self, model: Model, force_patterns: ForcePatterns | None, mode_names: Sequence[str]
     ) -> None:
         present = present_modes(model, mode_names)
         self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
@@ -64,7 +64,7 @@ class Inputs:
         for number, column in enumerate(self._column.values()):
             self._given[column], self._source[column] = True, number
         self._to_modal = np.ones(self.at_rest.size)
-        for j, factor in enumerate(force_factors(model, force)):
+        for j, factor in enumerate(force_factors(model, force_patterns)):
             self._to_modal[[place("force", j), place("force_rate", j)]] = factor
 
     def column(self, name: str) -> int:
@@ -137,12 +137,13 @@ def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
     return present
 
 
-def force_factors(model: Model, force: ForcePatterns | None) -> Floats:
+def force_factors(model: Model, force_patterns: ForcePatterns | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
     factors = np.ones(kernel.MODES)
-    if force is not None:
-        if len(force) != model.modes:
-            raise SlipmodeError(f"force: needs one entry per mode ({model.modes})")
-        for mode, pattern in enumerate(force):
-            factors[mode] = model.reduced.modal_force(mode, pattern)
+    if force_patterns is not None:
+        if len(force_patterns) != model.modes:
+            raise SlipmodeError(f"force_patterns: needs one entry per mode ({model.modes})")
+        for mode, pattern in enumerate(force_patterns):
+            vector = force_vector(pattern, model.reduced.n_dofs, "force_patterns")
+            factors[mode] = model.reduced.modal_force(mode, vector)
     return factors

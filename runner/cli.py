@@ -97,7 +97,7 @@ def _viewer(url: str | None) -> Viewer | None:
 
 def _plan(options: argparse.Namespace) -> int:
     from slipmode.runner.plan.plan import REGION, make_plan
-    from slipmode.runner.plan.table_cost import region_saving
+    from slipmode.runner.plan.table_cost import whole_table_cost
     from slipmode.runner.scene.scene import load_scene
 
     plan = make_plan(load_scene(options.scene), progress=True)
@@ -105,7 +105,7 @@ def _plan(options: argparse.Namespace) -> int:
     if plan.region is not None:
         model, _ = plan.model(region=True, progress=True)
         after = [d.subject for d in shown].index(REGION) + 1
-        shown.insert(after, region_saving(model))
+        shown.insert(after, whole_table_cost(model))
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:
@@ -192,7 +192,7 @@ def _cache(options: argparse.Namespace) -> int:
         disk_cache.clear()
         print(f"  removed {len(entries)} files, {size:.1f} MiB")
     else:
-        most = disk_cache.limit() / disk_cache.MIB
+        most = disk_cache.bound() / disk_cache.MIB
         print(f"  {len(entries)} files, {size:.1f} of at most {most:g} MiB")
     return 0
 

@@ -46,7 +46,7 @@ def export_fmu(
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",
-        plan.excited.force,
+        plan.excited.force_patterns,
         fmi=fmi,
         platforms=platforms,
         contact=contact,

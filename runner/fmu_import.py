@@ -22,7 +22,7 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     """
     archive = Archive(path)
     schedule = plan.schedule
-    if archive.identity != identity(model, plan.excited.force):
+    if archive.identity != identity(model, plan.excited.force_patterns):
         raise SlipmodeError(
             f"{path}: holds another model than the scene's; export that one with slipmode fmu"
         )

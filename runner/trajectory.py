@@ -21,7 +21,7 @@ def slow_trajectory(
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
     column = {name: k for k, name in enumerate(names)}
-    factor = [model.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    factor = [model.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
 
     def taken(pattern: str) -> Floats:
         return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
@@ -29,9 +29,9 @@ def slow_trajectory(
     def scripted(quantity: str) -> Floats:
         return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
 
-    turn = phasor(factor, scripted("phase"))
-    force, growing = scripted("force") * turn, scripted("force_rate") * turn
-    force_response = ForceResponse.of(model.reduced, excited.force, plan.structure)
+    per_unit = phasor(factor, scripted("phase"))
+    force, growing = scripted("force") * per_unit, scripted("force_rate") * per_unit
+    force_response = ForceResponse.of(model.reduced, excited.force_patterns, plan.structure)
     frequency, angle = scripted("frequency"), taken("theta_{}")
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)

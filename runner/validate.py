@@ -145,7 +145,7 @@ def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
         return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes])
 
     excitation = Excitation(
-        patterns=np.array(excited.force),
+        patterns=np.array(excited.force_patterns),
         start=schedule.time(slice(schedule.steps)),
         amplitude=scripted("force"),
         amplitude_rate=scripted("force_rate"),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive import cross_compiler as cross
-from slipmode.fmu.archive.resources import Force, resource_files
+from slipmode.fmu.archive.resources import resource_files
 from slipmode.fmu.component import Component
 from slipmode.fmu.description.description import (
     MODEL_IDENTIFIER,
@@ -28,6 +28,7 @@ from slipmode.fmu.variables.listing import Choice, list_variables
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.files import replacing
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.text import checked_line
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
@@ -36,7 +37,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
 def export(
     model: Model,
     path: str | PathLike[str],
-    force: Force = None,
+    force_patterns: ForcePatterns | None = None,
     *,
     fmi: FmiVersion = 3,
     platforms: Sequence[str] = (),
@@ -56,8 +57,9 @@ def export(
     model : Model
     path : path
         The .fmu file; replaced if it exists.
-    force : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        Where a force input of 1 N acts. Default: the input is the modal force [N kg^-1/2].
+    force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
+        As `Component` has them: the forces that a force input of 1 N stands for. Default: the
+        input is the modal force [N kg^-1/2].
     fmi : {2, 3}
         Version of the standard: 2.0 for older tools, else 3.0.
     platforms : sequence of str
@@ -101,7 +103,7 @@ def export(
     modes = present_modes(model, mode_names)
     component = Component(
         model,
-        force,
+        force_patterns,
         contact=contact,
         elastic=elastic,
         mode_names=modes,
@@ -109,14 +111,14 @@ def export(
     )
     choice = Choice(
         mode_names=modes,
-        newtons=force is not None,
+        newtons=force_patterns is not None,
         contact=contact,
         elastic=tuple(elastic),
         tolerance=tolerance,
         start=start or {},
     )
     variables = list_variables(model, choice)
-    resources = resource_files(model, force, contact, elastic, variables)
+    resources = resource_files(model, force_patterns, contact, elastic, variables)
     sources = binaries.source_files()
     description = Description(
         name=name,

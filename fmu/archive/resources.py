@@ -5,10 +5,9 @@ from __future__ import annotations
 import hashlib
 import io
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipmode.fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
 from slipmode.fmu.inputs import force_factors
@@ -16,19 +15,18 @@ from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, kernel
 from slipmode.rom.contact.laws import limits
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 5  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 6  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
-
-Force = Sequence[Mapping[int, float] | ArrayLike] | None
 
 
 def resource_files(
     model: Model,
-    force: Force,
+    force_patterns: ForcePatterns | None,
     contact: bool,
     elastic: Sequence[int],
     variables: Sequence[Variable],
@@ -37,12 +35,12 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    arrays = _arrays(model, force, contact, elastic, variables)
+    arrays = _arrays(model, force_patterns, contact, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
     files["checksums.npy"] = _npy(checksums.view("<i4"))
-    files[IDENTITY] = identity(model, force).encode()
+    files[IDENTITY] = identity(model, force_patterns).encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
@@ -50,12 +48,12 @@ def resource_files(
     return files
 
 
-def identity(model: Model, force: Force) -> str:
-    """Hash of what a model and the directions of its forces make of any inputs."""
-    flow = slow_flow(model, force)
+def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
+    """Hash of what a model and its force patterns make of any inputs."""
+    flow = slow_flow(model, force_patterns)
     digest = hashlib.sha256(model.hash.encode())
     digest.update(
-        force_factors(model, force).tobytes()
+        force_factors(model, force_patterns).tobytes()
         + bytes(flow.off_resonance)
         + bytes(flow.cross_response)
     )
@@ -70,7 +68,7 @@ def _npy(array: np.ndarray) -> bytes:
 
 def _arrays(
     model: Model,
-    force: Force,
+    force_patterns: ForcePatterns | None,
     contact: bool,
     elastic: Sequence[int],
     variables: Sequence[Variable],
@@ -88,11 +86,14 @@ def _arrays(
         *(STEPS_PER_PERIOD, len(variables)),
     )
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
+    rate_correction = table.rate_correction
+    if rate_correction is None:
+        rate_correction = np.empty((0, 0, 4, 0))
     doubles = {
         "node_a": table.node_a,
         "node_b": table.node_b,
         "table": table.values,
-        "lag": np.empty((0, 0, 4, 0)) if table.rate_correction is None else table.rate_correction,
+        "rate_correction": rate_correction,
         "contact_limit": limits(model.law, reduced.n_contacts),
         "contact_stiffness": reduced.stiffness,
         "contact_damping": reduced.damping,
@@ -104,14 +105,14 @@ def _arrays(
         "elastic_contacts": reduced.contact_shapes[chosen],
     }
     response = {
-        "contact_pull": surface.reaction.view(float).reshape(*nodes, 2 * reduced.n_contacts),
-        "elastic_answer": surface.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
+        "contact_reaction": surface.reaction.view(float).reshape(*nodes, 2 * reduced.n_contacts),
+        "elastic_response": surface.elastic.view(float).reshape(*nodes, 2 * len(chosen)),
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
-        "constants": _constants(model, force, variables).astype("<f8"),
+        "constants": _constants(model, force_patterns, variables).astype("<f8"),
         "inputs": _inputs(variables).astype("<f8"),
-        "near": np.array(combinations, dtype="<i4").reshape(-1, 3),
+        "combinations": np.array(combinations, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
         "orders": surface.orders.astype("<i4"),
         **{name: np.asarray(array, dtype="<f8") for name, array in response.items()},
@@ -119,9 +120,11 @@ def _arrays(
     }
 
 
-def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.ndarray:
+def _constants(
+    model: Model, force_patterns: ForcePatterns | None, variables: Sequence[Variable]
+) -> np.ndarray:
     """The struct `constants` of fmu/src/resources/model.c."""
-    flow = slow_flow(model, force)
+    flow = slow_flow(model, force_patterns)
     parameters = np.zeros(PARAMETERS)
     amplitude = np.zeros(2 * kernel.MODES)
     for variable in variables:
@@ -139,7 +142,7 @@ def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.
             np.array(flow.coupling_ratio).ravel(),
             np.array(flow.off_resonance).ravel(),
             np.array(flow.cross_response).ravel(),
-            force_factors(model, force),
+            force_factors(model, force_patterns),
             *(parameters, nominal, amplitude, carrier_range(1.0)),
         ]
     )

@@ -163,7 +163,7 @@ class Writer(ABC):
                 attributes[name] = literal(value)
         if variable.derivative_of is not None:
             attributes["derivative"] = self._reference(variable.derivative_of)
-        if variable.kind is Kind.START:  # where a force jumps, in Model Exchange
+        if variable.kind is Kind.START:  # at discontinuities of forces, in Model Exchange
             attributes["reinit"] = "true"
         return attributes
 

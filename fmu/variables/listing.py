@@ -190,7 +190,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
 
 
 def _states(model: Model, choice: Choice) -> Iterator[Variable]:
-    limit = model.table.amplitude_range
+    amplitude_range = model.table.amplitude_range
     for mode, name in enumerate(choice.mode_names):
         for part, word in enumerate(("Real", "Imaginary")):
             yield Variable(
@@ -201,7 +201,7 @@ def _states(model: Model, choice: Choice) -> Iterator[Variable]:
                 Causality.OUTPUT,
                 Quantity.AMPLITUDE,
                 start=0.0,
-                nominal=float(limit[mode]),
+                nominal=float(amplitude_range[mode]),
             )
     for mode, name in enumerate(choice.mode_names):
         description = f"Carrier angle of mode {name}, the integral of its frequency"
@@ -211,7 +211,7 @@ def _states(model: Model, choice: Choice) -> Iterator[Variable]:
         "Energy dissipated at the contacts since the start",
         _DISSIPATED_ENERGY,
         Quantity.ENERGY,
-        nominal=float(max((model.reduced.frequency * limit) ** 2)),
+        nominal=float(max((model.reduced.frequency * amplitude_range) ** 2)),
     )
 
 

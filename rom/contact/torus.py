@@ -198,7 +198,7 @@ class ContactTerms:
     S : (points, modes) complex ndarray
         Q_j |a_j| of Eq. (20), and what comes back through dampers to other modes [N kg^-1/2];
         exactly 0 where |a_j| = 0.
-    T : (points, near) complex ndarray
+    T : (points, combinations) complex ndarray
         -L_j^T P_nm of the combination resonances.
     orders : list of (n, m)
         Harmonics in P.

@@ -69,7 +69,7 @@ def steady_amplitude(
         DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.
     tolerance : float, default 1e-5
         Largest change from one window to the next, relative to the largest amplitude of the
-        carrier among the outputs (of both carriers where one is not driven).
+        carrier among the outputs (of both carriers where one is not forced).
     start : State, optional
         A state near the steady motion, with its time and so the angles theta_j, saves the
         transient; by default at rest.
@@ -104,20 +104,20 @@ class _Window:
     """Stretch of time over which a carrier is projected out of a signal."""
 
     frequency: Floats  # (modes,) of the carriers
-    driven: Flags  # (modes,) whether there is any force
+    forced: Flags  # (modes,) whether there is any force
     length: float
     samples: int
 
     @classmethod
     def of(cls, excitation: Excitation) -> _Window:
         frequency = excitation.frequency[0]
-        driven = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
+        forced = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
         slowest = frequency.min()
-        needed = _BINS / _line_spacing(frequency[driven] if driven.any() else frequency)
+        needed = _BINS / _line_spacing(frequency[forced] if forced.any() else frequency)
         periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
         samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
-        return cls(frequency, driven, length, samples)
+        return cls(frequency, forced, length, samples)
 
     def times(self, begin: float) -> Floats:
         return begin + self.length * np.arange(1, self.samples + 1) / self.samples
@@ -129,9 +129,9 @@ class _Window:
         return np.asarray((carrier * (weight / weight.sum())) @ motion.displacement)
 
     def scale(self, amplitude: Complexes) -> Floats:
-        """Largest amplitude of each carrier, of any where it is not driven, (modes, 1)."""
+        """Largest amplitude of each carrier, of any where it is not forced, (modes, 1)."""
         largest = np.abs(amplitude).max(axis=1, keepdims=True)
-        return np.asarray(np.where(self.driven[:, np.newaxis], largest, largest.max()))
+        return np.asarray(np.where(self.forced[:, np.newaxis], largest, largest.max()))
 
 
 def _line_spacing(frequency: Floats) -> float:

@@ -106,7 +106,7 @@ def combination_resonances(
 def resonant_modes(
     modes: int, order: Order, combinations: Sequence[CombinationResonance]
 ) -> tuple[int, ...]:
-    """Modes whose slow flow has a stored harmonic: its carrier, or near it."""
+    """Modes whose slow flow has a stored harmonic: its carrier, or a combination resonance."""
     return tuple(
         mode
         for mode in range(modes)
@@ -116,5 +116,5 @@ def resonant_modes(
 
 
 def tabulated_orders(combinations: Sequence[CombinationResonance], modes: int) -> list[Order]:
-    """Harmonics behind the columns of a table: the modes' own, the near ones, the mean."""
+    """Harmonics of the columns of a table: the carriers, the combination resonances, the mean."""
     return [*CARRIERS[:modes], *((term.n, term.m) for term in combinations), (0, 0)]

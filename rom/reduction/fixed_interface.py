@@ -1,4 +1,4 @@
-"""Natural modes of the structure with its contacts stuck."""
+"""Fixed-interface modes: natural modes of the structure with its contacts bonded."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from slipmode.rom.structure.partition import Partition
 _DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one
 
 _RIGID = (
-    "stiffness: must be positive definite with stuck contacts, but the bonded structure has a "
-    "rigid-body mode; fix a DOF or add a contact"
+    "stiffness: must be positive definite with bonded contacts, but the structure has a "
+    "rigid-body mode then; fix a DOF or add a contact"
 )
 
 
@@ -37,7 +37,7 @@ def modes_below(parts: Partition, frequency: float, at_least: int) -> tuple[Floa
 
 
 def fixed_interface_modes(parts: Partition, count: int) -> tuple[Floats, Floats]:
-    """Lowest natural frequencies (count,) and modes (n_e, count) with stuck contacts, Eq. (8).
+    """Lowest natural frequencies (count,) and modes (n_e, count) with bonded contacts, Eq. (8).
 
     Mass-normalised; the largest component of each mode is positive.
     """

@@ -21,7 +21,10 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
-Forces = Sequence[Mapping[int, float] | ArrayLike]  # one {DOF: amplitude} or (n,) array per mode
+# One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, which is the force per
+# unit of a scalar amplitude.
+Forces = Sequence[Mapping[int, float] | ArrayLike]
+ForcePatterns = Forces
 
 
 def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
@@ -60,14 +63,14 @@ class ForceResponse:
     def of(
         cls,
         reduced: Reduced,
-        force: Sequence[Mapping[int, float] | ArrayLike],
+        patterns: ForcePatterns,
         structure: Structure | None = None,
     ) -> Self:
-        """Of one {DOF: amplitude} or (n,) pattern per mode, on the structure that was reduced.
+        """Of force patterns on the structure that was reduced; their scale does not matter.
 
         Without the structure the displacement of DOFs lacks the static part.
         """
-        f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
+        f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in patterns])
         own = np.array([reduced.modal_force(j, each) for j, each in enumerate(f)])
         f = np.divide(f, own[:, np.newaxis], out=np.zeros_like(f), where=own[:, np.newaxis] != 0)
         static = np.zeros_like(f.T)
@@ -77,8 +80,8 @@ class ForceResponse:
             modal=f @ reduced.all_shapes,
             contact=f @ reduced.contact_shapes,
             static=static,
-            shift=off_resonance_shift(reduced, force),
-            cross_response=cross_response(reduced, force),
+            shift=off_resonance_shift(reduced, patterns),
+            cross_response=cross_response(reduced, patterns),
         )
 
     def residual_force(self, reduced: Reduced) -> Complexes:
@@ -119,7 +122,7 @@ class ForceResponse:
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
 
 
-def cross_response(reduced: Reduced, force: Forces) -> Complexes:
+def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """Displacement of mode k by the force of another mode j, per unit of F_j, at the carriers.
 
     Returns
@@ -130,7 +133,7 @@ def cross_response(reduced: Reduced, force: Forces) -> Complexes:
     cross_response = np.zeros((len(reduced.modes), len(reduced.modes)), dtype=complex)
     if reduced.formulation == "paper":
         return cross_response
-    for j, pattern in enumerate(force):
+    for j, pattern in enumerate(patterns):
         own = reduced.modal_force(j, pattern)
         if own == 0.0:
             continue
@@ -140,7 +143,7 @@ def cross_response(reduced: Reduced, force: Forces) -> Complexes:
     return cross_response
 
 
-def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
+def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """What the forces do to the contacts past their own mode, as a shift of its amplitude.
 
     Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
@@ -151,8 +154,8 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
 
     Parameters
     ----------
-    force : one {DOF: amplitude} or (n,) array_like per mode
-        Force directions.
+    patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode
+        Where the forces act; their scale does not matter.
 
     Returns
     -------
@@ -162,7 +165,7 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
     shift = np.zeros(len(reduced.modes), dtype=complex)
     if reduced.formulation == "paper":
         return shift
-    for j, pattern in enumerate(force):
+    for j, pattern in enumerate(patterns):
         f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(j, pattern)
         modal = reduced.all_shapes.T @ f
         moved = reduced.contact_motion[j]
@@ -177,6 +180,7 @@ def off_resonance_shift(reduced: Reduced, force: Forces) -> Complexes:
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
+<<<<<<< HEAD
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
     squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
@@ -187,3 +191,11 @@ def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
         stuck = stuck_response(structure, reduced.contacts, f, shapes[:, squares == 0.0])
         shapes, squares = shapes[:, squares > 0.0], squares[squares > 0.0]
     return np.asarray(stuck - (shapes / squares) @ (shapes.T @ f))
+=======
+    """Static displacement (n, forces) with bonded contacts, less that of all modes kept."""
+    parts = structure.partition()
+    bonded = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
+    squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
+    shapes = reduced.all_shapes
+    return np.asarray(bonded - (shapes / squares) @ (shapes.T @ f))
+>>>>>>> main

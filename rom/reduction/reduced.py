@@ -116,15 +116,17 @@ class Reduced:
 
         With what dampers between the modes make the others do at that frequency.
         """
-        driven = zip(np.asarray(frequency, dtype=float), self.driven(frequency), strict=True)
+        given = np.asarray(frequency, dtype=float)
         return np.array(
             [
                 self.modal_coupling(nu)[j] + ratio @ self.modal_coupling(nu)
-                for j, (nu, ratio) in enumerate(driven)
+                for j, (nu, ratio) in enumerate(
+                    zip(given, self.response_by_dampers(given), strict=True)
+                )
             ]
         )
 
-    def driven(self, frequency: Floats) -> Complexes:
+    def response_by_dampers(self, frequency: Floats) -> Complexes:
         """What all modes do per a_j at nu_j (modes,), by dampers; (modes, modes + nonresonant)."""
         ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
         for j, nu in enumerate(np.asarray(frequency, dtype=float)):
@@ -145,7 +147,7 @@ class Reduced:
     @cached_property
     def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
-        ratio = self.driven(self.carrier)
+        ratio = self.response_by_dampers(self.carrier)
         back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
         return np.array(np.sum(ratio * np.array(back), axis=1))
 
@@ -252,25 +254,27 @@ class Reduced:
         modal = abs(self.modal_force(mode, f))
         own = modal > max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _IDLE * largest)
         shapes = self.contact_shapes[:, (self.spring[mode] != 0) | (self.damper[mode] != 0)]
-        direct = np.abs(shapes.T @ f).max(initial=0.0)
-        through_contacts = direct > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
+        on_contacts = np.abs(shapes.T @ f).max(initial=0.0)
+        through_contacts = on_contacts > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
         return bool(own or (through_contacts and self.formulation == "consistent"))
 
 
-def force_vector(force: Mapping[int, float] | ArrayLike, n_dofs: int) -> Floats:
-    """Force amplitudes (n,) [N] from {DOF: amplitude} or from an array."""
+def force_vector(
+    force: Mapping[int, float] | ArrayLike, n_dofs: int, key: str = "force"
+) -> Floats:
+    """Force amplitudes (n,) from {DOF: amplitude} or from an array; a refusal names `key`."""
     if isinstance(force, Mapping):
         vector = np.zeros(n_dofs)
         for dof, amplitude in force.items():
             if not 0 <= dof < n_dofs:
                 raise SlipmodeError(
-                    f"force: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+                    f"{key}: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
                 )
             vector[dof] = amplitude
     else:
         vector = np.asarray(force, dtype=float)
     if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
         raise SlipmodeError(
-            f"force: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED} [N]"
+            f"{key}: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED}"
         )
     return vector

@@ -1,9 +1,10 @@
 """Contact and elastic motion from the slow amplitudes, in two ways.
 
-Marched: the contact problem (12) along the slow trajectory, pulled also by the modal response to
-its harmonics. Right at every corner of the motion; the cost is that of the time marched.
+Marched: the contact problem (12) along the slow trajectory, with the reaction of the modal
+response to its harmonics. Right at every corner of the motion; the cost is that of the time
+marched.
 
-Summed: the tabulated harmonics (14), each with its answer of the modes. Any instant by itself, at
+Summed: the tabulated harmonics (14), each with the modal response to it. Any instant by itself, at
 a cost that does not depend on the time between them; blind to what the harmonics leave out.
 
 Friction forgets within a few periods, so either has any window without going through t = 0.

@@ -53,7 +53,7 @@ class ModalResponse:
 
 
 def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
-    """Answer of the modes along a trajectory; empty where the model keeps no harmonics."""
+    """Response of the modes along a trajectory; empty where the model keeps no harmonics."""
     points, reduced = trajectory.time.size, model.reduced
     all_modes = reduced.all_shapes.shape[1]
     if model.harmonics is None:
@@ -77,9 +77,9 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
             group = np.array(members)
             here = np.ix_(rows, group)
             others = _Others.of(reduced, excluded, nu[here].ravel())
-            responded, pulled = others.response(P[here].reshape(-1, reduced.n_contacts))
+            responded, reacting = others.response(P[here].reshape(-1, reduced.n_contacts))
             modal[np.ix_(rows, group, others.numbers)] = responded.reshape(*nu[here].shape, -1)
-            reaction[here] = pulled.reshape(P[here].shape)
+            reaction[here] = reacting.reshape(P[here].shape)
         for mode, order in enumerate(CARRIERS[: model.modes]):
             q = orders.index(order)
             excluded = resonant_modes(model.modes, order, model.combinations)
@@ -119,27 +119,28 @@ class _Others:
         coupling = reduced.modal_coupling(nu)[:, numbers]
         return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
 
-    def driven(self, force: Complexes) -> Complexes:
+    def displacement(self, force: Complexes) -> Complexes:
         """Displacement by forces on them (points, others, forces)."""
         return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
 
     def response(
         self, P: Complexes, force: Complexes | float = 0.0
     ) -> tuple[Complexes, Complexes]:
-        """Displacement by contacts P (points, N_c) and forces, and its pull on the contacts."""
+        """Displacement by contacts P (points, N_c) and forces; its reaction on the contacts."""
         on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
-        q = self.driven(on_them[..., np.newaxis])[..., 0]
+        q = self.displacement(on_them[..., np.newaxis])[..., 0]
         follows = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
         if self.reduced.contacts is not None:
             follows = follows - 1j * self.frequency[:, np.newaxis] * (P @ self.reduced.damping)
         return q, follows - np.einsum("pjc,pj->pc", self.coupling, q)
 
     def contact_stiffness(self) -> Complexes:
-        """Of the contacts without friction, less what these modes answer, (points, N_c, N_c)."""
+        """Of the contacts without friction, these modes responding, (points, N_c, N_c)."""
         reduced, nu = self.reduced, self.frequency[:, np.newaxis, np.newaxis]
         inertia = reduced.mass + reduced.carried_mass
         own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * inertia
-        return np.asarray(own - self.coupling.transpose(0, 2, 1) @ self.driven(self.coupling))
+        reacting = self.coupling.transpose(0, 2, 1) @ self.displacement(self.coupling)
+        return np.asarray(own - reacting)
 
 
 def _at_carrier(
@@ -151,7 +152,7 @@ def _at_carrier(
     mode: int,
     P: Complexes,
 ) -> tuple[Complexes, Complexes, Complexes]:
-    """Contacts, answer and pull where a force acts; P as its mode alone makes it."""
+    """Contacts, response and reaction where a force acts; P as its mode alone makes it."""
     force_response = trajectory.force_response
     on_modes: Complexes | float = 0.0
     on_contacts: Complexes | float = 0.0
@@ -159,21 +160,21 @@ def _at_carrier(
         half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
         on_modes = half * force_response.modal[mode, others.numbers]
         on_contacts = half * force_response.residual_force(model.reduced)[mode]
-        push = on_contacts + others.response(np.zeros_like(P), on_modes)[1]
-        drawn = effective[points, mode, np.newaxis] * model.reduced.coupling[mode]
-        P = P + _pushed(others.contact_stiffness(), P, -drawn, push)
+        further = on_contacts + others.response(np.zeros_like(P), on_modes)[1]
+        coupled = effective[points, mode, np.newaxis] * model.reduced.coupling[mode]
+        P = P + _displacement_by(further, others.contact_stiffness(), P, -coupled)
     q, reaction = others.response(P, on_modes)
-    cross_response = others.driven(others.all_rows[:, :, [mode]])[
-        ..., 0
-    ]  # what dampers make of a_j
+    by_dampers = others.displacement(others.all_rows[:, :, [mode]])[..., 0]  # per a_j
     return (
         P,
-        q - cross_response * trajectory.amplitude[points, mode, np.newaxis],
+        q - by_dampers * trajectory.amplitude[points, mode, np.newaxis],
         reaction + on_contacts,
     )
 
 
-def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexes) -> Complexes:
+def _displacement_by(
+    further: Complexes, stiffness: Complexes, P: Complexes, force: Complexes
+) -> Complexes:
     """What a small further force adds to a carrier P of the contacts, (points, N_c).
 
     Friction resists it with its secant stiffness, friction_i / P_i, which `force` and P tell; a
@@ -187,4 +188,4 @@ def _pushed(stiffness: Complexes, P: Complexes, force: Complexes, push: Complexe
     system = stiffness * moving[:, np.newaxis, :]
     contacts = np.arange(P.shape[1])
     system[:, contacts, contacts] += np.where(sticks, 1.0, friction)
-    return np.asarray(moving * np.linalg.solve(system, push[..., np.newaxis])[..., 0])
+    return np.asarray(moving * np.linalg.solve(system, further[..., np.newaxis])[..., 0])

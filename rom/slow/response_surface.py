@@ -46,7 +46,7 @@ class ResponseSurface:
 
 
 def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
-    """The answer for contact motion and the displacement of some DOFs, at the model's carriers.
+    """The response for contact motion and the displacement of some DOFs, at the model's carriers.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         return no_response(model, rows)
     if model.harmonics is None:
         raise SlipmodeError(
-            "contact: this model keeps no harmonics, to which its modes answer; tabulate it "
+            "contact: this model keeps no harmonics, to which its modes respond; tabulate it "
             f"with harmonics={RESPONSE_ORDER}"
         )
     orders = model.harmonics.orders
@@ -119,13 +119,13 @@ def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
     for j, carrier in enumerate(CARRIERS[: model.modes]):
         responding, _, nu = _responding(model, carrier)
         D = model.reduced.modal_stiffness(nu)
-        cross_response = np.linalg.solve(D[np.ix_(responding, responding)], D[responding, j])
-        moved[:, j] -= shapes[:, responding] @ cross_response
+        by_dampers = np.linalg.solve(D[np.ix_(responding, responding)], D[responding, j])
+        moved[:, j] -= shapes[:, responding] @ by_dampers
     return moved
 
 
 def _counts(response: Complexes, per_amplitude: Complexes, model: Model) -> Flags:
-    """Which orders of an answer (n_a, n_b, orders, signals) are not negligible, (orders,).
+    """Which orders of a response (n_a, n_b, orders, signals) are not negligible, (orders,).
 
     Beside what the amplitudes do by themselves, (modes, signals) per unit, at most.
     """

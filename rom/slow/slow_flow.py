@@ -14,20 +14,26 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.coupling import coupling_coefficients
-from slipmode.rom.reduction.force_response import Forces, cross_response, off_resonance_shift
+from slipmode.rom.reduction.force_response import (
+    ForcePatterns,
+    cross_response,
+    off_resonance_shift,
+)
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
 
-def slow_flow(model: Model, force: Forces | None = None) -> kernel.SlowFlow:
+def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.SlowFlow:
     """The amplitude equations as the core reads them; forces act as `off_resonance_shift` says."""
-    shift = None if force is None else off_resonance_shift(model.reduced, force)
-    off_resonance = None if force is None else cross_response(model.reduced, force)
+    shift = off_resonance = None
+    if force_patterns is not None:
+        shift = off_resonance_shift(model.reduced, force_patterns)
+        off_resonance = cross_response(model.reduced, force_patterns)
     return _slow_flow(model, shift, off_resonance)
 
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
-    """The same, the contacts feeling a_j + shift_j F_j exp(i phase_j), and no other response."""
+    """The same with effective amplitudes a_j + shift_j F_j exp(i phase_j), no other response."""
     return _slow_flow(model, np.broadcast_to(np.asarray(shift, dtype=complex), model.modes), None)
 
 
@@ -54,12 +60,12 @@ def inputs_of(
     moving = np.broadcast_to(np.asarray(force_rate, dtype=complex), force.shape)
     size = np.abs(force)
     phase = np.angle(np.where(size > 0.0, force, moving))  # from rest, that in which it grows
-    turned = moving * np.exp(-1j * phase)
+    rotated = moving * np.exp(-1j * phase)
     given = {
         "force": size,
-        "force_rate": turned.real,
+        "force_rate": rotated.real,
         "phase": phase,
-        "phase_rate": np.divide(turned.imag, size, out=np.zeros_like(size), where=size > 0.0),
+        "phase_rate": np.divide(rotated.imag, size, out=np.zeros_like(size), where=size > 0.0),
         "frequency": frequency,
         "frequency_rate": frequency_rate,
         "angle": angle,

@@ -92,7 +92,8 @@ def steady(
     frequency : (..., modes) array_like
         Forcing frequencies [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N].
+        Force amplitudes [N] on the DOFs: magnitude times pattern, which `fmu.Component` takes
+        apart (`force_patterns`, and the inputs force_A and force_B).
     phase : sequence of float
         Phases of the forces [rad].
 
@@ -211,14 +212,14 @@ class _Steady:
 
     def relax(self, Omega: Floats) -> Complexes:
         """(stiffness - Q) a = F / 2 + Q shift F, half a step at a time from rest."""
-        direct = self.shift * self.excitation
+        off_resonance = self.shift * self.excitation
         amplitude = self.inside(np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex))
         moving = np.arange(len(amplitude))
         for _ in range(_RELAXATION_PASSES):
             before = amplitude[moving]
             now = self.balance(before, Omega[moving])
-            Q = now.friction / (before + direct)
-            balanced = (0.5 * self.excitation + Q * direct) / (now.stiffness - Q)
+            Q = now.friction / (before + off_resonance)
+            balanced = (0.5 * self.excitation + Q * off_resonance) / (now.stiffness - Q)
             step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
             modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
             amplitude[moving] = self.inside(phasor(modulus, np.angle(balanced)))
@@ -275,14 +276,14 @@ class _Steady:
         return inputs_of(np.broadcast_to(self.excitation, Omega.shape), Omega)
 
     def inside(self, amplitude: Complexes) -> Complexes:
-        """The amplitudes, scaled back where what the contacts feel of them leaves the table."""
-        direct = self.shift * self.excitation
-        modulus = np.abs(amplitude + direct)
+        """The amplitudes, scaled back where the effective ones would leave the table."""
+        off_resonance = self.shift * self.excitation
+        modulus = np.abs(amplitude + off_resonance)
         over = modulus > self._range
         factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
-        return np.where(over, factor * (amplitude + direct) - direct, amplitude)
+        return np.where(over, factor * (amplitude + off_resonance) - off_resonance, amplitude)
 
     @property
     def _range(self) -> Floats:
-        """A little inside the table, so that the coupling may turn."""
+        """A little inside the table, so that the coupling ratio has room."""
         return 0.998 * self.model.table.amplitude_range

@@ -33,7 +33,8 @@ class SlowTrajectory:
     force_response : ForceResponse, optional
         What the forces do past their own mode. Default: nothing.
     discontinuity : (steps, modes) complex ndarray, optional
-        What jumps of the forces add to the amplitudes at the start of each step. Default: nothing.
+        What discontinuities of the forces add to the amplitudes at the start of each step.
+        Default: nothing.
     """
 
     time: Floats
@@ -50,13 +51,13 @@ class SlowTrajectory:
 
     @property
     def amplitude_start(self) -> Complexes:
-        """Amplitudes at the start of each step, past its jump, (steps, modes)."""
+        """Amplitudes at the start of each step, past its discontinuity, (steps, modes)."""
         before = self.amplitude[:-1]
         return before if self.discontinuity is None else before + self.discontinuity
 
     @property
     def shift(self) -> Complexes | float:
-        """What the contacts feel on top of a_j, per unit of force."""
+        """What the effective amplitudes at the contacts have besides a_j, per unit of force."""
         return self.force_response.shift if self.force_response else 0.0
 
     @property
@@ -106,7 +107,7 @@ class SlowTrajectory:
         )
 
     def effective(self, model: Model) -> Complexes:
-        """What the contacts feel of each mode at every time, (steps + 1, modes)."""
+        """Effective amplitudes at the contacts at every time, (steps + 1, modes)."""
         factor = coupling_factor(model.reduced, self.point_frequency)
         return np.asarray(factor * (self.amplitude + self.shift * self.point_force))
 
@@ -127,7 +128,7 @@ class SlowTrajectory:
         return segments
 
     def contact_segments(self, segments: np.ndarray, reaction: Complexes) -> np.ndarray:
-        """The same as the contacts feel it; `pull` (steps + 1, orders, N_c) must outlive it."""
+        """With effective amplitudes; `reaction` (steps + 1, orders, N_c) must outlive them."""
         segments = segments.copy()
         modes = slice(0, self.amplitude.shape[1])
         moving = self.shift * self.force_rate

@@ -116,7 +116,7 @@ def solve(matrix: Matrix, right: Floats) -> Floats:
             scaled = scipy.linalg.solve(unit * matrix * unit.T, unit * right, assume_a="pos")
     except (RuntimeError, scipy.linalg.LinAlgError, RuntimeWarning, scipy.linalg.LinAlgWarning):
         raise SlipmodeError(
-            "mass, stiffness: must be positive definite with stuck contacts, also to rounding: "
+            "mass, stiffness: must be positive definite with bonded contacts, also to rounding: "
             "what is stiffer or heavier than the rest by 1e15 should be modelled as rigid"
         ) from None
     return np.asarray(unit * scaled)

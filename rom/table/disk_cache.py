@@ -37,7 +37,7 @@ def folder() -> Path:
     return Path(override) if override else Path(platformdirs.user_cache_dir("slipmode"))
 
 
-def limit() -> int:
+def bound() -> int:
     """Bytes that may be kept; SLIPMODE_CACHE_MIB overrides the default of 1024 MiB.
 
     Raises
@@ -100,9 +100,9 @@ def keep(name: str, save: Callable[[Path], None]) -> None:
     Raises
     ------
     SlipmodeError
-        As `limit`.
+        As `bound`.
     """
-    most = limit()
+    most = bound()
     path = folder() / name
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

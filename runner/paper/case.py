@@ -104,18 +104,18 @@ class Case:
         """K_xx of Eq. (13), (2, 2) [N/m]."""
         return self.paper.reduced.stiffness
 
-    def forces(self, driven: str = "AB") -> tuple[dict[int, float], dict[int, float]]:
-        """{DOF: amplitude} per mode; nothing on a mode that is not in `driven`."""
-        a, b = (f if mode in driven else 0.0 for mode, f in zip("AB", self.force, strict=True))
+    def forces(self, forced: str = "AB") -> tuple[dict[int, float], dict[int, float]]:
+        """{DOF: amplitude} per mode; nothing on a mode that is not in `forced`."""
+        a, b = (f if mode in forced else 0.0 for mode, f in zip("AB", self.force, strict=True))
         return {0: a}, {1: b}
 
-    def excitation(self, driven: str = "AB") -> full.Excitation:
+    def excitation(self, forced: str = "AB") -> full.Excitation:
         """The forces, switched on at t = 0."""
-        return full.Excitation.harmonic(self.structure, self.forces(driven), self.frequency)
+        return full.Excitation.harmonic(self.structure, self.forces(forced), self.frequency)
 
-    def by_full_order(self, times: Floats, driven: str = "AB") -> Signals:
+    def by_full_order(self, times: Floats, forced: str = "AB") -> Signals:
         """Motion from rest, all degrees of freedom integrated in time."""
-        motion = full.integrate(self.structure, self.law, self.excitation(driven), times)
+        motion = full.integrate(self.structure, self.law, self.excitation(forced), times)
         return Signals(
             *(motion.time, motion.displacement[:, :2]),
             *(motion.contact_displacement, motion.contact_force),

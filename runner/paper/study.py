@@ -43,12 +43,12 @@ class Study:
     @cached_property
     def alone_a(self) -> Signals:
         """Full order, mode A alone forced."""
-        return self.case.by_full_order(self.window, driven="A")
+        return self.case.by_full_order(self.window, forced="A")
 
     @cached_property
     def alone_b(self) -> Signals:
         """Full order, mode B alone forced."""
-        return self.case.by_full_order(self.window, driven="B")
+        return self.case.by_full_order(self.window, forced="B")
 
     @cached_property
     def both(self) -> Signals:
@@ -89,7 +89,7 @@ class Study:
     @cached_property
     def envelope(self) -> tuple[Floats, Floats]:
         """Times (n,) and |A|, |B| (n, 2) of the consistent slow flow from rest to TRANSIENT."""
-        component = Component(self.case.consistent, force=({0: 1.0}, {1: 1.0}))
+        component = Component(self.case.consistent, force_patterns=({0: 1.0}, {1: 1.0}))
         given = dict.fromkeys(component.input_names, 0.0)
         for mode, force, frequency in zip("AB", self.case.force, self.case.frequency, strict=True):
             given |= {f"force_{mode}": force, f"frequency_{mode}": frequency}

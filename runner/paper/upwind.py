@@ -32,11 +32,11 @@ def friction_functions(
     moduli = np.asarray(amplitudes, dtype=float)
     x = _march(reduced, law, moduli, steps, periods)
     last = np.arange(steps * (periods - 1) + 1, steps * periods + 1)
-    turn = np.exp(-2j * np.pi * last / steps) / steps**2
+    weight = np.exp(-2j * np.pi * last / steps) / steps**2
     window = x[np.ix_(last, last)]
     L = reduced.spring
-    P_10 = np.einsum("n,nmpc->pc", turn, window)
-    P_01 = np.einsum("m,nmpc->pc", turn, window)
+    P_10 = np.einsum("n,nmpc->pc", weight, window)
+    P_01 = np.einsum("m,nmpc->pc", weight, window)
     Q: Complexes = -np.stack((P_10 @ L[0], P_01 @ L[1]), axis=-1) / moduli
     return Q
 

@@ -37,8 +37,8 @@ class Excited:
         Of "A" and "B".
     reduced : Reduced
     law : Tanh or Coulomb
-    force : tuple of (n,) ndarray
-        Direction of each mode's force.
+    force_patterns : tuple of (n,) ndarray
+        Force on every DOF per unit of the scripted amplitude, of each mode.
     initial : tuple of complex
         Motion of the modes at t = 0, as amplitudes.
     amplitude : tuple of complex
@@ -48,7 +48,7 @@ class Excited:
     modes: tuple[Mode, ...]
     reduced: Reduced
     law: Friction
-    force: tuple[Floats, ...]
+    force_patterns: tuple[Floats, ...]
     initial: tuple[complex, ...]
     amplitude: tuple[complex, ...]
 
@@ -58,13 +58,17 @@ class Excited:
         self, schedule: Schedule, steps: slice = slice(None)
     ) -> tuple[Complexes, Complexes]:
         """F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
-        modal = np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
+        modal = np.array(
+            [self.reduced.modal_force(j, f) for j, f in enumerate(self.force_patterns)]
+        )
         start, end = schedule.forces(self.modes, steps)
         return modal * start, modal * end
 
     def component(self, model: Model, tolerance: float) -> Component:
         """A component at t = 0 of the scene."""
-        component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
+        component = Component(
+            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance
+        )
         component.reset(amplitude=self.amplitude)
         return component
 
@@ -118,24 +122,24 @@ def dry_run(
     SlipmodeError
         If the amplitudes grow without bound, or a step cannot be taken on any table.
     """
-    limit = _first_guess(excited, schedule)
-    largest = _LARGEST_GROWTH * limit
+    tried = _first_guess(excited, schedule)
+    largest = _LARGEST_GROWTH * tried
     while True:
         coarse, _ = cached_model(
-            *(excited.reduced, excited.law, limit.tolist(), _TOLERANCE),
+            *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
             combinations=combinations,
             progress=progress,
         )
         path, reached, complete = _path(excited, coarse, schedule)
         if complete:
             break
-        limit = np.where(reached > 0.5 * limit, 2.0 * limit, limit)
-        if np.any(limit > largest):
+        tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
+        if np.any(tried > largest):
             raise SlipmodeError(
                 "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
             )
     shift = _shift_of(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * limit)
+    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * tried)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
@@ -148,8 +152,8 @@ def dry_run(
 
 def _shift_of(excited: Excited, schedule: Schedule) -> Floats:
     """What the forces add to the amplitudes that act on the contacts, at most."""
-    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
-    shift = np.abs(off_resonance_shift(excited.reduced, excited.force) * factor)
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
+    shift = np.abs(off_resonance_shift(excited.reduced, excited.force_patterns) * factor)
     return np.asarray(shift * _largest_force(excited, schedule))
 
 
@@ -175,7 +179,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     first = slip.min(axis=1)
     initial = np.abs(np.array(excited.amplitude))
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
-    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force)]
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
     force = np.abs(factor) * _largest_force(excited, schedule)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))

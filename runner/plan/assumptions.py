@@ -29,7 +29,8 @@ def check_assumptions(
     reduced, law, names = excited.reduced, excited.law, excited.modes
     combinations = combination_resonances(reduced.carrier)
     force = [
-        pattern * largest for pattern, largest in zip(excited.force, largest_force, strict=True)
+        pattern * largest
+        for pattern, largest in zip(excited.force_patterns, largest_force, strict=True)
     ]
     return [
         *separation_findings(structure, reduced, names),

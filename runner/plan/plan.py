@@ -44,7 +44,7 @@ class Plan:
     scene : Scene
     structure : Structure
     excited : Excited
-        What is modelled: modes, reduced matrices, friction law, force directions.
+        What is modelled: modes, reduced matrices, friction law, force patterns.
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m].
@@ -129,7 +129,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         modes,
         reduced,
         _law(scene, reduced.n_contacts),
-        tuple(_force(scene, mode, reduced, index) for index, mode in enumerate(modes)),
+        tuple(_force_pattern(scene, mode, reduced, index) for index, mode in enumerate(modes)),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
     )
@@ -244,16 +244,16 @@ def _law(scene: Scene, contacts: int) -> Friction:
     return law
 
 
-def _force(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
-    """Direction of a mode's force in the structure's DOFs; it must be able to move the mode."""
+def _force_pattern(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
+    """Force on every DOF per unit of its amplitude; it must be able to move its mode."""
     if mode not in scene.forcing:
         return np.zeros(reduced.n_dofs)
-    direction = scene.forcing[mode].vector(reduced.n_dofs)
-    if not reduced.is_moved_by(index, direction):
+    pattern = scene.forcing[mode].vector(reduced.n_dofs)
+    if not reduced.is_moved_by(index, pattern):
         raise SlipmodeError(
             f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
         )
-    return direction
+    return pattern
 
 
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
@@ -261,7 +261,7 @@ def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     reduced, first = excited.reduced, slice(1)
     force, _ = excited.modal_forces(schedule, first)
     frequency = schedule.inputs([f"frequency_{mode}" for mode in excited.modes], first)
-    force_response = ForceResponse.of(reduced, excited.force)
+    force_response = ForceResponse.of(reduced, excited.force_patterns)
     at_rest = force_response.free_vibration(reduced, force[0], frequency[0])
     return tuple((np.array(excited.initial) + at_rest).tolist())
 

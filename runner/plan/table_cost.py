@@ -1,4 +1,4 @@
-"""What is saved by tabulating only the region of a scene, measured on the spot."""
+"""What a table of the whole plane would cost besides that of a scene's region, measured."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BATCH = 32  # nodes that are solved to be timed
 _REPEATS = 2  # the least counts
 
 
-def region_saving(model: Model) -> Decision:
+def whole_table_cost(model: Model) -> Decision:
     """What a table of a tabulated region leaves unsolved, and the error it was found to have.
 
     The number of contact problems is a lower bound; the seconds, of one processor, are those that
@@ -29,11 +29,11 @@ def region_saving(model: Model) -> Decision:
     picked = left[np.linspace(0, len(left) - 1, _BATCH).astype(int)]
     amplitudes = np.column_stack((table.node_a[picked[:, 0]], table.node_b[picked[:, 1]]))
     each = min(_seconds(model, amplitudes) for _ in range(_REPEATS)) / _BATCH
-    saved = least_everywhere(table) - accuracy.solved
+    further = least_everywhere(table) - accuracy.solved
     return Decision(
         "its tabulation",
         f"{accuracy.solved} contact problems",
-        f"the whole table: at least {saved} more, {saved * each:.2g} s of a processor; "
+        f"the whole table: at least {further} more, {further * each:.2g} s of a processor; "
         f"error found {accuracy.interpolation:.1g}, model.tolerance is {accuracy.tolerance:g}",
     )
 

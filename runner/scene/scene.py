@@ -214,7 +214,7 @@ def _forcing_of(mode: str, table: Table) -> Forcing:
         raise table.error("dof", "give exactly one of dof and vector")
     return Forcing(
         mode=mode,
-        direction=table.integer("dof") if "dof" in table else table.numbers("vector"),
+        pattern=table.integer("dof") if "dof" in table else table.numbers("vector"),
         amplitude=table.script("amplitude", _AMPLITUDE),
         frequency=table.script("frequency", POSITIVE),
         phase=table.script("phase", FINITE, default=0.0),

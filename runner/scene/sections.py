@@ -65,35 +65,35 @@ class Modes:
 
 @dataclass(frozen=True)
 class Forcing:
-    """The force `amplitude cos(theta)` along a direction; theta' = frequency, plus phase."""
+    """The force `amplitude cos(theta)` of a pattern; theta' = frequency, plus phase."""
 
     mode: str
-    direction: int | tuple[float, ...]
+    pattern: int | tuple[float, ...]
     amplitude: Script
     frequency: Script
     phase: Script
 
     def vector(self, n_dofs: int) -> Floats:
-        """The direction as an (n,) vector: a unit vector if it was given as a DOF.
+        """The pattern as an (n,) vector: a unit vector if it was given as a DOF.
 
         Raises
         ------
         SlipmodeError
             If the structure has no such DOF, or another number of them.
         """
-        if isinstance(self.direction, tuple):
-            if len(self.direction) != n_dofs:
+        if isinstance(self.pattern, tuple):
+            if len(self.pattern) != n_dofs:
                 raise SlipmodeError(
                     f"forcing.{self.mode}.vector: must have {n_dofs} numbers, one per DOF, "
-                    f"got {len(self.direction)}"
+                    f"got {len(self.pattern)}"
                 )
-            return np.array(self.direction)
-        if self.direction >= n_dofs:
+            return np.array(self.pattern)
+        if self.pattern >= n_dofs:
             raise SlipmodeError(
-                f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.direction}"
+                f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.pattern}"
             )
         unit = np.zeros(n_dofs)
-        unit[self.direction] = 1.0
+        unit[self.pattern] = 1.0
         return unit
 
 

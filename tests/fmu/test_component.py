@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import simpson, solve_ivp
 from slow_time import slow_trajectory, steady_balance
 from stepping import (
-    FORCE,
+    FORCE_PATTERNS,
     HELD,
     STEPS,
     SWEPT,
@@ -302,7 +302,7 @@ def test_the_dissipated_power_is_that_of_friction_alone():
     )
     durations, held = np.full(2200, 1.0), component(of=of)
     rows = march(held, durations)
-    trajectory = slow_trajectory(of, FORCE, np.append(0.0, np.cumsum(durations)), **HELD)
+    trajectory = slow_trajectory(of, FORCE_PATTERNS, np.append(0.0, np.cumsum(durations)), **HELD)
     times = 2000.0 + np.arange(1, 16001) * 0.0125  # about as good as whole periods of both
     motion = reconstruct(of, trajectory, times, steps_per_period=256)
     friction = np.mean(np.sum(motion.force * motion.velocity, axis=1))
@@ -316,7 +316,7 @@ def test_the_dissipated_power_is_that_of_friction_alone():
 
 @pytest.mark.parametrize(("name", "number"), [("A", 0), ("B", 1)])
 def test_a_mode_that_is_not_modelled_has_no_inputs_and_reads_zero(name, number):
-    alone = Component(model((number,)), FORCE[number : number + 1], mode_names=(name,))
+    alone = Component(model((number,)), FORCE_PATTERNS[number : number + 1], mode_names=(name,))
     assert {variable[-1] for variable in alone.input_names} == {name}
     alone.set_inputs(**{f"force_{name}": HELD[f"force_{name}"]})
     march(alone, [50.0])
@@ -378,9 +378,9 @@ def test_refusals_name_the_variable_and_change_nothing(refused, complaint):
         ({"elastic": (0,)}, "elastic: needs contact=True"),
         ({"tolerance": 0.0}, "tolerance: must be 1e-13 to 1e-2"),
         ({"tolerance": NAN}, "tolerance: must be 1e-13 to 1e-2"),
-        ({"force": ({0: 1.0},)}, r"force: needs one entry per mode \(2\)"),
-        ({"force": ({0: 1.0}, {7: 1.0})}, "force: DOF 7 is out of range"),
-        ({"force": ({0: 1.0}, {0: NAN})}, "force: must be 4 finite numbers"),
+        ({"force_patterns": ({0: 1.0},)}, r"force_patterns: needs one entry per mode \(2\)"),
+        ({"force_patterns": ({0: 1.0}, {7: 1.0})}, "force_patterns: DOF 7 is out of range"),
+        ({"force_patterns": ({0: 1.0}, {0: NAN})}, "force_patterns: must be 4 finite numbers"),
         ({"mode_names": ("A",)}, "mode_names: must be distinct, of A and B"),
         ({"mode_names": ("A", "C")}, "mode_names: must be distinct, of A and B"),
     ],

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from slow_time import slow_trajectory
-from stepping import FORCE, HELD, component, march, model
+from stepping import FORCE_PATTERNS, HELD, component, march, model
 
 from slipmode import rom
 from slipmode.fmu import Component
@@ -29,7 +29,7 @@ def errors_of_motion(of, dofs, durations, measure, steps_per_period):
     stepped = component(of=of, contact=True, elastic=dofs)
     columns = dict(zip(stepped.output_names, march(stepped, durations).T, strict=True))
     time = np.append(0.0, np.cumsum(durations))
-    trajectory = slow_trajectory(of, FORCE[: of.modes], time, **held)
+    trajectory = slow_trajectory(of, FORCE_PATTERNS[: of.modes], time, **held)
     motion = reconstruct(of, trajectory, trajectory.time[1:], steps_per_period=steps_per_period)
     contacts = range(of.reduced.n_contacts)
     expected = {

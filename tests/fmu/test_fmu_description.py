@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fmpy.build import build_platform_binary
 from fmpy.validation import validate_fmu
-from fmu_fixtures import FORCE, START, VERSIONS, component, instance
+from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component, instance
 from lxml import etree
 
 from slipmode import fmu, rom
@@ -119,7 +119,7 @@ def test_the_same_model_gives_the_same_file(fmus, fmi, two_mode_model, tmp_path)
     again = fmu.export(
         two_mode_model,
         tmp_path / "again.fmu",
-        FORCE,
+        FORCE_PATTERNS,
         fmi=fmi,
         contact=True,
         elastic=(0, 1),
@@ -129,7 +129,9 @@ def test_the_same_model_gives_the_same_file(fmus, fmi, two_mode_model, tmp_path)
 
 
 def test_another_start_is_another_token(fmus, two_mode_model, tmp_path):
-    other = fmu.export(two_mode_model, tmp_path / "other.fmu", FORCE, start={"force_A": 0.2})
+    other = fmu.export(
+        two_mode_model, tmp_path / "other.fmu", FORCE_PATTERNS, start={"force_A": 0.2}
+    )
     tokens = {fmpy.read_model_description(path).guid for path in (other, *fmus.values())}
     assert len(tokens) == 2  # both versions of the same resources share theirs
 
@@ -208,7 +210,7 @@ def test_sources_rebuild_the_library(unzipped, fmi, configuration, tmp_path, two
 )
 def test_wrong_arguments_are_named(options, message, two_mode_model, tmp_path):
     with pytest.raises(SlipmodeError, match=message):
-        fmu.export(two_mode_model, tmp_path / "wrong.fmu", FORCE, **options)
+        fmu.export(two_mode_model, tmp_path / "wrong.fmu", FORCE_PATTERNS, **options)
     assert not list(tmp_path.iterdir())
 
 

@@ -1,4 +1,4 @@
-"""Events of Model Exchange: what forces that jump do to the continuous states."""
+"""Events of Model Exchange: what discontinuities of the forces do to the continuous states."""
 
 import fmpy
 import numpy as np
@@ -9,8 +9,8 @@ from fmu_fixtures import START, VERSIONS, component, instance
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
 TOLERANCE = 1e-9
 FMI_ERRORS = fmpy.fmi1.FMICallException
-JUMP_AT, END = 40.5, 70.5
-JUMP = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
+CHANGE_AT, END = 40.5, 70.5
+CHANGE = {"force_A": 0.3, "phase_B": 1.2, "frequency_B": 1.66}
 
 
 @pytest.fixture(params=VERSIONS)
@@ -28,19 +28,19 @@ def by_component(model, *pieces):
     return np.array([out[name] for name in AMPLITUDES])
 
 
-def test_a_jump_is_that_of_co_simulation(unzipped, fmi, two_mode_model):
+def test_a_discontinuity_is_that_of_co_simulation(unzipped, fmi, two_mode_model):
     """Of forces, phases and frequencies at once."""
-    expected = by_component(two_mode_model, (JUMP_AT, {}), (END, JUMP))
+    expected = by_component(two_mode_model, (CHANGE_AT, {}), (END, CHANGE))
     with instance(unzipped[fmi], fmi) as slave:
-        slave.start(tolerance=TOLERANCE).step(0.0, JUMP_AT)
-        slave.set(**JUMP)
-        slave.step(JUMP_AT, END - JUMP_AT)
+        slave.start(tolerance=TOLERANCE).step(0.0, CHANGE_AT)
+        slave.set(**CHANGE)
+        slave.step(CHANGE_AT, END - CHANGE_AT)
         np.testing.assert_array_equal(slave.get(*AMPLITUDES), expected)
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         master = Master(made).start()
-        master.integrate_to(JUMP_AT)
+        master.integrate_to(CHANGE_AT)
         before = master.states()
-        assert master.event(**JUMP)
+        assert master.event(**CHANGE)
         moved = master.states() - before
         assert np.abs(moved[:4]).min() > 1e-3  # measured 0.0019 to 0.032
         assert not moved[4:].any()
@@ -48,7 +48,7 @@ def test_a_jump_is_that_of_co_simulation(unzipped, fmi, two_mode_model):
         np.testing.assert_allclose(made.get(*AMPLITUDES), expected, rtol=0, atol=5e-8)  # 1.7e-8
 
 
-def test_what_changes_between_events_does_not_jump(unzipped, fmi):
+def test_what_changes_between_events_is_no_discontinuity(unzipped, fmi):
     """An importer may set inputs at any time; the event that comes after holds them."""
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         master = Master(made).start()
@@ -61,7 +61,7 @@ def test_what_changes_between_events_does_not_jump(unzipped, fmi):
         np.testing.assert_array_equal(master.states(), states)
 
 
-def test_the_initial_event_does_not_jump(unzipped, fmi):
+def test_the_initial_event_has_no_discontinuity(unzipped, fmi):
     """Whatever acts first did before, as in Co-Simulation."""
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         made.start(A_re=0.3)
@@ -70,7 +70,7 @@ def test_the_initial_event_does_not_jump(unzipped, fmi):
         assert made.get(*AMPLITUDES).tolist() == [0.3, 0.0, 0.0, 0.0]
 
 
-def test_each_iteration_of_an_event_jumps_from_the_one_before(unzipped, fmi):
+def test_each_iteration_of_an_event_starts_from_the_one_before(unzipped, fmi):
     """There and back, and past a second call to enter the mode."""
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         master = Master(made).start()
@@ -105,7 +105,7 @@ def test_a_state_saved_within_an_event_knows_what_was_held(unzipped, fmi):
         assert made.serialize() == twin.serialize()
 
 
-def test_a_jump_beyond_all_numbers_is_refused(unzipped, fmi):
+def test_a_discontinuity_beyond_all_numbers_is_refused(unzipped, fmi):
     """The states are as before it, and the importer may take it back."""
     with instance(unzipped[fmi], fmi, exchange=True) as made:
         master = Master(made).start(A_re=0.1)
@@ -115,7 +115,7 @@ def test_a_jump_beyond_all_numbers_is_refused(unzipped, fmi):
         made.set(force_A=-1.7e308)
         with pytest.raises(FMI_ERRORS):
             master.update()
-        assert "a force jumps too far" in made.messages[-1][1]
+        assert "the discontinuity of a force is too large" in made.messages[-1][1]
         made.set(force_A=1.7e308)
         assert not master.update()
         made.set(force_A=START["force_A"])
@@ -135,7 +135,12 @@ def test_reset_forgets_what_was_held(unzipped, fmi):
 def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_model):
     """Two samples of an input at one time are an event to FMPy: left value, then the right one."""
     before = START | {"phase_B": 0.0}
-    points = ((0.0, before), (JUMP_AT, before), (JUMP_AT, before | JUMP), (END, before | JUMP))
+    points = (
+        (0.0, before),
+        (CHANGE_AT, before),
+        (CHANGE_AT, before | CHANGE),
+        (END, before | CHANGE),
+    )
     rows = [(time, *inputs.values()) for time, inputs in points]
     result = fmpy.simulate_fmu(
         fmus[fmi],
@@ -146,6 +151,6 @@ def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_mod
         input=np.array(rows, dtype=[(name, float) for name in ("time", *before)]),
         output=AMPLITUDES,
     )
-    expected = by_component(two_mode_model, (JUMP_AT, {}), (END, JUMP))
+    expected = by_component(two_mode_model, (CHANGE_AT, {}), (END, CHANGE))
     last = [result[name][-1] for name in AMPLITUDES]
     np.testing.assert_allclose(last, expected, rtol=0, atol=3e-7)  # measured 7.7e-8

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmu_fixtures import FORCE, START, VERSIONS, component
+from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component
 from mcap.reader import make_reader
 
 from slipmode import fmu, runner
@@ -242,11 +242,13 @@ def test_modes_of_other_names_are_refused(one_mode_model, tmp_path):
     """The right model, but the scene's mode A is the FMU's mode B."""
     plan = runner.make_plan(runner.load_scene("one-mode"))
     path = tmp_path / "b.fmu"
-    fmu.export(plan.model()[0], path, plan.excited.force, mode_names=("B",))
+    fmu.export(plan.model()[0], path, plan.excited.force_patterns, mode_names=("B",))
     with pytest.raises(SlipmodeError, match=r"force_A is not among its inputs: force_B"):
         runner.run("one-mode", tmp_path, fmu=path)
 
 
-def test_the_directions_of_the_forces_count(two_mode_model):
-    assert identity(two_mode_model, FORCE) == identity(two_mode_model, FORCE)
-    assert identity(two_mode_model, FORCE) != identity(two_mode_model, ({0: 1.0}, {1: 2.0}))
+def test_the_force_patterns_count(two_mode_model):
+    assert identity(two_mode_model, FORCE_PATTERNS) == identity(two_mode_model, FORCE_PATTERNS)
+    assert identity(two_mode_model, FORCE_PATTERNS) != identity(
+        two_mode_model, ({0: 1.0}, {1: 2.0})
+    )

@@ -15,6 +15,7 @@ import pytest
 from fmu_fixtures import START, VERSIONS, Instance, component, instance
 
 from slipmode import fmu
+from slipmode.fmu.archive.resources import FORMAT
 from slipmode.fmu.inputs import place
 
 pytestmark = pytest.mark.quick
@@ -406,8 +407,12 @@ def test_fmi2_resource_locations_are_uris(unzipped):
         ("table.npy", lambda path: _flip(path, 5000), "table.npy: damaged, its checksum"),
         ("layout.npy", lambda path: _flip(path, 128), "layout.npy: damaged"),
         ("orders.npy", lambda path: _flip(path, 130), "orders.npy: damaged, its checksum"),
-        ("contact_pull.npy", lambda path: _cut(path, -8), "contact_pull.npy: it is truncated"),
-        ("elastic_answer.npy", lambda path: path.unlink(), "elastic_answer.npy is missing"),
+        (
+            "contact_reaction.npy",
+            lambda path: _cut(path, -8),
+            "contact_reaction.npy: it is truncated",
+        ),
+        ("elastic_response.npy", lambda path: path.unlink(), "elastic_response.npy is missing"),
         ("names.txt", lambda path: _flip(path, 3), "names.txt: damaged"),
         ("node_a.npy", lambda path: _flip(path, 0), "node_a.npy: it is not an .npy file"),
     ],
@@ -421,20 +426,21 @@ def test_damaged_resources_are_refused_and_named(unzipped, fmi, tmp_path, name, 
     assert reason in message
 
 
-def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path):
+@pytest.mark.parametrize("version", [FORMAT - 1, FORMAT + 1])
+def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path, version):
     """Consistent in themselves, but not of the format that the library reads."""
-    folder = tmp_path / "newer"
+    folder = tmp_path / "another"
     shutil.copytree(unzipped[fmi], folder)
     resources = folder / "resources"
     layout = np.load(resources / "layout.npy")
-    layout[0] += 1
+    layout[0] = version
     np.save(resources / "layout.npy", layout)
     checksums = np.load(resources / "checksums.npy")
     crc = zlib.crc32((resources / "layout.npy").read_bytes())
     checksums[0] = np.array([crc], dtype="<u4").view("<i4")[0]
     np.save(resources / "checksums.npy", checksums)
     ((_, message),) = _refusal(folder, fmi)
-    assert "layout.npy: version 6, this binary reads version 5" in message
+    assert f"layout.npy: version {version}, this binary reads version {FORMAT}" in message
 
 
 def _cut(path, end):

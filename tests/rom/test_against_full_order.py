@@ -12,7 +12,7 @@ from slipmode.rom.slow.motion import reconstruct
 
 LAW = Tanh(limit=2.0, alpha=0.02)
 TIMES = np.arange(1, 15001) * 0.04
-UNIT_FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 # Force amplitudes and forcing frequencies
 SCENES = {
     "both modes": ((0.15, 0.25), (0.98, 1.65)),
@@ -37,7 +37,7 @@ def reduced_order(model, scene):
     inputs |= {f"frequency_{mode}": nu for mode, nu in zip("AB", Omega, strict=False)}
     modes = model.modes
     run = slow_trajectory(
-        model, UNIT_FORCE[:modes], np.linspace(0, 600, 601), start=np.zeros(modes), **inputs
+        model, FORCE_PATTERNS[:modes], np.linspace(0, 600, 601), start=np.zeros(modes), **inputs
     )
     return reconstruct(model, run, TIMES).elastic(model, range(4))
 

@@ -31,7 +31,7 @@ LAWS = st.one_of(
     st.builds(rom.Tanh, st.tuples(LIMIT, LIMIT), st.floats(1e-6, 0.2)),
     st.builds(rom.Coulomb, st.tuples(LIMIT, LIMIT)),
 )
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 INPUTS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
 
 
@@ -50,7 +50,7 @@ def taken_by_dampers(structure, reduced, amplitude, terms):
         if order in CARRIERS:
             held = CARRIERS.index(order)
             q = reduced.others_response(held, nu, -B @ P)
-            q += amplitude[held] * reduced.driven(reduced.carrier)[held]
+            q += amplitude[held] * reduced.response_by_dampers(reduced.carrier)[held]
             q[held] = amplitude[held]
         else:
             q = -np.linalg.solve(reduced.modal_stiffness(nu), B @ P)
@@ -130,7 +130,7 @@ def coulomb_model():
 
 def march(model, durations, scale=1.0, tolerance=1e-8):
     """Amplitudes after steps from rest, force and friction limit scaled together."""
-    component = Component(model, FORCE, tolerance=tolerance)
+    component = Component(model, FORCE_PATTERNS, tolerance=tolerance)
     inputs = {k: scale * v if k.startswith("force") else v for k, v in INPUTS.items()}
     component.set_inputs(**inputs, limit_scale=scale)
     time = 0.0
@@ -163,7 +163,7 @@ def test_the_pattern_of_steps_does_not_matter(coulomb_model, lengths):
 @given(before=st.floats(1e-3, 300.0), after=st.floats(1e-3, 300.0))
 @few
 def test_a_state_continues_bit_for_bit(coulomb_model, before, after):
-    first, second = (Component(coulomb_model, FORCE) for _ in range(2))
+    first, second = (Component(coulomb_model, FORCE_PATTERNS) for _ in range(2))
     first.set_inputs(**INPUTS)
     first.do_step(0.0, before)
     second.set_state(first.get_state())

@@ -30,7 +30,7 @@ def test_steady_states_and_components_refuse_the_same(two_mode_model, frequency,
     assert words in str(refusal.value)
     inputs = dict(zip(("frequency_A", "frequency_B"), frequency, strict=True))
     with pytest.raises(rom.SlipmodeError) as refusal:
-        Component(two_mode_model, FORCE).set_inputs(**inputs)
+        Component(two_mode_model).set_inputs(**inputs)
     assert words.removeprefix("frequency: ") in str(refusal.value)
     assert str(refusal.value).startswith(
         ("frequency_A: must be 0.62", "frequency_B: must be 1.06")
@@ -49,7 +49,7 @@ def test_the_frequency_of_a_mode_at_rest_does_not_matter(two_mode_model):
 
 
 def test_a_sweep_is_refused_where_it_leaves_the_range(two_mode_model):
-    component = Component(two_mode_model, FORCE)
+    component = Component(two_mode_model)
     component.set_inputs(frequency_rate_A=-0.01)
     component.do_step(0.0, 30.0)
     with pytest.raises(rom.SlipmodeError, match=r"frequency_A: must be 0.62 .* end of the step"):

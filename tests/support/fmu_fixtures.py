@@ -11,7 +11,7 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from slipmode import fmu, rom
 
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
 VERSIONS = (2, 3)
 
@@ -24,7 +24,7 @@ def fmus(two_mode_model, tmp_path_factory):
         fmi: fmu.export(
             two_mode_model,
             folder / f"Größe {fmi}.fmu",
-            FORCE,
+            FORCE_PATTERNS,
             fmi=fmi,
             contact=True,
             elastic=(0, 1),
@@ -55,14 +55,16 @@ def scalable(coulomb_model, tmp_path_factory):
     """{2: folder, 3: folder}: FMUs whose friction limit is an input, without contact motion."""
     folder = tmp_path_factory.mktemp("scalable")
     for fmi in VERSIONS:
-        path = fmu.export(coulomb_model, folder / f"{fmi}.fmu", FORCE, fmi=fmi, start=START)
+        path = fmu.export(
+            coulomb_model, folder / f"{fmi}.fmu", FORCE_PATTERNS, fmi=fmi, start=START
+        )
         shutil.unpack_archive(path, folder / str(fmi), format="zip")
     return {fmi: folder / str(fmi) for fmi in VERSIONS}
 
 
 def component(model, **options):
     """What the FMUs must agree with."""
-    result = fmu.Component(model, FORCE, contact=True, elastic=(0, 1), **options)
+    result = fmu.Component(model, FORCE_PATTERNS, contact=True, elastic=(0, 1), **options)
     result.set_inputs(**START)
     return result
 

@@ -30,14 +30,14 @@ def steady_balance(model, amplitude, frequency, force):
     return balance(slow_flow(model), inputs, points)
 
 
-def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):
+def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):
     """March from amplitudes `start` through `time`.
 
     Inputs are named like the component's; each is a number or its values at the start of every
     step. What is not given is 0, but for the frequencies, which are the natural ones, and the
     friction limits, which are the model's.
     """
-    component = Component(model, force, tolerance=tolerance)
+    component = Component(model, force_patterns, tolerance=tolerance)
     component.reset(time[0], start)
     given = {f"frequency_{m}": f for m, f in zip("AB", model.reduced.frequency, strict=False)}
     if "limit_scale" in component.input_names:
@@ -54,7 +54,9 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
         names = [component.input_names.index(f"{quantity}_{mode}") for mode in modes]
         return scripted[:, names]
 
-    to_modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
+    to_modal = [
+        model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force_patterns)
+    ]
     excitation = to_modal * np.exp(1j * inputs_of("phase"))
     held, rate = inputs_of("force") * excitation, inputs_of("force_rate") * excitation
     rate = rate + 1j * inputs_of("phase_rate") * held
@@ -63,7 +65,7 @@ def slow_trajectory(model, force, time, *, start=(0.0, 0.0), tolerance=1e-6, **i
     end = grown * excitation * np.exp(1j * inputs_of("phase_rate") * until)
     onset = np.vstack((np.zeros_like(held[:1]), held[1:] - end[:-1]))
     angle = np.column_stack([output[f"theta_{m}"] for m in modes])
-    force_response = ForceResponse.of(model.reduced, force)
+    force_response = ForceResponse.of(model.reduced, force_patterns)
     return SlowTrajectory(
         time=output["time"],
         amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),

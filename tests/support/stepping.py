@@ -8,7 +8,7 @@ from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 HELD = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
 SWEPT = HELD | {"frequency_rate_A": -1e-4, "force_rate_B": 1e-4, "phase_rate_A": 0.01}
 STEPS = np.tile([0.3, 2.0, 31.0, 1e-3, 7.0], 4)  # shorter and longer than the contacts' memory
@@ -31,7 +31,7 @@ def model_with_steady_states(modes=(0, 1), formulation="consistent"):
 
 def component(inputs=HELD, of=None, **options):
     of = of or model()
-    made = Component(of, FORCE[: of.modes], **options)
+    made = Component(of, FORCE_PATTERNS[: of.modes], **options)
     made.set_inputs(**{name: inputs[name] for name in inputs if name in made.input_names})
     return made
 

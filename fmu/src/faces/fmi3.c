@@ -232,10 +232,10 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
     REFUSE_IF(!update_needed || !terminate || !nominals_changed || !states_changed ||
                   !next_time_defined || !next_time,
               "fmi3UpdateDiscreteStates: an argument is NULL");
-    int jumped;
-    const fmu_status status = fmu_update_discrete(c, &jumped);
+    int changed;
+    const fmu_status status = fmu_update_discrete(c, &changed);
     *update_needed = *terminate = *nominals_changed = *next_time_defined = fmi3False;
-    *states_changed = status == FMU_OK && jumped;
+    *states_changed = status == FMU_OK && changed;
     *next_time = 0.0;
     return (fmi3Status)status;
 }

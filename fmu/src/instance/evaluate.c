@@ -5,9 +5,9 @@
 #include <stddef.h>
 #include <string.h>
 
-/* The core's answer as a status, logged unless it is OK. A computation that fails may succeed with
- * a shorter step; a wrong value cannot. */
-static fmu_status response(const fmu_instance *instance, sm_status status, const char *doing) {
+/* The core's status as one of FMI's, logged unless it is OK. A computation that fails may succeed
+ * with a shorter step; a wrong value cannot. */
+static fmu_status status_of(const fmu_instance *instance, sm_status status, const char *doing) {
     if (status == SM_OK) return FMU_OK;
     const int retry = status == SM_OUTSIDE_TABLE || status == SM_STEP_TOO_SMALL ||
                       status == SM_NOT_CONVERGED;
@@ -59,7 +59,7 @@ static fmu_status build(fmu_instance *instance) {
     const sm_status status =
         sm_component_create(&model->flow, &model->contact, &model->motion,
                             instance->parameters[FMU_TOLERANCE], &built);
-    if (status != SM_OK) return response(instance, status, "model");
+    if (status != SM_OK) return status_of(instance, status, "model");
     sm_component_free(instance->component);
     instance->component = built;
     memcpy(instance->built_with, instance->parameters, size);
@@ -79,7 +79,7 @@ static fmu_status start(fmu_instance *instance) {
     sm_status status = sm_component_set_inputs(instance->component, &inputs);
     if (status == SM_OK)
         status = sm_component_reset(instance->component, instance->start, instance->amplitude);
-    if (status != SM_OK) return response(instance, status, "start values");
+    if (status != SM_OK) return status_of(instance, status, "start values");
     instance->started = instance->inputs_current = 1;
     instance->outputs_current = instance->rates_current = instance->motion_current = 0;
     return FMU_OK;
@@ -95,7 +95,7 @@ static sm_status pass_inputs(fmu_instance *instance) {
 
 static fmu_status apply_inputs(fmu_instance *instance) {
     const fmu_status status = check_carriers(instance, &instance->inputs);
-    return status == FMU_OK ? response(instance, pass_inputs(instance), "inputs") : status;
+    return status == FMU_OK ? status_of(instance, pass_inputs(instance), "inputs") : status;
 }
 
 sm_inputs fmu_inputs_now(const fmu_instance *instance) {
@@ -117,10 +117,10 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     if (status != FMU_OK) return status;
     double *outputs = instance->outputs, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
-    status = response(instance,
-                    sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
-                                      instance->rates, &power[0], &power[1]),
-                    "derivatives");
+    status = status_of(instance,
+                       sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
+                                         instance->rates, &power[0], &power[1]),
+                       "derivatives");
     if (status != FMU_OK) return status;
     complete_rates(instance->model.modes, inputs.frequency, power[1], instance->rates);
     if (instance->interface == FMU_MODEL_EXCHANGE) memcpy(outputs + 7, power, sizeof power);
@@ -133,11 +133,11 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     double d_power[2]) {
     const sm_inputs inputs = fmu_inputs_now(instance);
     const fmu_status status =
-        response(instance,
-               sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
-                                        instance->outputs + 1, d_amplitude, d_inputs, d_rates,
-                                        &d_power[0], &d_power[1]),
-               "directional derivative");
+        status_of(instance,
+                  sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
+                                           instance->outputs + 1, d_amplitude, d_inputs, d_rates,
+                                           &d_power[0], &d_power[1]),
+                  "directional derivative");
     if (status == FMU_OK)
         complete_rates(instance->model.modes, d_inputs->frequency, d_power[1], d_rates);
     return status;
@@ -152,8 +152,8 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     } else {
         status = apply_inputs(instance);
         if (status != FMU_OK) return status;
-        status = response(instance, sm_component_outputs(instance->component, instance->outputs),
-                        "outputs");
+        status = status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+                           "outputs");
     }
     instance->outputs_current = status == FMU_OK;
     return status;
@@ -168,10 +168,10 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
         return status;
     const sm_inputs inputs = fmu_inputs_now(instance);
     double *outputs = instance->outputs;
-    status = response(instance,
-                    sm_component_recent_motion(instance->component, &inputs, outputs + 1,
-                                               instance->rates, outputs + SM_OUTPUTS_FIXED),
-                    "contact motion");
+    status = status_of(instance,
+                       sm_component_recent_motion(instance->component, &inputs, outputs + 1,
+                                                  instance->rates, outputs + SM_OUTPUTS_FIXED),
+                       "contact motion");
     instance->motion_current = status == FMU_OK;
     return status;
 }
@@ -192,12 +192,12 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     fmu_status status = apply_inputs(instance);
     if (status == FMU_OK && isfinite(duration)) status = check_carriers(instance, &later);
     if (status != FMU_OK) return status;
-    status = response(instance, sm_component_step(instance->component, duration), "step");
+    status = status_of(instance, sm_component_step(instance->component, duration), "step");
     if (status != FMU_OK) return status;
     instance->inputs = later;
     instance->rates_current = 0;
-    return response(instance, sm_component_outputs(instance->component, instance->outputs),
-                  "outputs");
+    return status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+                     "outputs");
 }
 
 void fmu_evaluate_inputs(fmu_instance *instance) {
@@ -211,8 +211,8 @@ fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters
     memcpy(instance->parameters, parameters, sizeof before);
     fmu_status status = build(instance);
     if (status == FMU_OK)
-        status = response(instance, sm_component_set_state(instance->component, component_state),
-                        "SetFMUState");
+        status = status_of(instance, sm_component_set_state(instance->component, component_state),
+                           "SetFMUState");
     if (status != FMU_OK) {
         memcpy(instance->parameters, before, sizeof before);
         return FMU_ERROR;

@@ -20,7 +20,8 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     if (!*states_changed) return FMU_OK;
     for (int k = 0; k < 2 * SM_MODES; k++)
         if (!isfinite(amplitude[k]))
-            return fmu_say(instance, FMU_ERROR, "a force jumps too far: amplitude %g",
+            return fmu_say(instance, FMU_ERROR,
+                           "the discontinuity of a force is too large: amplitude %g",
                            amplitude[k]);
     memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
     instance->held = sm_hold_force(&inputs);

@@ -136,7 +136,7 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration);
 /* From here the forces of before are held, but not in the initial event: whatever acts first did
  * before. */
 fmu_status fmu_enter_events(fmu_instance *instance);
-/* Forces that have jumped since then change the amplitudes as they do between the steps of a
+/* Discontinuities of the forces since then change the amplitudes as they do between the steps of a
  * component, by the free vibrations that are left behind. */
 fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed);
 fmu_status fmu_enter_continuous(fmu_instance *instance);

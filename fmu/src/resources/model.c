@@ -14,14 +14,16 @@
 
 /* Files, in the order of checksums.npy. */
 enum {
-    LAYOUT, CONSTANTS, INPUTS, NEAR, NODE_A, NODE_B, TABLE, LAG, LIMIT, STIFFNESS, DAMPING,
-    MASS, COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, PULL, ANSWER, VARIABLES, NAMES, FILES
+    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION, LIMIT,
+    STIFFNESS, DAMPING, MASS, COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE,
+    VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
-    "layout.npy", "constants.npy", "inputs.npy", "near.npy", "node_a.npy", "node_b.npy",
-    "table.npy", "lag.npy", "contact_limit.npy", "contact_stiffness.npy", "contact_damping.npy",
-    "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy", "elastic_contacts.npy",
-    "orders.npy", "contact_pull.npy", "elastic_answer.npy", "variables.npy", "names.txt"};
+    "layout.npy", "constants.npy", "inputs.npy", "combinations.npy", "node_a.npy", "node_b.npy",
+    "table.npy", "rate_correction.npy", "contact_limit.npy", "contact_stiffness.npy",
+    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
+    "elastic_contacts.npy", "orders.npy", "contact_reaction.npy", "elastic_response.npy",
+    "variables.npy", "names.txt"};
 
 /* layout.npy */
 typedef struct {
@@ -32,7 +34,7 @@ typedef struct {
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], turn[SM_MODES][2][2], off_resonance[SM_MODES][2];
+    double natural[SM_MODES], coupling_ratio[SM_MODES][2][2], off_resonance[SM_MODES][2];
     double cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
     double carrier_range[2];
@@ -131,7 +133,7 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     const size_t fields = 2 * (size_t)(shape->modes + shape->combinations + shape->power);
     sm_slow_flow *flow = &model->flow;
     const int32_t *combination =
-        load_array(l, model, NEAR, NPY_INT32, 2, (size_t)shape->combinations, 3, 0, 0);
+        load_array(l, model, COMBINATIONS, NPY_INT32, 2, (size_t)shape->combinations, 3, 0, 0);
     if (!combination) return 0;
     for (int32_t k = 0; k < shape->combinations; k++)
         flow->combination[k] =
@@ -142,7 +144,8 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
     memcpy(flow->cross_response, given->cross_response, sizeof flow->cross_response);
     for (int j = 0; j < SM_MODES; j++)
-        memcpy(flow->coupling_ratio[j].c, given->turn[j], sizeof flow->coupling_ratio[j].c);
+        memcpy(flow->coupling_ratio[j].c, given->coupling_ratio[j],
+               sizeof flow->coupling_ratio[j].c);
     flow->table = (sm_table){.modes = shape->modes,
                              .combinations = shape->combinations,
                              .power = shape->power,
@@ -156,9 +159,10 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     if (!flow->table.values) return 0;
     const size_t correction_a = shape->paper ? 0 : count_a,
                  correction_b = shape->paper ? 0 : count_b;
-    const size_t lags = shape->paper ? 0 : 2 * (size_t)(shape->modes * shape->modes);
+    const size_t corrections = shape->paper ? 0 : 2 * (size_t)(shape->modes * shape->modes);
     const double *rate_correction =
-        load_array(l, model, LAG, NPY_FLOAT64, 4, correction_a, correction_b, 4, lags);
+        load_array(l, model, RATE_CORRECTION, NPY_FLOAT64, 4, correction_a, correction_b, 4,
+                   corrections);
     flow->table.rate_correction = shape->paper ? NULL : rate_correction;
     return rate_correction != NULL;
 }
@@ -199,9 +203,10 @@ static int load_motion(loader *l, fmu_model *model, const layout *shape, const c
     const int32_t *order =
         contacts_out ? load_array(l, model, ORDERS, NPY_INT32, 2, orders, 2, 0, 0) : NULL;
     const double *reaction =
-        order ? load_array(l, model, PULL, NPY_FLOAT64, 4, a, b, orders, 2 * n) : NULL;
+        order ? load_array(l, model, REACTION, NPY_FLOAT64, 4, a, b, orders, 2 * n) : NULL;
     const double *response =
-        reaction ? load_array(l, model, ANSWER, NPY_FLOAT64, 4, a, b, orders, 2 * elastic) : NULL;
+        reaction ? load_array(l, model, RESPONSE, NPY_FLOAT64, 4, a, b, orders, 2 * elastic)
+                 : NULL;
     if (!response) return 0;
     model->motion = (sm_motion){.elastic = shape->elastic,
                                 .modes_out = modes_out,

@@ -26,10 +26,10 @@ void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carr
     fill_powers(carrier[0], highest_order(count, orders, 0), a + MOST_ORDER);
     fill_powers(carrier[1], highest_order(count, orders, 1), b + MOST_ORDER);
     for (int q = 0; q < count; q++) {
-        const sm_complex turn =
+        const sm_complex phasor =
             sm_cmul(a[MOST_ORDER + orders[2 * q]], b[MOST_ORDER + orders[2 * q + 1]]);
-        re[q] = turn.re;
-        im[q] = turn.im;
+        re[q] = phasor.re;
+        im[q] = phasor.im;
     }
 }
 

@@ -1,6 +1,6 @@
 /* Harmonic forces F cos(theta + ph) at the stages of equal time steps.
  *
- * From one step to the next each phasor turns by a complex factor, and a sweep turns that factor:
+ * From one step to the next each phasor advances by a complex factor, and a sweep advances that:
  * two complex products instead of a cosine. Exact angles anchor the recurrence every SM_ANCHOR
  * steps, so that rounding does not pile up.
  */
@@ -25,8 +25,8 @@ typedef struct {
     double offset[SM_CARRIER_STAGES]; /* of each stage from the start of the step [s] */
     const sm_inputs *inputs;
     sm_phasors wave[SM_MODES];        /* exp(i (theta_j + ph_j)) */
-    sm_phasors turn[SM_MODES];        /* of the wave, from this step to the next */
-    sm_phasors curl[SM_MODES];        /* of the turn */
+    sm_phasors by[SM_MODES];          /* advance the wave from this step to the next */
+    sm_phasors bend[SM_MODES];        /* advance those, in a sweep */
 } sm_carrier;
 
 SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
@@ -34,7 +34,7 @@ SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
     z->im[stage] = sin(angle);
 }
 
-SM_INLINE void sm_turn_phasors(sm_phasors *z, const sm_phasors *by) {
+SM_INLINE void sm_advance_phasors(sm_phasors *z, const sm_phasors *by) {
     for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
         const double re = z->re[stage] * by->re[stage] - z->im[stage] * by->im[stage];
         z->im[stage] = z->re[stage] * by->im[stage] + z->im[stage] * by->re[stage];
@@ -53,17 +53,17 @@ static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
         for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
             const double t = elapsed + carrier->offset[stage];
             sm_set_phasor(&carrier->wave[j], stage, angle + t * (start + 0.5 * sweep * t));
-            sm_set_phasor(&carrier->turn[j], stage, h * (start + sweep * (t + 0.5 * h)));
-            sm_set_phasor(&carrier->curl[j], stage, sweep * h * h);
+            sm_set_phasor(&carrier->by[j], stage, h * (start + sweep * (t + 0.5 * h)));
+            sm_set_phasor(&carrier->bend[j], stage, sweep * h * h);
         }
     }
 }
 
 SM_INLINE void sm_carrier_advance(sm_carrier *carrier) {
     for (int j = 0; j < carrier->modes; j++) {
-        sm_turn_phasors(&carrier->wave[j], &carrier->turn[j]);
+        sm_advance_phasors(&carrier->wave[j], &carrier->by[j]);
         if (carrier->inputs->frequency_rate[j] != 0.0)
-            sm_turn_phasors(&carrier->turn[j], &carrier->curl[j]);
+            sm_advance_phasors(&carrier->by[j], &carrier->bend[j]);
     }
 }
 

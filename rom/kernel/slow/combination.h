@@ -4,7 +4,7 @@
 
 #include "slow/instant.h"
 
-/* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j: how a combination resonance turns against
+/* exp(i (n t_A + m t_B - t_j)), t_j = theta_j + arg a_j: phase of a combination resonance against
  * its mode. */
 SM_INLINE sm_complex sm_combination_phasor(const sm_combination *combination, sm_complex wave,
                                            const sm_modal *unit) {

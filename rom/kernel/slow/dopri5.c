@@ -67,7 +67,7 @@ typedef struct {
     const sm_slow_flow *flow;
     const sm_inputs *inputs, *end;
     double elapsed, h;
-    int held; /* the inputs turn their angles alone */
+    int held; /* the inputs move their angles alone */
     sm_instant *instant;
     const double *y;
     double (*k)[SM_UNKNOWNS];
@@ -78,7 +78,7 @@ SM_INLINE void set_instant(const attempt *step, int stage) {
     if (NODE[stage] == 1.0) {
         sm_instant_set(step->instant, step->flow, step->end);
     } else if (step->held) {
-        sm_instant_turn(step->instant, step->flow, step->inputs, later);
+        sm_instant_advance(step->instant, step->flow, step->inputs, later);
     } else {
         const sm_inputs now = sm_inputs_after(step->inputs, step->flow->table.modes, later);
         sm_instant_set(step->instant, step->flow, &now);

@@ -53,8 +53,8 @@ void sm_effective_at(const sm_slow_flow *flow, const sm_instant *instant, const 
 }
 
 /* Forces of the contacts on the modes, and the rates that they lead to. */
-SM_INLINE void response(const sm_slow_flow *flow, const sm_instant *instant, int modes,
-                      sm_flow_state *state) {
+SM_INLINE void reactions_and_rates(const sm_slow_flow *flow, const sm_instant *instant, int modes,
+                                   sm_flow_state *state) {
     const sm_factors *by = &instant->factor;
     const double *S = state->slopes, *T = S + 2 * modes;
     sm_modal strength;
@@ -71,7 +71,7 @@ SM_INLINE void response(const sm_slow_flow *flow, const sm_instant *instant, int
         /* what the strength is multiplied by does not wait for it to be looked up */
         const sm_complex gain = sm_cmul(sm_of(&by->rate_ratio, j), unit);
         const sm_complex linear =
-            sm_csub(sm_of(&by->drive, j), sm_cmul(sm_of(&by->spring, j), a));
+            sm_csub(sm_of(&by->forcing, j), sm_cmul(sm_of(&by->spring, j), a));
         sm_put(&state->reaction, j, reaction);
         sm_put(&state->force, j, sm_cmul(sm_of(&by->force_ratio, j), reaction));
         sm_put(&state->rate, j, sm_cadd(linear, sm_cmul(gain, sm_of(&strength, j))));
@@ -87,7 +87,7 @@ SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, i
     const sm_status status =
         sm_table_slopes_from(&flow->table, state->effective.modulus, sloped, instant->cell,
                              state->slopes, state->rate_correction);
-    if (status == SM_OK) response(flow, instant, modes, state);
+    if (status == SM_OK) reactions_and_rates(flow, instant, modes, state);
     return status;
 }
 
@@ -109,10 +109,10 @@ typedef struct {
 } effective_change;
 
 /* Along a direction in amplitudes, and inputs that by themselves change the effective amplitude by
- * `driven` relative to the scale of the limits, and that scale by `scale`. From rest an amplitude
- * moves straight away: its unit, without a meaning there, is that of the motion. */
+ * `by_inputs` relative to the scale of the limits, and that scale by `scale`. From rest an
+ * amplitude moves straight away: its unit, without a meaning there, is that of the motion. */
 SM_INLINE void change_of_effective(const sm_instant *instant, const sm_effective *effective,
-                                   int modes, const sm_modal *amplitude, const sm_modal *driven,
+                                   int modes, const sm_modal *amplitude, const sm_modal *by_inputs,
                                    double scale, effective_change *d) {
     double radians2[SM_MODES], speed2[SM_MODES];
     sm_modal moved;
@@ -121,10 +121,10 @@ SM_INLINE void change_of_effective(const sm_instant *instant, const sm_effective
         const sm_complex unit = sm_of(&effective->unit, j),
                          amplitude_ratio = sm_of(&instant->factor.amplitude_ratio, j);
         const sm_complex z =
-            sm_cadd(sm_cmul(amplitude_ratio, sm_of(amplitude, j)), sm_of(driven, j));
+            sm_cadd(sm_cmul(amplitude_ratio, sm_of(amplitude, j)), sm_of(by_inputs, j));
         const sm_complex along =
             sm_cadd(sm_cmul(sm_cmul(sm_conj(unit), amplitude_ratio), sm_of(amplitude, j)),
-                    sm_cmul(sm_conj(unit), sm_of(driven, j)));
+                    sm_cmul(sm_conj(unit), sm_of(by_inputs, j)));
         sm_put(&moved, j, z);
         const double radians = effective->modulus[j] * instant->inputs.frequency[j];
         radians2[j] = radians * radians;
@@ -176,8 +176,9 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
         double angle = order[0] * d->angle[0] + combination_angle[k];
         if (modes == SM_MODES) angle += order[1] * d->angle[1];
         const sm_complex grown = change_of_column(S, fields, modes, modes + k, d);
-        const sm_complex turned = times_i(sm_pair(T + 2 * k), angle);
-        sm_add_combination(instant, k, modes, sm_cmul(sm_cadd(grown, turned), phasor[k]), strength);
+        const sm_complex rotated = times_i(sm_pair(T + 2 * k), angle);
+        sm_add_combination(instant, k, modes, sm_cmul(sm_cadd(grown, rotated), phasor[k]),
+                           strength);
     }
 }
 
@@ -189,7 +190,7 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
     const sm_factors *by = &instant->factor;
     const sm_coefficients *now = &instant->now, *d = along->now;
     const double scale = moving ? along->limit_scale * instant->per_scale : 0.0; /* relative */
-    sm_modal driven = {{0.0}, {0.0}}, strength;
+    sm_modal by_inputs = {{0.0}, {0.0}}, strength;
     if (modes < SM_MODES) *effective = (effective_change){.modulus = {0.0}};
     if (moving) {
         SM_SIMD
@@ -201,10 +202,10 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
                 sm_cadd(sm_cmul(sm_of(&d->coupling_ratio, j), moved),
                         sm_cmul(sm_of(&now->coupling_ratio, j),
                                 sm_cmul(off_resonance, sm_of(&d->excitation, j))));
-            sm_put(&driven, j, sm_cscale(change, instant->per_scale));
+            sm_put(&by_inputs, j, sm_cscale(change, instant->per_scale));
         }
     }
-    change_of_effective(instant, &state->effective, modes, along->amplitude, &driven, scale,
+    change_of_effective(instant, &state->effective, modes, along->amplitude, &by_inputs, scale,
                         effective);
     change_of_strengths(flow, instant, state, modes, along->combination_angle, effective,
                         &strength);
@@ -220,13 +221,13 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
                 sm_cadd(sm_cscale(sm_cmul(sm_of(&d->coupling_ratio, j), sm_of(&state->reaction, j)),
                                   instant->inputs.limit_scale),
                         sm_cscale(sm_of(&state->force, j), scale));
-            const sm_complex drive =
+            const sm_complex forcing =
                 sm_cadd(sm_cscale(sm_of(&d->excitation, j), 0.5), rescaled);
             const sm_complex rest =
                 sm_cadd(sm_cmul(sm_of(&d->stiffness, j), sm_of(&state->effective.amplitude, j)),
                         sm_cmul(sm_of(&d->mass, j), sm_of(&state->rate, j)));
             force = sm_cadd(force, rescaled);
-            rate = sm_cadd(rate, sm_cmul(sm_csub(drive, rest), sm_of(&instant->per_mass, j)));
+            rate = sm_cadd(rate, sm_cmul(sm_csub(forcing, rest), sm_of(&instant->per_mass, j)));
         }
         sm_put(&change->force, j, force);
         sm_put(&change->rate, j, rate);

@@ -17,7 +17,7 @@ typedef struct {
     sm_effective effective;
     sm_modal
         reaction;   /* of the contacts, as tabulated: S_j unit_j and the combination resonances */
-    sm_modal force; /* turned and scaled: on the mode */
+    sm_modal force; /* rotated and scaled: on the mode */
     sm_modal rate;  /* of the amplitude */
     sm_complex combination_phasor[SM_COMBINATIONS]; /* exp(i (n t_A + m t_B - t_j)), t_j = theta_j +
                                                        arg a_j */

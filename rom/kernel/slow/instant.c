@@ -107,7 +107,7 @@ static void set_factors(sm_instant *instant, const sm_slow_flow *flow, int j) {
     sm_put(&by->off_resonance, j,
            sm_cmul(amplitude_ratio, sm_cmul(sm_pair(flow->off_resonance[j]), excitation)));
     sm_put(&by->force_ratio, j, force_ratio);
-    sm_put(&by->drive, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
+    sm_put(&by->forcing, j, sm_cmul(sm_cscale(excitation, 0.5), per_mass));
     sm_put(&by->spring, j, sm_cmul(sm_of(&now->stiffness, j), per_mass));
     sm_put(&by->rate_ratio, j, sm_cmul(force_ratio, per_mass));
 }
@@ -185,8 +185,8 @@ int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs) {
     return instant->held && same_but_angles(instant, inputs);
 }
 
-void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
-                     double elapsed) {
+void sm_instant_advance(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                        double elapsed) {
     for (int j = 0; j < flow->table.modes; j++)
         instant->inputs.angle[j] = angle_after(inputs, j, elapsed);
     set_combination_waves(instant, flow, instant->inputs.angle);

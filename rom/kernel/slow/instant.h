@@ -13,13 +13,13 @@ typedef struct {
 } sm_coefficients;
 
 /* The same equation by what it multiplies, for the hot path:
- *   e = amplitude_ratio a + off_resonance,  rate = drive - spring a + rate_ratio G(e),
+ *   e = amplitude_ratio a + off_resonance,  rate = forcing - spring a + rate_ratio G(e),
  *   force = force_ratio G(e).
  */
 typedef struct {
     sm_modal amplitude_ratio, off_resonance; /* relative to the limits */
     sm_modal force_ratio;             /* coupling_ratio s */
-    sm_modal drive, spring, rate_ratio;
+    sm_modal forcing, spring, rate_ratio;
 } sm_factors;
 
 typedef struct {
@@ -34,7 +34,7 @@ typedef struct {
     sm_complex combination_wave[SM_COMBINATIONS]; /* exp(i (n theta_A + m theta_B - theta_j)) */
     double combination_rate[SM_COMBINATIONS];     /* d/dt of that angle */
     int like_first[SM_COMBINATIONS]; /* that angle is the first one's times 1, -1; or another: 0 */
-    double combination_on[SM_COMBINATIONS][SM_MODES]; /* 1 for the mode that it drives, else 0 */
+    double combination_on[SM_COMBINATIONS][SM_MODES]; /* 1 for the mode it acts on, else 0 */
     double combination_order[SM_COMBINATIONS][SM_MODES]; /* n, m */
     int32_t cell[SM_MODES];        /* of the table, where the last amplitudes were */
 } sm_instant;
@@ -45,14 +45,14 @@ sm_status sm_inputs_check(const sm_inputs *inputs, int modes);
 /* What the inputs are `elapsed` seconds later, modes that are not there 0. */
 sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed);
 
-/* Turns to `inputs`; what they share with those before is not computed again. */
+/* Moves to `inputs`; what they share with those before is not computed again. */
 void sm_instant_set(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs);
 
 /* Whether `inputs` are those of the instant but for the angles, and stay so. */
 int sm_instant_holds(const sm_instant *instant, const sm_inputs *inputs);
-/* Where it holds them: turns to the angles `elapsed` seconds after their start. */
-void sm_instant_turn(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
-                     double elapsed);
+/* Where it holds them: moves on to the angles `elapsed` seconds after their start. */
+void sm_instant_advance(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *inputs,
+                        double elapsed);
 
 /* How the coefficients change with the inputs. */
 void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,

@@ -38,9 +38,9 @@ static void fill_angles(sm_torus_grid *grid) {
         for (int q = 0; q < orders; q++) {
             double re, im;
             harmonic(c, grid->orders + 2 * q, &re, &im);
-            if (grid->turn) {
-                grid->turn[2 * (k * orders + q)] = re;
-                grid->turn[2 * (k * orders + q) + 1] = im;
+            if (grid->phasor) {
+                grid->phasor[2 * (k * orders + q)] = re;
+                grid->phasor[2 * (k * orders + q) + 1] = im;
             }
             if (k % 2 == 1) {
                 grid->weight[(k - 1) * orders + 2 * q] = re / grid->steps;
@@ -51,7 +51,7 @@ static void fill_angles(sm_torus_grid *grid) {
 }
 
 /* The response to one period acts in the next: a fixed-point iteration with factor H / K. Where
- * that is large it is relaxed; more so where a mode in resonance responds a quarter turn late. */
+ * that is large it is relaxed; more so where a mode in resonance responds a quarter period late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
     double size = 0.0, re = 0.0, im = 0.0;
@@ -76,7 +76,7 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     const size_t rows = (size_t)steps + SM_TOGETHER;
     const size_t carrier = rows * 8, weight = rows * count * 2;
     const size_t stepper = sm_whole_lines(sm_stepper_size(contact->contacts));
-    const size_t turn = contact->response ? rows * count * 4 : 0;
+    const size_t phasor = contact->response ? rows * count * 4 : 0;
     const size_t relaxation = contact->response ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
@@ -86,14 +86,14 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    grid->memory = calloc(stepper + carrier + weight + turn + relaxation, sizeof(double));
+    grid->memory = calloc(stepper + carrier + weight + phasor + relaxation, sizeof(double));
     if (!grid->memory) return SM_NO_MEMORY;
     sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
     grid->carrier = grid->memory + stepper;
     grid->weight = grid->carrier + carrier;
-    grid->turn = contact->response ? grid->weight + weight : NULL;
+    grid->phasor = contact->response ? grid->weight + weight : NULL;
     grid->dynamic_stiffness = contact->response ? contact->response->dynamic_stiffness : NULL;
-    grid->relaxation = contact->response ? grid->weight + weight + turn : NULL;
+    grid->relaxation = contact->response ? grid->weight + weight + phasor : NULL;
     fill_angles(grid);
     for (int q = 0; q < orders_count && grid->dynamic_stiffness; q++)
         grid->relaxation[q] =

@@ -17,7 +17,7 @@ typedef struct {
     /* at all steps, and SM_TOGETHER beyond: */
     double *carrier;         /* (steps, 2 stages, cos A, sin A, cos B', sin B'), B' from t_B0 */
     double *weight;          /* (steps, orders, 2): exp(-i (n + m ratio) t_A) / steps */
-    double *turn;            /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
+    double *phasor;          /* (steps, 2 stages, orders, 2): exp(i (n + m ratio) t_A) */
     const double *dynamic_stiffness;  /* (orders, N_c, N_c, 2): modal response; NULL without one */
     double *relaxation;      /* (orders) part of a change that the modes respond to at once */
     double *memory;

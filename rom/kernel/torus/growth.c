@@ -29,7 +29,7 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
         g->a[lane] += grid->steps * g->a_step[lane];
         g->b[lane] += grid->steps * g->b_step[lane];
     }
-    sm_torus_group_turn(grid, g);
+    sm_torus_group_advance(grid, g);
     return SM_OK;
 }
 

@@ -42,7 +42,7 @@ sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int 
 
 /* ---- between halves ------------------------------------------------------------------ */
 
-void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *g) {
+void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
     const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
     for (int block = 0; block < g->blocks; block++) {
         double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
@@ -130,7 +130,7 @@ static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
 
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
     if (half == 1) {
-        sm_torus_group_turn(grid, g);
+        sm_torus_group_advance(grid, g);
         accelerate(grid, g, points);
     }
     if (!g->reaction) return;

@@ -28,14 +28,14 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
 }
 
 /* u += Re sum_q reaction_q exp(i (n + m ratio) t_A) at 2 * SM_TOGETHER stages. */
-SM_INLINE void add_reaction(const int lanes, const sm_torus_grid *grid, const double *turn,
-                        const double *reaction, double *restrict u) {
+SM_INLINE void add_reaction(const int lanes, const sm_torus_grid *grid, const double *phasor,
+                            const double *reaction, double *restrict u) {
     const int n = grid->contact->contacts, orders = grid->orders_count;
     const size_t row = (size_t)n * (size_t)lanes, column = 2 * (size_t)orders;
     for (int i = 0; i < n; i++)
         for (int stage = 0; stage < 2 * SM_TOGETHER; stage += 4) {
             double sum[4][SM_LANES] = {{0.0}}; /* stays in registers */
-            const double *restrict t = turn + (size_t)stage * column;
+            const double *restrict t = phasor + (size_t)stage * column;
             for (int q = 0; q < orders; q++, t += 2) {
                 const double *restrict re = reaction + (size_t)(q * n + i) * 2 * lanes;
                 const double *restrict im = re + lanes;
@@ -63,8 +63,8 @@ SM_INLINE void force(const int lanes, const sm_torus_grid *grid, const sm_torus_
         load_forcing(lanes, grid->contact, grid->carrier + 4 * (first + stage),
                      sm_stage_place(first + stage), g, at, u + stage * row);
     if (g->reaction)
-        add_reaction(lanes, grid, grid->turn + 2 * (size_t)grid->orders_count * first,
-                 g->reaction + at * grid->per_point, u);
+        add_reaction(lanes, grid, grid->phasor + 2 * (size_t)grid->orders_count * first,
+                     g->reaction + at * grid->per_point, u);
 }
 
 /* Adds SM_TOGETHER displacements x, (step, N_c, lanes), from step k on. */

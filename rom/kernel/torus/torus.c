@@ -72,7 +72,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         if (track->done) continue; /* its result is already stored */
         const size_t point = first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
-        double *response = task->harmonics + point * per_point;
+        double *harmonics = task->harmonics + point * per_point;
         double *mean_square = task->mean_square + point * n;
         const sm_scales scales = sm_displacement_scales(
             grid->contact, task->amplitudes + point * modes, task->smallest_scale);
@@ -82,12 +82,12 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
                                                           task->tolerance);
         task->marched[point] = marched;
         memcpy(last, fresh, sizeof(double) * per_point);
-        memcpy(response, fresh, sizeof(double) * per_point);
+        memcpy(harmonics, fresh, sizeof(double) * per_point);
         sm_torus_group_mean_square(grid, g, p, mean_square);
         add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->residual[point] > task->tolerance)
-            task->residual[point] = settle_for_mean(grid, g, p, &scales, response, mean_square);
+            task->residual[point] = settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
         open |= !track->done;
     }
     return open;

@@ -22,7 +22,7 @@ _TWO_PERIOD_BOUND = 0.05
 
 
 def fixed_interface_modes(study: Study) -> Claim:
-    """Natural frequencies and mode shapes with stuck contacts."""
+    """Natural frequencies and mode shapes with bonded contacts."""
     reduced = study.case.paper.reduced
     off = float(np.abs(reduced.mode_shapes[:2] - np.eye(2)).max())
     omega_A, omega_B = (float(omega) for omega in reduced.frequency)

@@ -9,7 +9,7 @@ from slipmode import rom
 from slipmode.runner.report.cases.cases import Case
 
 # Bounds that several cases share
-SIGNAL = 5e-3  # RMS of displacements over a run from rest: DESIGN 6, as the report states it
+SIGNAL = 5e-3  # RMS of displacements over a run from rest, as the report states it
 FLOW = 1e-6  # of the slow flow: the internal tolerance of a component
 
 

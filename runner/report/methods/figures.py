@@ -106,7 +106,7 @@ def slow_flow_figures() -> list[Figure]:
     model, _ = plan.model()
 
     def amplitudes(tolerance: float) -> tuple[float, np.ndarray]:
-        component = Component(model, plan.excited.force, tolerance=tolerance)
+        component = Component(model, plan.excited.force_patterns, tolerance=tolerance)
         durations = plan.schedule.durations()
         inputs = plan.schedule.inputs(component.input_names)
 

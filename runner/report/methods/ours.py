@@ -78,8 +78,10 @@ class Marcher:
         self._case, self._model = slow.case, slow.model
         self._component = Component(slow.model, slow.case.force, tolerance=tolerance)
         self._durations = np.full(round(slow.case.duration / step), step)
-        self._direct = ForceResponse.of(slow.model.reduced, slow.case.force, slow.case.structure)
-        self._start = self._direct.free_vibration(
+        self._force_response = ForceResponse.of(
+            slow.model.reduced, slow.case.force, slow.case.structure
+        )
+        self._start = self._force_response.free_vibration(
             slow.model.reduced, self._modal_force(), np.asarray(slow.case.frequency)
         )
         self._inputs = _constant_inputs(self._component, slow.case, self._durations.size)
@@ -112,7 +114,7 @@ class Marcher:
             frequency_rate=np.zeros(shape),
             force=np.broadcast_to(self._modal_force(), shape),
             force_rate=np.zeros(shape, dtype=complex),
-            force_response=self._direct,
+            force_response=self._force_response,
         )
 
     def _modal_force(self) -> Complexes:
@@ -151,16 +153,16 @@ def _grid(model: Model) -> Discretisation:
 
 def _reach(case: Case, reduced: rom.Reduced) -> tuple[float, ...]:
     """Amplitudes that the case reaches on a coarse table, grown as needed, with a margin."""
-    limit = np.full(len(case.force), 4.0)
+    tried = np.full(len(case.force), 4.0)
     while True:
-        coarse = rom.tabulate(reduced, case.law, limit.tolist(), _COARSE)
+        coarse = rom.tabulate(reduced, case.law, tried.tolist(), _COARSE)
         try:
             outputs = Marcher(SlowCase(case, coarse, 0.0), 1.0, 1e-4)()
         except StoppedError:
-            limit *= 2.0
+            tried *= 2.0
             continue
-        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : limit.size].max(axis=0)
-        return tuple(float(value) for value in np.maximum(_MARGIN * modulus, 0.05 * limit))
+        modulus = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : tried.size].max(axis=0)
+        return tuple(float(value) for value in np.maximum(_MARGIN * modulus, 0.05 * tried))
 
 
 def _constant_inputs(component: Component, case: Case, steps: int) -> Floats:

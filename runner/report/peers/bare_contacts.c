@@ -57,7 +57,7 @@ SM_INLINE void solve_pair(const two_contacts *c, const double *restrict u,
 }
 
 /* u = Re sum_q reaction_q turn_q, sums_q += x weight_q: SM_LANES lanes of two contacts. */
-SM_INLINE void load_pair(int orders, const double *restrict reaction, const double *restrict turn,
+SM_INLINE void load_pair(int orders, const double *restrict reaction, const double *restrict phasor,
                          double *restrict u) {
     for (int i = 0; i < 2; i++) {
         double sum[SM_LANES] = {0.0};
@@ -65,30 +65,30 @@ SM_INLINE void load_pair(int orders, const double *restrict reaction, const doub
             const double *restrict re = reaction + (size_t)(2 * q + i) * 2 * SM_LANES;
             SM_SIMD
             for (int l = 0; l < SM_LANES; l++)
-                sum[l] = sum[l] + re[l] * turn[2 * q] - re[SM_LANES + l] * turn[2 * q + 1];
+                sum[l] = sum[l] + re[l] * phasor[2 * q] - re[SM_LANES + l] * phasor[2 * q + 1];
         }
         memcpy(u + i * SM_LANES, sum, sizeof sum);
     }
 }
 
-SM_INLINE void sum_pair(int orders, const double *restrict x, const double *restrict turn,
+SM_INLINE void sum_pair(int orders, const double *restrict x, const double *restrict phasor,
                         double *restrict sums) {
     for (int q = 0; q < orders; q++)
         for (int i = 0; i < 2; i++) {
             double *restrict re = sums + (size_t)(2 * q + i) * 2 * SM_LANES;
             SM_SIMD
             for (int l = 0; l < SM_LANES; l++) {
-                re[l] += turn[2 * q] * x[i * SM_LANES + l];
-                re[SM_LANES + l] -= turn[2 * q + 1] * x[i * SM_LANES + l];
+                re[l] += phasor[2 * q] * x[i * SM_LANES + l];
+                re[SM_LANES + l] -= phasor[2 * q + 1] * x[i * SM_LANES + l];
             }
         }
 }
 
 /* `steps` steps of SM_LANES lanes, around and around a table of `period` steps:
- *   turn (period, 2 stages, orders, 2), reaction and sums (orders, 2 contacts, 2, SM_LANES),
+ *   phasor (period, 2 stages, orders, 2), reaction and sums (orders, 2 contacts, 2, SM_LANES),
  *   x (2 contacts, SM_LANES). */
 SM_API SM_HOT sm_status peer_bare_contacts(const sm_contact *contact, double h, int32_t steps,
-                                           int32_t period, int32_t orders, const double *turn,
+                                           int32_t period, int32_t orders, const double *phasor,
                                            const double *reaction, double *sums, double *x) {
     if (contact->contacts != 2 || contact->law != SM_TANH) return SM_BAD_ARGUMENT;
     const double *K = contact->stiffness, *D = contact->damping, scale = SM_GAMMA * h;
@@ -101,7 +101,7 @@ SM_API SM_HOT sm_status peer_bare_contacts(const sm_contact *contact, double h, 
                             .alpha = {contact->alpha, contact->alpha}, .laws = laws};
     double base[2 * SM_LANES], u[2 * SM_LANES], v[2][2 * SM_LANES] = {{0.0}};
     for (int32_t k = 0; k < steps; k++) {
-        const double *now = turn + (size_t)(k % period) * 4 * (size_t)orders;
+        const double *now = phasor + (size_t)(k % period) * 4 * (size_t)orders;
         load_pair(orders, reaction, now, u);
         solve_pair(&c, u, x, v[0]);
         for (int l = 0; l < 2 * SM_LANES; l++) base[l] = x[l] + (1.0 - SM_GAMMA) * h * v[0][l];

@@ -60,7 +60,7 @@ def bare_march(
     problem = contact_problem(reduced, law)
     h = 2.0 * np.pi / (reduced.carrier[0] * steps)
     stages = h * (np.arange(steps)[:, np.newaxis] + (1.0 - np.sqrt(0.5), 1.0))
-    turn = np.exp(1j * stages[..., np.newaxis] * (np.array(orders) @ reduced.carrier))
+    phasor = np.exp(1j * stages[..., np.newaxis] * (np.array(orders) @ reduced.carrier))
     phases = np.exp(2j * np.pi * np.arange(_LANES) / _LANES)
     reaction = np.zeros((len(orders), _CONTACTS, 2, _LANES))
     for j, each in enumerate((np.ones(_LANES), phases)):
@@ -70,7 +70,7 @@ def bare_march(
     started = time.process_time()
     status = library().peer_bare_contacts(
         *(ctypes.byref(problem), h, count, steps, len(orders)),
-        *(turn.ctypes.data, reaction.ctypes.data, sums.ctypes.data, x.ctypes.data),
+        *(phasor.ctypes.data, reaction.ctypes.data, sums.ctypes.data, x.ctypes.data),
     )
     seconds = time.process_time() - started
     kernel.check(status, "bare contacts")

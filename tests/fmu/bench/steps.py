@@ -20,8 +20,8 @@ SLOW = (*AMPLITUDES, "A_abs", "B_abs", "input_power", "dissipated_power", "dissi
 
 def measure(model, where, contact, names):
     """One line of figures for an FMU with or without contact motion."""
-    force = ({0: 1.0}, {1: 1.0})
-    path = fmu.export(model, where / "bench.fmu", force, contact=contact, start=START)
+    force_patterns = ({0: 1.0}, {1: 1.0})
+    path = fmu.export(model, where / "bench.fmu", force_patterns, contact=contact, start=START)
     shutil.unpack_archive(path, where / "FMU", format="zip")
     description = fmpy.read_model_description(path)
     reference = {v.name: str(v.valueReference) for v in description.modelVariables}

@@ -21,7 +21,7 @@ from slipmode import fmu, rom
 from slipmode.fmu.archive.binaries import extension, folder, host_platform
 from slipmode.fmu.archive.cross_compiler import fmi_headers
 
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 STEPS, ROUNDS = 500, 150
 SLAVES = {2: FMU2Slave, 3: FMU3Slave}
 SOURCE = Path(__file__).with_name("decay.c")
@@ -48,7 +48,7 @@ def idle(where, fmi):
 
 def ours(model, where, fmi):
     """Likewise of the two-mode model."""
-    path = fmu.export(model, where / f"ours{fmi}.fmu", FORCE, fmi=fmi, start=START)
+    path = fmu.export(model, where / f"ours{fmi}.fmu", FORCE_PATTERNS, fmi=fmi, start=START)
     description = fmpy.read_model_description(path)
     slave = instantiate_fmu(fmpy.extract(path, where / str(fmi)), description)
     if fmi == 2:

@@ -5,11 +5,11 @@
 #include "driver.h"
 
 static const char *const FILES[] = {
-    "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "near.npy",
-    "node_a.npy", "node_b.npy", "table.npy", "lag.npy", "contact_limit.npy",
-    "contact_stiffness.npy", "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
-    "elastic_contacts.npy", "elastic_answer.npy", "contact_pull.npy", "orders.npy",
-    "variables.npy", "names.txt"};
+    "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "combinations.npy",
+    "node_a.npy", "node_b.npy", "table.npy", "rate_correction.npy", "contact_limit.npy",
+    "contact_stiffness.npy", "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy",
+    "elastic_modes.npy", "elastic_contacts.npy", "elastic_response.npy", "contact_reaction.npy",
+    "orders.npy", "variables.npy", "names.txt"};
 
 static void write_file(const char *path, const unsigned char *bytes, size_t size) {
     FILE *file = fopen(path, "wb");

@@ -168,17 +168,17 @@ static void check_energy(void) {
 
 /* What the modes respond at a signal, from the outputs. */
 static double response_in(const model *m, const double *out, size_t signal) {
-    double complex effective[2] = {0.0, 0.0}, turn[2] = {1.0, 1.0};
+    double complex effective[2] = {0.0, 0.0}, phasor[2] = {1.0, 1.0};
     double sum = 0.0;
     for (int j = 0; j < m->flow.table.modes; j++) {
         effective[j] = out[1 + 2 * j] + I * out[2 + 2 * j];
-        turn[j] = cexp(I * out[5 + j]) * effective[j] / cabs(effective[j]);
+        phasor[j] = cexp(I * out[5 + j]) * effective[j] / cabs(effective[j]);
     }
     for (int q = 0; q < ORDERS; q++) {
         const double a = cabs(effective[0]), b = cabs(effective[1]);
         const double complex c =
             response_at(a, b, q, 0, signal) + I * response_at(a, b, q, 1, signal);
-        sum += creal(c * cpow(turn[0], m->orders[2 * q]) * cpow(turn[1], m->orders[2 * q + 1]));
+        sum += creal(c * cpow(phasor[0], m->orders[2 * q]) * cpow(phasor[1], m->orders[2 * q + 1]));
     }
     return sum;
 }

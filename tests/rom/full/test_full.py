@@ -301,7 +301,7 @@ def scripted_force(t):
 
 
 @pytest.mark.parametrize("times", [np.linspace(0.0, 15.0, 31), [0.1, 3.7, 7.3, 7.4, 15.0]])
-def test_scripted_drive(structure, times):
+def test_scripted_excitation(structure, times):
     law = rom.Tanh(2.0, 0.05)
     exact = radau(structure, law, scripted_force, np.asarray(times))
     motion = full.integrate(structure, law, scripted(structure), times, step=2e-3)

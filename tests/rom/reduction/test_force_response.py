@@ -193,7 +193,7 @@ def test_signals_are_those_of_the_full_order(make, bounds):
 
 
 def test_steady_amplitudes_under_forces_on_both_modes():
-    """Reciprocity weighs what the direct forces do; along L_j alone: 1.16 %, 0.58 %."""
+    """Reciprocity weighs what the forces on contacts do; along L_j alone: 1.16 %, 0.58 %."""
     case = cases.shared_forces()
     exact = full.steady_amplitude(
         *(case.structure, case.law, case.excitation), outputs=np.eye(4)[:2], tolerance=3e-5

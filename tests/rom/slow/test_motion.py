@@ -12,7 +12,7 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 pytestmark = pytest.mark.quick
 
 LAW = Tanh(limit=2.0, alpha=0.02)
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 DURATION = 300.0
 
 
@@ -29,7 +29,7 @@ def transient(two_mode_model):
     start = time[:-1]
     return slow_trajectory(
         two_mode_model,
-        FORCE,
+        FORCE_PATTERNS,
         time,
         force_A=0.15,
         force_B=np.where(start < 100, 0.0, 0.25),
@@ -115,7 +115,7 @@ def test_between_communication_points_the_motion_is_that_of_fine_steps(two_mode_
     fine, coarse = (
         slow_trajectory(
             two_mode_model,
-            FORCE,
+            FORCE_PATTERNS,
             time,
             tolerance=1e-9,
             **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
@@ -143,7 +143,7 @@ def test_long_steps_are_as_good_where_combination_resonances_make_the_amplitudes
 
     def moved(length):
         trajectory = slow_trajectory(
-            *(model, FORCE, np.linspace(0.0, 600.0, round(600.0 / length) + 1)),
+            *(model, FORCE_PATTERNS, np.linspace(0.0, 600.0, round(600.0 / length) + 1)),
             **{"force_A": 0.1, "force_B": 0.3},
             **{"frequency_A": carriers[0], "frequency_B": carriers[1]},
             tolerance=1e-9,
@@ -194,7 +194,7 @@ def steady_signals():
             reduce(two_mass()), LAW, amplitude=(4.0, 2.0), combinations=(), harmonics=order
         )
         trajectory = slow_trajectory(
-            *(model, FORCE, np.linspace(0, 600, 301)),
+            *(model, FORCE_PATTERNS, np.linspace(0, 600, 301)),
             **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
         )
         times = np.linspace(400.0, 600.0, 8000)

@@ -16,7 +16,7 @@ from slipmode.rom.slow.steady import steady
 
 pytestmark = pytest.mark.quick
 
-FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 NEAR_PEAKS = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
 
 
@@ -45,7 +45,9 @@ def largest_difference(amplitude, exact):
 def test_the_error_of_a_transient_is_near_the_tolerance(two_mode_model, tolerance):
     time = np.linspace(0, 300, 301)
     found, exact = (
-        slow_trajectory(two_mode_model, FORCE, time, tolerance=tol, **steps_and_sweeps(time))
+        slow_trajectory(
+            two_mode_model, FORCE_PATTERNS, time, tolerance=tol, **steps_and_sweeps(time)
+        )
         for tol in (tolerance, 1e-12)
     )
     # errors of the single steps add up over some ten relaxation times
@@ -76,7 +78,7 @@ class Forcing:
 
 def effective_amplitude(model, a, now):
     factor = coupling_factor(model.reduced, now.frequency)
-    return factor * (a + off_resonance_shift(model.reduced, FORCE) * now.force)
+    return factor * (a + off_resonance_shift(model.reduced, FORCE_PATTERNS) * now.force)
 
 
 def contact_force(model, a, now):
@@ -130,7 +132,7 @@ def test_agrees_with_an_independent_integrator(name, request):
     time, start = np.linspace(0, 150, 4), (0.3 - 0.2j, 0.1j)
     # a phase that turns is no straight line of the force: left to the test of its own
     scripted = steps_and_sweeps(time) | {"phase_A": 0.4, "phase_rate_A": 0.0}
-    found = slow_trajectory(model, FORCE, time, start=start, tolerance=1e-10, **scripted)
+    found = slow_trajectory(model, FORCE_PATTERNS, time, start=start, tolerance=1e-10, **scripted)
     for step in range(3):
 
         def rate(t, y, step=step):
@@ -148,7 +150,7 @@ def test_a_phase_that_turns_is_a_frequency_that_is_shifted(paper_model):
     """F exp(i nu t) at Omega is F at Omega + nu, in a frame that turns with nu."""
     time, nu = np.linspace(0, 60, 2), 0.01
     turning, shifted = (
-        slow_trajectory(paper_model, FORCE, time, tolerance=1e-10, **NEAR_PEAKS | change)
+        slow_trajectory(paper_model, FORCE_PATTERNS, time, tolerance=1e-10, **NEAR_PEAKS | change)
         for change in ({"phase_rate_A": nu}, {"frequency_A": NEAR_PEAKS["frequency_A"] + nu})
     )
     turned = shifted.amplitude[-1] * np.exp(1j * np.array([nu * time[-1], 0.0]))
@@ -157,7 +159,7 @@ def test_a_phase_that_turns_is_a_frequency_that_is_shifted(paper_model):
 
 def test_one_long_step_equals_many_short_ones(two_mode_model):
     long, short = (
-        slow_trajectory(two_mode_model, FORCE, time, tolerance=1e-9, **NEAR_PEAKS)
+        slow_trajectory(two_mode_model, FORCE_PATTERNS, time, tolerance=1e-9, **NEAR_PEAKS)
         for time in (np.array([0.0, 200.0]), np.linspace(0, 200, 2001))
     )
     assert largest_difference(short.amplitude[-1], long.amplitude[-1]) < 1e-7
@@ -200,7 +202,9 @@ def test_second_order_in_the_rate_of_a_sweep():
 def amplitudes_under_phases(model, psi):
     phases = {"phase_A": psi[0], "phase_B": psi[1]}
     time = np.linspace(0, 200, 21)
-    return slow_trajectory(model, FORCE, time, tolerance=1e-10, **NEAR_PEAKS, **phases).amplitude
+    return slow_trajectory(
+        model, FORCE_PATTERNS, time, tolerance=1e-10, **NEAR_PEAKS, **phases
+    ).amplitude
 
 
 @pytest.mark.parametrize("psi", [(0.7, 0.0), (-2.0, 1.1), (np.pi, 0.0)])
@@ -235,21 +239,21 @@ def test_the_phase_of_the_force_turns_the_steady_amplitude(two_mode_model, psi):
 
 
 def test_a_frequency_jump_keeps_amplitude_and_angle(two_mode_model):
-    component = Component(two_mode_model, FORCE)
+    component = Component(two_mode_model, FORCE_PATTERNS)
     component.set_inputs(**NEAR_PEAKS)
     component.do_step(0.0, 50.0)
     before = component.outputs()
     component.set_inputs(frequency_A=1.05, frequency_B=1.8)
-    jumped = component.outputs()
+    after = component.outputs()
     for name in ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy"):
-        assert jumped[name] == before[name]
+        assert after[name] == before[name]
     component.do_step(50.0, 0.1)
     assert component.outputs()["theta_A"] - before["theta_A"] == pytest.approx(0.105, abs=1e-12)
 
 
 def test_an_unforced_mode_stays_exactly_at_rest(two_mode_model):
     time = np.linspace(0, 100, 11)
-    run = slow_trajectory(two_mode_model, FORCE, time, force_A=0.15, frequency_A=0.98)
+    run = slow_trajectory(two_mode_model, FORCE_PATTERNS, time, force_A=0.15, frequency_A=0.98)
     assert not run.amplitude[:, 1].any()
     assert np.abs(run.amplitude[-1, 0]) > 1
 
@@ -258,10 +262,12 @@ def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_
     """The energy of the modes, |v|^2 + omega^2 |a|^2, comes and goes with combinations."""
     model, Omega = two_mode_model, np.array([0.98, 1.65])
     beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
-    component = Component(model, FORCE, tolerance=1e-10)
+    component = Component(model, FORCE_PATTERNS, tolerance=1e-10)
     component.set_inputs(**NEAR_PEAKS)
     component.do_step(0.0, 5000.0)
-    modal = [model.reduced.modal_force(j, FORCE[j]) * F for j, F in enumerate((0.15, 0.25))]
+    modal = [
+        model.reduced.modal_force(j, FORCE_PATTERNS[j]) * F for j, F in enumerate((0.15, 0.25))
+    ]
     rows = []
     for _ in range(257):
         out = component.outputs()

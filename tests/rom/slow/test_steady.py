@@ -90,14 +90,14 @@ def test_the_steady_state_stands_still_in_the_slow_flow(two_mode_model):
     assert np.abs(rate).max() < 1e-9
 
 
-UNIT_FORCE = ({0: 1.0}, {1: 1.0})
+FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 DETUNINGS = [(-0.0175, -0.046), (0.02, 0.03)]
 
 
 def driven_from_rest(model, Omega, time):
     """Amplitudes at the times, (times, 2)."""
     forced = {"force_A": 0.15, "force_B": 0.25, "frequency_A": Omega[0], "frequency_B": Omega[1]}
-    return slow_trajectory(model, UNIT_FORCE, time, tolerance=1e-9, **forced).amplitude
+    return slow_trajectory(model, FORCE_PATTERNS, time, tolerance=1e-9, **forced).amplitude
 
 
 @pytest.mark.parametrize("detuning", DETUNINGS)

@@ -123,7 +123,7 @@ def test_what_a_killed_process_left_is_removed(folder):
 def test_a_bound_that_is_none_is_refused(folder, monkeypatch, value):
     monkeypatch.setenv("SLIPMODE_CACHE_MIB", value)
     with pytest.raises(SlipmodeError, match=r"SLIPMODE_CACHE_MIB: must be a number >= 0 \[MiB\]"):
-        disk_cache.limit()
+        disk_cache.bound()
 
 
 def test_the_command_shows_and_clears_the_cache(folder, capsys):

@@ -1,6 +1,6 @@
 #include "slow/component/contact_output.h"
 
-#include "slow/component/response_plane.h"
+#include "slow/component/response_surface.h"
 #include "base/block.h"
 #include "base/check.h"
 #include "base/harmonics.h"
@@ -111,9 +111,9 @@ void sm_contact_output_begin(sm_contact_output *out) {
 static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow,
                           sm_instant *instant, const sm_inputs *inputs, const double *y,
                           double *reaction) {
-    const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
-    sm_plane_coefficients(&point, out->motion.orders_count, out->motion.orders,
-                          (size_t)out->contact.contacts, out->motion.reaction, reaction);
+    const sm_response_point point = sm_response_point_at(flow, instant, inputs, y);
+    sm_response_coefficients(&point, out->motion.orders_count, out->motion.orders,
+                             (size_t)out->contact.contacts, out->motion.reaction, reaction);
 }
 
 /* The reaction at both ends of a stretch; where one ends the next begins. */
@@ -156,12 +156,13 @@ static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *st
         if (flow->off_resonance[j][0] == 0.0 && flow->off_resonance[j][1] == 0.0) continue;
         const sm_complex from = sm_cx(cos(start->phase[j]), sin(start->phase[j]));
         const sm_complex to = sm_cx(cos(end->phase[j]), sin(end->phase[j]));
-        const double growth = start->force_rate[j], turn = start->phase_rate[j];
+        const double growth = start->force_rate[j], phase_rate = start->phase_rate[j];
         add_off_resonance(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
         add_off_resonance(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
-        add_off_resonance(flow, j, sm_cmul(from, sm_cx(growth, turn * start->force[j])),
+        add_off_resonance(flow, j, sm_cmul(from, sm_cx(growth, phase_rate * start->force[j])),
                           g.rate_start);
-        add_off_resonance(flow, j, sm_cmul(to, sm_cx(growth, turn * end->force[j])), g.rate_end);
+        add_off_resonance(flow, j, sm_cmul(to, sm_cx(growth, phase_rate * end->force[j])),
+                          g.rate_end);
     }
     return g;
 }
@@ -212,9 +213,9 @@ static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
         for (size_t i = 0; i < n; i++) x[k] += out->motion.contacts_out[k * n + i] * x_c[i];
     }
     if (out->response.orders_count == 0) return;
-    const sm_plane_point point = sm_plane_point_at(flow, instant, inputs, y);
-    sm_plane_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
-                      out->motion.response, carrier, x);
+    const sm_response_point point = sm_response_point_at(flow, instant, inputs, y);
+    sm_response_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
+                         out->motion.response, carrier, x);
 }
 
 void sm_contact_output_read(const sm_contact_output *out, const sm_slow_flow *flow,

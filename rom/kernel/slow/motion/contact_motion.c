@@ -59,11 +59,11 @@ SM_INLINE void load_reaction(sm_reaction *reaction, const sm_contact *contact, c
                              double *u) {
     const int swept = g->frequency_rate[0] != 0.0 || g->frequency_rate[1] != 0.0;
     const int32_t *orders = contact->response->orders;
-    if (swept || k % SM_ROTOR_TURNS == 0)
+    if (swept || k % SM_ROTOR_STEPS == 0)
         sm_reaction_set(reaction, stage, orders, rotor->carrier);
     else
-        sm_reaction_turn(reaction, stage);
-    if (k == 0 && stage == 0) sm_reaction_set_turn(reaction, orders, rotor->by);
+        sm_reaction_advance(reaction, stage);
+    if (k == 0 && stage == 0) sm_reaction_set_factors(reaction, orders, rotor->by);
     sm_reaction_add(reaction, contact->contacts, stage, elapsed / g->duration, u);
 }
 
@@ -101,10 +101,10 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
         march->warm.tolerance = k + 1 < steps ? ON_THE_WAY : AT_THE_END;
         for (int stage = 0; stage < 2; stage++) {
             const double elapsed = from + h * ((double)k + (stage == 0 ? SM_GAMMA : 1.0));
-            if (k % SM_ROTOR_TURNS == 0)
+            if (k % SM_ROTOR_STEPS == 0)
                 sm_rotor_start(&rotor[stage], segment, contact->modes, elapsed, h);
             else
-                sm_rotor_turn(&rotor[stage], contact->modes);
+                sm_rotor_advance(&rotor[stage], contact->modes);
             load_forcing(contact, segment, elapsed, rotor[stage].carrier, march->lane.u);
             if (reacting)
                 load_reaction(&march->reaction, contact, segment, k, stage, elapsed, &rotor[stage],

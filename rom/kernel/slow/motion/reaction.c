@@ -27,7 +27,7 @@ void sm_reaction_set(sm_reaction *reaction, int stage, const int32_t *orders,
                         reaction->im[stage]);
 }
 
-void sm_reaction_set_turn(sm_reaction *reaction, const int32_t *orders,
-                          const sm_complex by[SM_MODES]) {
+void sm_reaction_set_factors(sm_reaction *reaction, const int32_t *orders,
+                             const sm_complex by[SM_MODES]) {
     sm_harmonic_phasors(reaction->orders, orders, by, reaction->by_re, reaction->by_im);
 }

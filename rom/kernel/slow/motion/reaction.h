@@ -1,6 +1,6 @@
 /* The modes' response as a force on the contacts, at the stages of equal time steps.
  *
- * Every harmonic turns by a factor of its own from one step to the next, as the carriers do
+ * Every harmonic advances by a factor of its own from one step to the next, as the carriers do
  * (sm_rotor), and the coefficients move on straight lines.
  */
 #ifndef SLIPMODE_REACTION_H
@@ -15,7 +15,7 @@ typedef struct {
     int orders;            /* of the harmonics that there is room for */
     size_t row;            /* that many, filled up to whole blocks */
     double *re[2], *im[2]; /* (row) of each stage */
-    double *by_re, *by_im; /* (row) turn of a step */
+    double *by_re, *by_im; /* (row) factor of a step */
     double *start, *slope; /* (N_c, 2, row): real parts, imaginary parts */
 } sm_reaction;
 
@@ -31,22 +31,22 @@ static inline size_t sm_reaction_size(int contacts, int orders) { /* doubles */
 void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *memory);
 /* The coefficients of a segment. */
 void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *segment);
-/* The harmonics of a stage, and their turn from a step to the next, where the carriers are given. */
+/* The harmonics of a stage, and their factors from a step to the next, from the carriers'. */
 void sm_reaction_set(sm_reaction *reaction, int stage, const int32_t *orders,
                  const sm_complex carrier[SM_MODES]);
-void sm_reaction_set_turn(sm_reaction *reaction, const int32_t *orders,
-                          const sm_complex by[SM_MODES]);
+void sm_reaction_set_factors(sm_reaction *reaction, const int32_t *orders,
+                             const sm_complex by[SM_MODES]);
 
 /* To the next step, unless the carriers are swept. */
-SM_INLINE void sm_reaction_turn(sm_reaction *reaction, int stage) {
+SM_INLINE void sm_reaction_advance(sm_reaction *reaction, int stage) {
     double *restrict re = reaction->re[stage], *restrict im = reaction->im[stage];
     const double *restrict by_re = reaction->by_re, *restrict by_im = reaction->by_im;
     for (size_t block = 0; block < reaction->row; block += SM_REACTION_BLOCK) {
         SM_SIMD
         for (size_t q = block; q < block + SM_REACTION_BLOCK; q++) {
-            const double turned = re[q] * by_re[q] - im[q] * by_im[q];
+            const double rotated = re[q] * by_re[q] - im[q] * by_im[q];
             im[q] = re[q] * by_im[q] + im[q] * by_re[q];
-            re[q] = turned;
+            re[q] = rotated;
         }
     }
 }

@@ -25,7 +25,7 @@ void sm_acceleration_place(sm_acceleration *a, int contacts, int lines, double *
 
 void sm_acceleration_start(sm_acceleration *a) { a->recorded = 0; }
 
-/* fresh_m = mean over lines of x exp(-i m t_B); with turn = -1 the inverse: x += increments. */
+/* fresh_m = mean over lines of x exp(-i m t_B); the inverse: x += increments. */
 static void transform(sm_acceleration *a, const double *cosine, const double *sine, double *x,
                       int inverse) {
     const int n = a->contacts, lines = a->lines;

@@ -15,7 +15,7 @@ from slipmode.runner.report.methods.ours import SlowCase
 
 _STIFF = 1e6
 _SOFT, _BAR = 0.25, 1e4  # stiffness between contacts, relative to what holds them
-_TABLE_SECONDS = 30.0  # issue of hard cases: 100 contacts, one mode
+_TABLE_SECONDS = 30.0  # 100 contacts, one mode
 
 
 def one_mass(contacts: int, joint: float = _SOFT) -> rom.Structure:

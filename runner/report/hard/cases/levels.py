@@ -13,12 +13,12 @@ from slipmode.runner.report.cases.cases import Case, two_mode
 from slipmode.runner.report.hard.hard_case import FLOW, SIGNAL, HardCase
 from slipmode.runner.report.hard.signals import largest, scene_error, signal_error
 
-# What just reaches the slip thresholds |A| = 1, |B| = 0.346 (DESIGN 2.5) without friction at
+# What just reaches the slip thresholds |A| = 1, |B| = 0.346 without friction at
 # 0.98 and 1.65 rad/s: F_j = 2 |a_j| |omega_j^2 - Omega_j^2 + i beta omega_j^2 Omega_j|
 _THRESHOLD = (0.0816, 0.1206)
 _RANGE = (4.0, 4.0)
 _START = (2.0, 1.0)
-# An internal step may err by its tolerance times |a| + 1e-3 of the range (slow_step.c, error_of):
+# An internal step may err by its tolerance times |a| + 1e-3 of the range (dopri5.c, error_of):
 # the second part is what a decay may leave, and the decay itself forgets earlier errors.
 _LEFT = FLOW * 1e-3 * _RANGE[0] / _START[0]
 

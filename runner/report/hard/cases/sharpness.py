@@ -21,7 +21,7 @@ _ALPHAS = ("0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8")
 
 
 def closed_form(reduced: rom.Reduced, amplitude: Floats) -> np.ndarray:
-    """Q of mode A alone under Coulomb friction, the other contact stuck (DESIGN 2.5)."""
+    """Q of mode A alone under Coulomb friction, the other contact stuck."""
     k, K = abs(reduced.coupling[0, 0]), reduced.stiffness[0, 0]
     r = np.minimum(_LIMIT / (2 * k * amplitude), 1.0)
     root = np.sqrt(r * (1 - r))
@@ -64,7 +64,7 @@ def sharpness_cases() -> list[HardCase]:
             "exact Coulomb, closed form",
             "stick and slip changing within a step",
             "Q of one mode, of its largest",
-            1e-6,  # issue of hard cases; DESIGN 2.5 has the closed form
+            1e-6,
             _closed_form_error,
         )
     )

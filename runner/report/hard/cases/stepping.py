@@ -15,7 +15,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.hard_case import FLOW, HardCase
 
-_PHASE = 1e-6  # [rad], over 1e7 cycles: issue of hard cases
+_PHASE = 1e-6  # [rad], over 1e7 cycles
 _CYCLES, _CYCLES_PER_STEP, _STEPS_PER_BATCH = 10_000_000, 10, 10_000
 # Bytes by which a long run may grow. The least that can leak in each step is a pointer, 8 bytes;
 # what the interpreter allocates once and for all, some 1e4, is no leak. In between: 0.1 a step.

@@ -9,9 +9,9 @@ import numpy as np
 from slipmode import rom
 from slipmode.runner.report.hard.hard_case import HardCase
 
-_LENGTH, _STIFFNESS, _RATE = 1e-9, 1e8, 1e3  # [m], [N/m], [1/s]: DESIGN 7
+_LENGTH, _STIFFNESS, _RATE = 1e-9, 1e8, 1e3  # [m], [N/m], [1/s]
 _MASS, _FORCE = _STIFFNESS / _RATE**2, _STIFFNESS * _LENGTH
-_ROUNDING = 1e-10  # issue of hard cases
+_ROUNDING = 1e-10
 _TOLERANCE = 1e-2  # of the tables: the same nodes in both units
 _FREQUENCY = np.array([0.98, 1.65])
 _RANGE = np.array([4.0, 2.0])

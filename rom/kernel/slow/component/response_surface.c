@@ -1,4 +1,4 @@
-#include "slow/component/response_plane.h"
+#include "slow/component/response_surface.h"
 
 #include <math.h>
 
@@ -16,14 +16,14 @@ static double place_in_cell(const double *node, int32_t count, double x, int32_t
     return (inside - node[found]) / (node[found + 1] - node[found]);
 }
 
-sm_plane_point sm_plane_point_at(const sm_slow_flow *flow, sm_instant *instant,
-                                 const sm_inputs *inputs, const double *y) {
+sm_response_point sm_response_point_at(const sm_slow_flow *flow, sm_instant *instant,
+                                       const sm_inputs *inputs, const double *y) {
     const sm_table *table = &flow->table;
     const size_t count_b = (size_t)table->count_b;
     sm_effective effective;
     sm_instant_set(instant, flow, inputs);
     sm_effective_at(flow, instant, y, &effective);
-    sm_plane_point point;
+    sm_response_point point;
     for (int j = 0; j < SM_MODES; j++) /* there are no harmonics of a mode at rest */
         point.unit[j] = effective.modulus[j] > 0.0 ? sm_of(&effective.unit, j) : sm_cx(0.0, 0.0);
     size_t a, b = 0;
@@ -44,16 +44,16 @@ sm_plane_point sm_plane_point_at(const sm_slow_flow *flow, sm_instant *instant,
 }
 
 /* Values at the point, as they are at the nodes. */
-SM_INLINE double interpolated(const sm_plane_point *point, const double *values, size_t per_node,
-                              size_t k) {
+SM_INLINE double interpolated(const sm_response_point *point, const double *values,
+                              size_t per_node, size_t k) {
     double sum = 0.0;
     for (int c = 0; c < 4; c++) sum += point->weight[c] * values[point->node[c] * per_node + k];
     return sum;
 }
 
-SM_HOT void sm_plane_coefficients(const sm_plane_point *point, int count, const int32_t *orders,
-                                  size_t width, const double *values,
-                                  double *restrict coefficient) {
+SM_HOT void sm_response_coefficients(const sm_response_point *point, int count,
+                                     const int32_t *orders, size_t width, const double *values,
+                                     double *restrict coefficient) {
     const size_t per_node = (size_t)count * width * 2;
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
     sm_harmonic_phasors(count, orders, point->unit, re, im);
@@ -62,19 +62,20 @@ SM_HOT void sm_plane_coefficients(const sm_plane_point *point, int count, const 
         coefficient[k] = interpolated(point, values, per_node, k);
     for (size_t q = 0; q < (size_t)count; q++)
         for (double *c = coefficient + 2 * q * width, *end = c + 2 * width; c < end; c += 2) {
-            const double turned = c[0] * re[q] - c[1] * im[q];
+            const double rotated = c[0] * re[q] - c[1] * im[q];
             c[1] = c[0] * im[q] + c[1] * re[q];
-            c[0] = turned;
+            c[0] = rotated;
         }
 }
 
-void sm_plane_add_sums(const sm_plane_point *point, int count, const int32_t *orders, size_t width,
-                       const double *values, const sm_complex carrier[SM_MODES], double *signal) {
+void sm_response_add_sums(const sm_response_point *point, int count, const int32_t *orders,
+                          size_t width, const double *values, const sm_complex carrier[SM_MODES],
+                          double *signal) {
     const size_t per_node = (size_t)count * width * 2;
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
-    const sm_complex turned[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
+    const sm_complex rotated[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
                                          sm_cmul(point->unit[1], carrier[1])};
-    sm_harmonic_phasors(count, orders, turned, re, im);
+    sm_harmonic_phasors(count, orders, rotated, re, im);
     for (size_t q = 0; q < (size_t)count; q++)
         for (size_t s = 0; s < width; s++) {
             const size_t k = 2 * (q * width + s);

@@ -1,4 +1,4 @@
-"""Cost of a step of the slow flow: `python tests/kernel/bench/slow_step.py`. No test."""
+"""Cost of a step of the slow flow: `python tests/kernel/bench/dopri5.py`. No test."""
 
 import subprocess
 import tempfile
@@ -15,10 +15,10 @@ FLAGS = (
 def main():
     """Build the program with the core, and run it."""
     drivers = [HERE.parent / room for room in ("driver", "slow")]
-    own = [HERE / "slow_step.c", drivers[0] / "fixtures.c"]
+    own = [HERE / "dopri5.c", drivers[0] / "fixtures.c"]
     sources = [*own, *sorted(CORE.rglob("*.c"))]
     with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "slow_step"
+        program = Path(folder) / "dopri5"
         command = [
             "cc",
             *FLAGS,
