@@ -85,7 +85,7 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
     Parameters
     ----------
     reference : (contacts,) ndarray or None
-        [N/m]; None: clamped.
+        [N/m]; None: bonded.
 
     Raises
     ------

@@ -180,22 +180,13 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
-<<<<<<< HEAD
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
     squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
     if reduced.contacts is None:
         parts = structure.partition()
-        stuck = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
+        held = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
     else:
-        stuck = stuck_response(structure, reduced.contacts, f, shapes[:, squares == 0.0])
+        held = stuck_response(structure, reduced.contacts, f, shapes[:, squares == 0.0])
         shapes, squares = shapes[:, squares > 0.0], squares[squares > 0.0]
-    return np.asarray(stuck - (shapes / squares) @ (shapes.T @ f))
-=======
-    """Static displacement (n, forces) with bonded contacts, less that of all modes kept."""
-    parts = structure.partition()
-    bonded = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
-    squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
-    shapes = reduced.all_shapes
-    return np.asarray(bonded - (shapes / squares) @ (shapes.T @ f))
->>>>>>> main
+    return np.asarray(held - (shapes / squares) @ (shapes.T @ f))

@@ -70,7 +70,7 @@ class Reduced:
         phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
     contacts : Elements or None
         Elastic contacts, which the modes have stuck: the contact problem is the dual one then, see
-        `slipmode.rom.reduction.stuck`. None: rigid contacts, which the modes have clamped.
+        `slipmode.rom.reduction.stuck`. None: rigid contacts, which the modes have bonded.
     """
 
     formulation: Formulation

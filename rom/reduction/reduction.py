@@ -47,7 +47,7 @@ def reduce(
         the forcing the better. Default, and always in "paper": the natural frequencies.
     law : elastic law, optional
         Jenkins, Iwan, Sliders, FrictionalContact or Contacts: stuck contacts are its springs.
-        Default: rigid friction (Tanh, Coulomb), whose stuck contacts are clamped.
+        Default: rigid friction (Tanh, Coulomb), whose stuck contacts are bonded.
 
     Raises
     ------

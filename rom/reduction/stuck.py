@@ -6,9 +6,9 @@ contacts fall short of these springs by,
     x = sum_j phi_j q_j + X y,   X = (K_s^-1 - sum phi phi^T / omega^2) W,
     x_c = W^T x = sum_j W^T phi_j q_j + R y + ...,   R = W^T X,
 
-with the sum over the retained modes. It is the dual of the clamped problem: y stands for the
+with the sum over the retained modes. It is the dual of the bonded problem: y stands for the
 contact displacement, -R for the contact stiffness and -W^T phi_j for the coupling, and all that
-holds for the harmonics of one holds for those of the other. Clamped contacts are its limit.
+holds for the harmonics of one holds for those of the other. Bonded contacts are its limit.
 """
 
 from __future__ import annotations
