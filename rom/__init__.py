@@ -14,6 +14,9 @@ method assumes.
 import logging
 from importlib.metadata import version
 
+from slipmode.rom.contact.contacts import Contacts
+from slipmode.rom.contact.frictional_contact import FrictionalContact
+from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
@@ -37,14 +40,19 @@ from slipmode.rom.validity import ValidityWarning
 __all__ = [
     "Accuracy",
     "CombinationResonance",
+    "Contacts",
     "Coulomb",
     "Friction",
+    "FrictionalContact",
+    "Iwan",
+    "Jenkins",
     "Model",
     "Motion",
     "Reduced",
     "Region",
     "ResonanceCurve",
     "ResonanceSurface",
+    "Sliders",
     "SlipmodeError",
     "SlowTrajectory",
     "Structure",

@@ -79,6 +79,13 @@ def limits(law: Friction, contacts: int) -> Floats:
     return np.broadcast_to(given, contacts).copy()
 
 
+def is_homogeneous(law: Friction, contacts: int) -> bool:
+    """Whether limits and preloads times s make S(|a|; s) = s S(|a| / s; 1)."""
+    if isinstance(law, Tanh | Coulomb):
+        return isinstance(law, Coulomb)
+    return law.elements(contacts).homogeneous
+
+
 def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
     """Refuse a law that is not of a structure whose stuck contacts have a reference stiffness.
 

@@ -10,7 +10,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.contact.law_record import record_of
+from slipmode.rom.contact.laws import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache
@@ -72,11 +73,10 @@ def _key(
     """Hash of everything that the table depends on."""
     arrays = (
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
-        limits(law, reduced.n_contacts),
         np.asarray(amplitude, dtype=float),
         np.zeros(0) if region is None else region.tiles,
     )
-    named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, law.code, law.alpha]
+    named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, record_of(law)]
     terms = [astuple(term) for term in combinations]
     digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
     for array in arrays:

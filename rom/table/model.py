@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from slipmode.rom.contact.contacts import ElasticLaws
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.laws import Coulomb, Friction, Tanh, limits
+from slipmode.rom.contact.law_record import law_of, record_of
+from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -21,7 +23,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_header
 
-FORMAT = 13  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 14  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -30,6 +32,7 @@ REDUCED_ARRAYS = (
         "nonresonant_frequency",
         "nonresonant_damping",
         "nonresonant_shapes",
+        "nonresonant_spring",
         "nonresonant_inertia",
         "nonresonant_damper",
     ),
@@ -44,10 +47,11 @@ class Model:
     Attributes
     ----------
     reduced : Reduced
-    law : Tanh or Coulomb
+    law : contact law
     table : Table
     harmonics : Harmonics or None
-        Of the contact displacement, where they were asked for.
+        Of the contact displacement, where they were asked for; of elastic contacts, those of the
+        force that they fall short of their reference springs by [N].
     combinations : tuple of CombinationResonance
     accuracy : Accuracy
     """
@@ -117,13 +121,18 @@ class Model:
         try:
             check_header(header)
             check_arrays(header, content)
-            limit = [float(value) for value in content["limit"]]
-            law = Tanh(limit, header["alpha"]) if header["law"] == "tanh" else Coulomb(limit)
+            law = law_of(header["law"])
+            elastic = None
+            if isinstance(law, ElasticLaws):
+                elastic = law.elements(content["stiffness"].shape[0])
+            else:
+                limits(law, content["stiffness"].shape[0])
         except SlipmodeError as error:
             raise SlipmodeError(f"{path}: {error}") from None
         reduced = Reduced(
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
+            contacts=elastic,
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         rate_correction, region = content.get("rate_correction"), content.get("region")
@@ -143,8 +152,7 @@ class Model:
             "format": FORMAT,
             "formulation": self.reduced.formulation,
             "modes": list(self.reduced.modes),
-            "law": "tanh" if isinstance(self.law, Tanh) else "coulomb",
-            "alpha": self.law.alpha,
+            "law": record_of(self.law),
             "combinations": [list(astuple(term)) for term in self.combinations],
             "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],
             "accuracy": asdict(self.accuracy),
@@ -159,7 +167,6 @@ class Model:
         if self.table.region is not None:
             arrays |= {"region": self.table.region}
         return arrays | {
-            "limit": limits(self.law, self.reduced.n_contacts),
             "node_a": self.table.node_a,
             "node_b": self.table.node_b,
             "values": self.table.values,

@@ -29,8 +29,6 @@ def check_header(header: Mapping[str, Any]) -> None:
     valid = {
         "formulation": header.get("formulation") in get_args(Formulation),
         "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
-        "law": header.get("law") in ("tanh", "coulomb"),
-        "alpha": isinstance(header.get("alpha"), float),
         "combinations": _are_rows(header.get("combinations"), 3)
         and len(header["combinations"]) <= MOST,
         "orders": _are_rows(header.get("orders"), 2),
@@ -61,7 +59,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
-    corrected = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
+    corrected = {"rate_correction": "ab4l"} if "rate_correction" in content else {}
     for name, layout in (_ARRAYS | corrected | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
@@ -97,9 +95,11 @@ _ARRAYS = {
     **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
     **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
     **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
-    **dict.fromkeys(("nonresonant_inertia", "nonresonant_damper"), "pc"),
+    **dict.fromkeys(
+        ("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"
+    ),
     **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
-    **{"damping_coupling": "qq", "limit": "c", "node_a": "a", "node_b": "b", "values": "ab4k"},
+    **{"damping_coupling": "qq", "node_a": "a", "node_b": "b", "values": "ab4k"},
 }
 _COMPLEX = ("contact_motion", "P")
 

@@ -1,0 +1,56 @@
+"""Contact laws as plain records: what model files store, and scenes say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from slipmode.rom.contact.contacts import Contacts
+from slipmode.rom.contact.frictional_contact import FrictionalContact
+from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
+from slipmode.rom.errors import SlipmodeError
+
+LAWS: dict[str, type[Any]] = {
+    "tanh": Tanh,
+    "coulomb": Coulomb,
+    "jenkins": Jenkins,
+    "iwan": Iwan,
+    "sliders": Sliders,
+    "frictional": FrictionalContact,
+}
+_GROUPS = "groups"
+
+
+def record_of(law: Friction) -> dict[str, Any]:
+    """The law's name and parameters, for JSON."""
+    if isinstance(law, Contacts):
+        return {
+            "law": _GROUPS,
+            "groups": [[record_of(each), list(columns)] for each, columns in law.groups],
+        }
+    name = next(name for name, kind in LAWS.items() if type(law) is kind)
+    values = {field.name: getattr(law, field.name) for field in fields(law)}
+    plain = {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}
+    return {"law": name} | plain
+
+
+def law_of(record: Any) -> Friction:
+    """The law that a record is of.
+
+    Raises
+    ------
+    SlipmodeError
+        If there is no such law, or a parameter is missing, unknown or refused.
+    """
+    if not isinstance(record, Mapping):
+        raise SlipmodeError("law: is no such entry of a model")
+    values = dict(record)
+    name = values.pop("law", None)
+    try:
+        if name == _GROUPS:
+            return Contacts([(law_of(each), columns) for each, columns in values["groups"]])
+        return LAWS[name](**values)  # type: ignore[no-any-return]
+    except (KeyError, TypeError, ValueError):
+        raise SlipmodeError("law: is no such entry of a model") from None
