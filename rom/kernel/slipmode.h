@@ -243,8 +243,8 @@ typedef struct {
     double frequency[SM_MODES], frequency_rate[SM_MODES]; /* Omega_j [rad/s] */
     double phase[SM_MODES], phase_rate[SM_MODES];         /* of the force [rad], [rad/s] */
     double limit_scale, limit_scale_rate; /* friction limits relative to those of the table, > 0;
-                                             other than 1 right for Coulomb friction only, where
-                                             S(|a|; s mu N) = s S(|a| / s; mu N) [-], [1/s] */
+                                             other than 1 right for laws that are homogeneous,
+                                             where S(|a|; s mu N) = s S(|a| / s; mu N) [-], [1/s] */
     double angle[SM_MODES];   /* theta_j at the start [rad]; the component sets it itself */
 } sm_inputs;
 
@@ -305,7 +305,7 @@ SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
                                     const double *amplitude);
-/* SM_BAD_ARGUMENT if the limits are scaled with the tanh law or with contact motion. */
+/* SM_BAD_ARGUMENT if the limits are scaled where the law is not homogeneous: tanh, gaps. */
 SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
 /* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */
 SM_API sm_status sm_component_step(sm_component *component, double duration);

@@ -13,6 +13,12 @@ size_t sm_elastic_memory(const sm_elastic *elastic) {
     return count;
 }
 
+int sm_elastic_homogeneous(const sm_elastic *elastic) {
+    for (int32_t k = 0; k < elastic->elements; k++)
+        if (elastic->element[k].law == SM_FRICTIONAL && elastic->element[k].gap > 0.0) return 0;
+    return 1;
+}
+
 /* Jenkins elements side by side: Jenkins' law, Iwan's. */
 static void sliders(const sm_elastic *elastic, const sm_element *element, double scale, double x,
                     const double *memory, sm_element_force *result, double *next) {

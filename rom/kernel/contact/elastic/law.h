@@ -35,6 +35,9 @@ void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, d
                          const double *x, const double *memory, sm_element_force *result,
                          double *next);
 
+/* Whether limits and preloads times s make x and f s times as large: there is no gap. */
+int sm_elastic_homogeneous(const sm_elastic *elastic);
+
 sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts);
 
 #endif

@@ -69,7 +69,7 @@ void sm_component_free(sm_component *component) { free(component); }
 
 /* Doubles of the contacts' state. */
 static size_t contact_count(const sm_component *c) {
-    return 3 * (size_t)c->contacts.contact.contacts;
+    return sm_march_state_count(&c->contacts.contact);
 }
 
 /* The inputs carry the angles for the combination resonances; the state has them exactly. */
@@ -105,7 +105,10 @@ static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
     const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
     if (status != SM_OK || !scaled) return status;
-    return c->contacts.contact.law == SM_COULOMB ? SM_OK : SM_BAD_ARGUMENT;
+    const sm_contact *contact = &c->contacts.contact;
+    const int scales = contact->law == SM_ELASTIC ? sm_elastic_homogeneous(contact->elastic)
+                                                  : contact->law == SM_COULOMB;
+    return scales ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {

@@ -50,25 +50,47 @@ static size_t orders_size(size_t orders) {
     return (orders * 2 * sizeof(int32_t) + sizeof(double) - 1) / sizeof(double);
 }
 
+/* Doubles that hold the elastic contacts. */
+static size_t elastic_size(const sm_contact *contact) {
+    if (contact->law != SM_ELASTIC) return 0;
+    return sm_doubles((size_t)contact->elastic->elements * sizeof(sm_element))
+           + 2 * (size_t)contact->elastic->sliders + (size_t)contact->contacts;
+}
+
 size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
                               const sm_table *table) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     const sizes s = sizes_of(motion);
-    return sm_march_size(contact->contacts, (int)s.orders) + 3 * n + 2 * n + 3 * n * n
+    return sm_march_size(contact, (int)s.orders) + sm_march_state_count(contact)
+           + elastic_size(contact) + 2 * n + 3 * n * n
            + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
            + 2 * s.orders * ((n + s.elastic) * node_count(table) + 2 * n);
+}
+
+static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, double **memory) {
+    const size_t bytes = (size_t)elastic->elements * sizeof(sm_element);
+    out->elastic = *elastic;
+    out->elastic.element = (const void *)sm_keep_bytes(memory, (const void *)elastic->element, bytes);
+    out->elastic.slider = sm_keep(memory, elastic->slider, 2 * (size_t)elastic->sliders);
+    out->elastic.reference =
+        sm_keep(memory, elastic->reference, (size_t)out->contact.contacts);
+    out->contact.elastic = &out->elastic;
 }
 
 static void place_contact(sm_contact_output *out, const sm_contact *contact, double **memory) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     out->contact = *contact;
+    out->contact.response = &out->response;
+    out->contact.stiffness = sm_keep(memory, contact->stiffness, n * n);
+    out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
+    if (contact->law == SM_ELASTIC) {
+        place_elastic(out, contact->elastic, memory);
+        return;
+    }
     out->limit = sm_keep(memory, contact->limit, n);
     out->contact.limit = out->scaled_limit = sm_take(memory, n);
-    out->contact.stiffness = sm_keep(memory, contact->stiffness, n * n);
     out->contact.damping = sm_keep(memory, contact->damping, n * n);
     out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
-    out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
-    out->contact.response = &out->response;
 }
 
 static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
@@ -90,10 +112,10 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, const sm_table *table, double *memory) {
     const int orders = (int)sizes_of(motion).orders;
-    sm_march_place(&out->march, contact->contacts, orders,
-                   sm_take(&memory, sm_march_size(contact->contacts, orders)));
-    out->state = sm_take(&memory, 3 * (size_t)contact->contacts);
     place_contact(out, contact, &memory);
+    sm_march_place(&out->march, &out->contact, orders,
+                   sm_take(&memory, sm_march_size(contact, orders)));
+    out->state = sm_take(&memory, sm_march_state_count(contact));
     place_motion(out, motion, node_count(table), &memory);
 }
 
@@ -104,8 +126,7 @@ double sm_contact_output_memory(const sm_contact_output *out, const sm_inputs *i
 }
 
 void sm_contact_output_begin(sm_contact_output *out) {
-    const size_t n = (size_t)out->contact.contacts;
-    sm_march_start(&out->march, out->state, out->state + n, out->state + 2 * n);
+    sm_march_start(&out->march, &out->contact, out->state);
 }
 
 static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow,
@@ -180,20 +201,25 @@ sm_status sm_contact_output_march(sm_contact_output *out, const sm_slow_flow *fl
     }
     const double scale = stretch->start->limit_scale
                          + stretch->start->limit_scale_rate * 0.5 * (from + to);
-    for (int i = 0; i < out->contact.contacts; i++) out->scaled_limit[i] = scale * out->limit[i];
+    if (out->contact.law == SM_ELASTIC)
+        out->march.solver.scale = scale;
+    else
+        for (int i = 0; i < out->contact.contacts; i++)
+            out->scaled_limit[i] = scale * out->limit[i];
     return sm_march_along(&out->march, &out->contact, &g, from, to, out->motion.steps_per_period);
 }
 
-static void read_march(const sm_contact_output *out, double *values) {
-    const size_t n = (size_t)out->contact.contacts, bytes = n * sizeof(double);
-    memcpy(values, out->march.lane.x, bytes);
-    memcpy(values + n, out->march.lane.v, bytes);
-    memcpy(values + 2 * n, out->march.force, bytes);
+void sm_contact_output_keep(sm_contact_output *out) {
+    sm_march_read(&out->march, &out->contact, out->state);
 }
 
-void sm_contact_output_keep(sm_contact_output *out) { read_march(out, out->state); }
+/* What moves the structure at a contact DOF where x_c and f_c (N_c) are: x_c, or the force that an
+ * elastic contact falls short by. */
+static double draw(const sm_contact_output *out, size_t i, const double *x_c, const double *f_c) {
+    return out->contact.law == SM_ELASTIC ? out->elastic.reference[i] * x_c[i] - f_c[i] : x_c[i];
+}
 
-/* x (elastic) where the contacts are at x_c. */
+/* x (elastic) where the contacts are at x_c, with forces behind. */
 static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
                          sm_instant *instant, const sm_inputs *inputs, const double *y,
                          const double *x_c, double *x) {
@@ -210,7 +236,8 @@ static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
             const double *shape = out->motion.modes_out + 2 * (k * modes + j);
             x[k] += shape[0] * q[j].re - shape[1] * q[j].im;
         }
-        for (size_t i = 0; i < n; i++) x[k] += out->motion.contacts_out[k * n + i] * x_c[i];
+        for (size_t i = 0; i < n; i++)
+            x[k] += out->motion.contacts_out[k * n + i] * draw(out, i, x_c, x_c + 2 * n);
     }
     if (out->response.orders_count == 0) return;
     const sm_response_point point = sm_response_point_at(flow, instant, inputs, y);
@@ -253,10 +280,13 @@ sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *f
         before[k] = y[k] - duration * rate[k];
     }
     const sm_slow_stretch past = {duration, &start, &end, before, moving, now, moving};
-    sm_march_start(&out->march, NULL, NULL, NULL);
+    sm_march_start(&out->march, &out->contact, NULL);
     const sm_status status = sm_contact_output_march(out, flow, instant, &past, 0.0);
     if (status != SM_OK) return status;
-    read_march(out, values);
+    const size_t bytes = (size_t)out->contact.contacts * sizeof(double);
+    memcpy(values, out->march.x, bytes);
+    memcpy(values + out->contact.contacts, out->march.v, bytes);
+    memcpy(values + 2 * out->contact.contacts, out->march.force, bytes);
     if (out->motion.elastic > 0)
         read_elastic(out, flow, instant, inputs, now, values,
                      values + 3 * (size_t)out->contact.contacts);

@@ -18,7 +18,8 @@ typedef struct {
     sm_modal_response response;    /* of the contact: the orders of the motion */
     const double *limit;       /* (N_c) friction limits of the model */
     double *scaled_limit;      /* (N_c) as they are in the march */
-    double *state;             /* x_c, v_c, f_c at the communication point, 3 N_c */
+    double *state;             /* of the march at the communication point: x_c, v_c, f_c first */
+    sm_elastic elastic;        /* of the contact, where its law is that */
     sm_march march;
     double *reaction[2]; /* (orders_count, N_c, 2) at the start and the end of a stretch */
     int reaction_known;            /* 1: reaction[1] is that of the inputs and amplitudes here */

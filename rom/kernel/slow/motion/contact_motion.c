@@ -7,6 +7,7 @@
 
 #include <stdlib.h>
 
+#include "base/block.h"
 #include "base/check.h"
 #include "base/exact_sum.h"
 #include "slow/motion/segment.h"
@@ -16,28 +17,75 @@
 #define ON_THE_WAY 1e-7
 #define AT_THE_END 1e-10
 
-size_t sm_march_size(int contacts, int orders) {
-    return sm_stepper_size(contacts) + sm_lanes_size(contacts, 1) + sm_warm_size(contacts)
-           + sm_reaction_size(contacts, orders) + (size_t)contacts;
+static size_t remembered(const sm_contact *contact) {
+    return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
 }
 
-void sm_march_place(sm_march *march, int contacts, int orders, double *memory) {
+size_t sm_march_size(const sm_contact *contact, int orders) {
+    const size_t n = (size_t)contact->contacts;
+    const size_t common = sm_reaction_size(contact->contacts, orders) + n;
+    if (contact->law == SM_ELASTIC)
+        return common + n * n + 4 * n + remembered(contact)
+               + sm_elastic_solver_size(contact->elastic, contact->contacts);
+    return common + sm_stepper_size(contact->contacts) + sm_lanes_size(contact->contacts, 1)
+           + sm_warm_size(contact->contacts);
+}
+
+void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory) {
+    const int contacts = contact->contacts;
+    const size_t n = (size_t)contacts;
+    march->force = sm_take(&memory, n);
+    sm_reaction_place(&march->reaction, contacts, orders,
+                      sm_take(&memory, sm_reaction_size(contacts, orders)));
+    if (contact->law == SM_ELASTIC) {
+        march->flexibility = sm_take(&memory, n * n);
+        for (size_t k = 0; k < n * n; k++) march->flexibility[k] = -contact->stiffness[k];
+        double **rows[] = {&march->u, &march->last_u, &march->x, &march->v};
+        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, n);
+        march->memory = sm_take(&memory, remembered(contact));
+        sm_elastic_solver_place(&march->solver, contact->elastic, contacts, march->flexibility,
+                                memory);
+        return;
+    }
     sm_stepper_place(&march->stepper, contacts, memory);
     memory += sm_stepper_size(contacts);
     sm_lanes_place(&march->lane, contacts, 1, memory);
     memory += sm_lanes_size(contacts, 1);
     sm_warm_place(&march->warm, contacts, memory);
-    memory += sm_warm_size(contacts);
-    sm_reaction_place(&march->reaction, contacts, orders, memory);
-    march->force = memory + sm_reaction_size(contacts, orders);
+    march->x = march->lane.x;
+    march->v = march->lane.v;
 }
 
-void sm_march_start(sm_march *march, const double *x, const double *v, const double *f) {
-    for (int i = 0; i < march->stepper.contacts; i++) {
-        march->lane.x[i] = x ? x[i] : 0.0;
-        march->force[i] = f ? f[i] : 0.0;
-        march->lane.v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = v ? v[i] : 0.0;
+size_t sm_march_state_count(const sm_contact *contact) {
+    const size_t n = (size_t)contact->contacts;
+    return 3 * n + (contact->law == SM_ELASTIC ? n + remembered(contact) : 0);
+}
+
+void sm_march_start(sm_march *march, const sm_contact *contact, const double *state) {
+    const size_t n = (size_t)contact->contacts;
+    for (size_t i = 0; i < n; i++) {
+        march->x[i] = state ? state[i] : 0.0;
+        march->v[i] = state ? state[n + i] : 0.0;
+        march->force[i] = state ? state[2 * n + i] : 0.0;
     }
+    if (contact->law == SM_ELASTIC) {
+        for (size_t i = 0; i < n; i++) march->last_u[i] = state ? state[3 * n + i] : 0.0;
+        for (size_t k = 0; k < remembered(contact); k++)
+            march->memory[k] = state ? state[4 * n + k] : 0.0;
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
+}
+
+void sm_march_read(const sm_march *march, const sm_contact *contact, double *state) {
+    const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
+    memcpy(state, march->x, bytes);
+    memcpy(state + n, march->v, bytes);
+    memcpy(state + 2 * n, march->force, bytes);
+    if (contact->law != SM_ELASTIC) return;
+    memcpy(state + 3 * n, march->last_u, bytes);
+    memcpy(state + 4 * n, march->memory, remembered(contact) * sizeof(double));
 }
 
 /* u = -2 Re sum_j L_j a_j exp(i theta_j) at `elapsed` seconds into the segment. */
@@ -78,6 +126,45 @@ static void find_force(sm_march *march) {
     }
 }
 
+/* A step to displacements u of contacts that stick; it takes h seconds. */
+static sm_status step_elastic(sm_march *march, const sm_contact *contact, double h) {
+    const int n = contact->contacts;
+    double *moved = march->v;
+    for (int i = 0; i < n; i++) {
+        moved[i] = march->x[i];
+        march->x[i] += march->u[i] - march->last_u[i]; /* as if nothing slipped */
+    }
+    const sm_status status = sm_elastic_solve(&march->solver, march->u, march->memory, march->x);
+    if (status != SM_OK) return status;
+    for (int i = 0; i < n; i++) {
+        march->v[i] = (march->x[i] - moved[i]) / h;
+        march->last_u[i] = march->u[i];
+        march->force[i] = march->solver.f[i];
+    }
+    memcpy(march->memory, march->solver.next, remembered(contact) * sizeof(double));
+    return SM_OK;
+}
+
+static sm_status march_elastic(sm_march *march, const sm_contact *contact,
+                               const sm_segment *segment, double from, double h, int64_t steps) {
+    sm_rotor rotor;
+    const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
+    if (reacting) sm_reaction_start(&march->reaction, contact->contacts, segment);
+    for (int64_t k = 0; k < steps; k++) {
+        const double elapsed = from + h * (double)(k + 1);
+        if (k % SM_ROTOR_STEPS == 0)
+            sm_rotor_start(&rotor, segment, contact->modes, elapsed, h);
+        else
+            sm_rotor_advance(&rotor, contact->modes);
+        load_forcing(contact, segment, elapsed, rotor.carrier, march->u);
+        if (reacting)
+            load_reaction(&march->reaction, contact, segment, k, 0, elapsed, &rotor, march->u);
+        const sm_status status = step_elastic(march, contact, h);
+        if (status != SM_OK) return status;
+    }
+    return sm_all_finite(march->x, (size_t)contact->contacts) ? SM_OK : SM_NOT_FINITE;
+}
+
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period) {
@@ -90,6 +177,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int64_t steps = count < 1.0 ? 1 : (int64_t)count;
     const double h = (to - from) / (double)steps;
+    if (contact->law == SM_ELASTIC) return march_elastic(march, contact, segment, from, h, steps);
     sm_status status = sm_stepper_set(&march->stepper, contact, h);
     if (status != SM_OK) return status;
     sm_lanes_forget(&march->lane, contact->contacts, 1);
@@ -131,11 +219,14 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
     const int orders = contact->response ? contact->response->orders_count : 0;
-    double *memory = calloc(sm_march_size(contact->contacts, orders), sizeof(double));
+    double *memory =
+        calloc(sm_march_size(contact, orders) + sm_march_state_count(contact), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
+    double *state = memory + sm_march_size(contact, orders);
+    if (start_x) memcpy(state, start_x, n * sizeof(double));
     sm_march march;
-    sm_march_place(&march, contact->contacts, orders, memory);
-    sm_march_start(&march, start_x, NULL, NULL);
+    sm_march_place(&march, contact, orders, memory);
+    sm_march_start(&march, contact, state);
     size_t g = 0;
     double now = segment[0].start;
     for (size_t k = 0; k < samples && status == SM_OK; k++) {
@@ -150,8 +241,8 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                                     to - segment[g].start, steps_per_period);
             now = to;
         }
-        if (displacement) memcpy(displacement + k * n, march.lane.x, n * sizeof(double));
-        if (velocity) memcpy(velocity + k * n, march.lane.v, n * sizeof(double));
+        if (displacement) memcpy(displacement + k * n, march.x, n * sizeof(double));
+        if (velocity) memcpy(velocity + k * n, march.v, n * sizeof(double));
         if (force) memcpy(force + k * n, march.force, n * sizeof(double));
     }
     free(memory);

@@ -2,6 +2,7 @@
 #define SLIPMODE_CONTACT_MOTION_H
 
 #include "slow/motion/reaction.h"
+#include "contact/elastic/solve.h"
 #include "contact/stage/warm_chebyshev.h"
 
 /* Contacts marched along a slow trajectory: one lane. */
@@ -11,13 +12,23 @@ typedef struct {
     sm_warm warm;
     sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
+    /* elastic contacts have these instead of stepper, lane and warm: */
+    sm_elastic_solver solver;
+    double *flexibility;      /* (N_c, N_c) */
+    double *u, *last_u, *x, *v; /* (N_c) */
+    double *memory;           /* of the sliders */
 } sm_march;
 
 /* With room for `orders` harmonics that act on the contacts. */
-size_t sm_march_size(int contacts, int orders); /* doubles */
-void sm_march_place(sm_march *march, int contacts, int orders, double *memory);
-/* Start from displacement x, velocity v and friction force f (any of them NULL: zero). */
-void sm_march_start(sm_march *march, const double *x, const double *v, const double *f);
+size_t sm_march_size(const sm_contact *contact, int orders); /* doubles */
+void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory);
+
+/* The state that a march starts from and ends in: x_c, v_c, f_c and, of elastic contacts, where
+ * the sliders are and where the contacts would be if they stuck. */
+size_t sm_march_state_count(const sm_contact *contact);
+/* NULL: at rest. */
+void sm_march_start(sm_march *march, const sm_contact *contact, const double *state);
+void sm_march_read(const sm_march *march, const sm_contact *contact, double *state);
 /* From `from` to `to` seconds after the segment's start, in equal steps of at most one
  * steps_per_period-th of the faster carrier's period. */
 sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
