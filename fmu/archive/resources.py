@@ -37,12 +37,14 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    arrays = _arrays(model, force, contact, elastic, variables)
+    flow = slow_flow(model, force)
+    constants = _constants(model, force, flow, variables)
+    arrays = _arrays(model, constants, contact, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
     files["checksums.npy"] = _npy(checksums.view("<i4"))
-    files[IDENTITY] = identity(model, force).encode()
+    files[IDENTITY] = _identity(model, force, flow).encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
@@ -52,7 +54,10 @@ def resource_files(
 
 def identity(model: Model, force: Force) -> str:
     """Hash of what a model and the directions of its forces make of any inputs."""
-    flow = slow_flow(model, force)
+    return _identity(model, force, slow_flow(model, force))
+
+
+def _identity(model: Model, force: Force, flow: kernel.SlowFlow) -> str:
     digest = hashlib.sha256(model.hash.encode())
     digest.update(
         force_factors(model, force).tobytes()
@@ -70,7 +75,7 @@ def _npy(array: np.ndarray) -> bytes:
 
 def _arrays(
     model: Model,
-    force: Force,
+    constants: np.ndarray,
     contact: bool,
     elastic: Sequence[int],
     variables: Sequence[Variable],
@@ -109,7 +114,7 @@ def _arrays(
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
-        "constants": _constants(model, force, variables).astype("<f8"),
+        "constants": constants.astype("<f8"),
         "inputs": _inputs(variables).astype("<f8"),
         "near": np.array(combinations, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
@@ -119,9 +124,10 @@ def _arrays(
     }
 
 
-def _constants(model: Model, force: Force, variables: Sequence[Variable]) -> np.ndarray:
+def _constants(
+    model: Model, force: Force, flow: kernel.SlowFlow, variables: Sequence[Variable]
+) -> np.ndarray:
     """The struct `constants` of fmu/src/resources/model.c."""
-    flow = slow_flow(model, force)
     parameters = np.zeros(PARAMETERS)
     amplitude = np.zeros(2 * kernel.MODES)
     for variable in variables:
