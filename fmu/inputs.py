@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.validity import can_carry, carrier_refusal
+from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal
 
 MODE_NAMES = ("A", "B")
 ForcePatterns = Sequence[Mapping[int, float] | ArrayLike]
@@ -23,6 +23,8 @@ def place(quantity: str, mode: int = 0) -> int:
 
 
 _MODES = range(kernel.MODES)
+FORCES = [place("force", j) for j in _MODES]
+_FREQUENCIES = [place("frequency", j) for j in _MODES]
 _MOVING = [place(name, j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
 _RATES = [place(f"{name}_rate", j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
 _MOVING.append(place("limit_scale"))
@@ -83,15 +85,21 @@ class Inputs:
         return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
 
     def first_refused(self, records: Floats, durations: Floats) -> int:
-        """Number of the first record (n, width) with a frequency that no slow flow can follow.
+        """Number of the first record (n, width) with frequencies that no slow flow can follow.
 
-        At its start, or after it moved for its duration (n,); n if there is none.
+        At its start, or while it moves for its duration (n,); n if there is none.
         """
         fine = np.ones(len(records), dtype=bool)
         for j, omega in enumerate(self._natural.values()):
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
             with np.errstate(all="ignore"):  # what is not finite is refused
                 fine &= can_carry(omega, start) & can_carry(omega, start + rate * durations)
+        if len(self._natural) == kernel.MODES:
+            rates = [place("frequency_rate", j) for j in _MODES]
+            with np.errstate(all="ignore"):
+                moved = records[:, rates] * durations[:, np.newaxis]
+                start = records[:, _FREQUENCIES]
+                fine &= ~carriers_meet(np.stack((start, start + moved), axis=1))
         return len(records) if fine.all() else int(np.argmin(fine))
 
     def modal(self, records: Floats) -> Floats:
@@ -110,7 +118,19 @@ class Inputs:
                     return refusal
             if name == "limit_scale" and value <= 0:
                 return f"{name}: must be > 0, got {value:g}"
-        return ""
+        return self._meeting(record)
+
+    def refusal_later(self, start: Floats, end: Floats) -> str:
+        """Why a step from record to record (1, width) is refused; "" if it is not."""
+        if refusal := self.refusal(end):
+            return f"{refusal} at the end of the step"
+        refusal = self._meeting(np.concatenate((start, end)))
+        return f"{refusal}; they meet during the step" if refusal else ""
+
+    def _meeting(self, records: Floats) -> str:
+        if len(self._natural) < kernel.MODES or not carriers_meet(records[:, _FREQUENCIES]):
+            return ""
+        return meeting_refusal(", ".join(self._natural))
 
 
 def moved_on(record: Floats, duration: float) -> Floats:

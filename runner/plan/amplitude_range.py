@@ -64,7 +64,9 @@ class Excited:
 
     def component(self, model: Model, tolerance: float) -> Component:
         """A component at t = 0 of the scene."""
-        component = Component(model, self.force, mode_names=self.modes, tolerance=tolerance)
+        component = Component(
+            model, self.force, mode_names=self.modes, tolerance=tolerance, warned=False
+        )
         component.reset(amplitude=self.amplitude)
         return component
 
