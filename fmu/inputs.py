@@ -90,16 +90,16 @@ class Inputs:
         At its start, or while it moves for its duration (n,); n if there is none.
         """
         fine = np.ones(len(records), dtype=bool)
+        reached = []
         for j, omega in enumerate(self._natural.values()):
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
             with np.errstate(all="ignore"):  # what is not finite is refused
-                fine &= can_carry(omega, start) & can_carry(omega, start + rate * durations)
-        if len(self._natural) == kernel.MODES:
-            rates = [place("frequency_rate", j) for j in _MODES]
+                end = start + rate * durations
+                fine &= can_carry(omega, start) & can_carry(omega, end)
+            reached.append((start, end))
+        if len(reached) == kernel.MODES:
             with np.errstate(all="ignore"):
-                moved = records[:, rates] * durations[:, np.newaxis]
-                start = records[:, _FREQUENCIES]
-                fine &= ~carriers_meet(np.stack((start, start + moved), axis=1))
+                fine &= ~carriers_meet(np.array(reached).T)
         return len(records) if fine.all() else int(np.argmin(fine))
 
     def modal(self, records: Floats) -> Floats:
@@ -108,6 +108,10 @@ class Inputs:
 
     def refusal(self, record: Floats) -> str:
         """Why a record (1, width) is refused, naming an input; "" if it is not."""
+        return self._refusal_by_itself(record) or self._meeting(record)
+
+    def _refusal_by_itself(self, record: Floats) -> str:
+        """Of inputs one by one."""
         for name, column in self._column.items():
             value = record[0, column]
             if not np.isfinite(value):
@@ -118,19 +122,22 @@ class Inputs:
                     return refusal
             if name == "limit_scale" and value <= 0:
                 return f"{name}: must be > 0, got {value:g}"
-        return self._meeting(record)
+        return ""
 
     def refusal_later(self, start: Floats, end: Floats) -> str:
         """Why a step from record to record (1, width) is refused; "" if it is not."""
-        if refusal := self.refusal(end):
+        if refusal := self._refusal_by_itself(end):
             return f"{refusal} at the end of the step"
-        refusal = self._meeting(np.concatenate((start, end)))
+        refusal = self._meeting(start, end)
         return f"{refusal}; they meet during the step" if refusal else ""
 
-    def _meeting(self, records: Floats) -> str:
-        if len(self._natural) < kernel.MODES or not carriers_meet(records[:, _FREQUENCIES]):
+    def _meeting(self, *records: Floats) -> str:
+        """`carriers_meet` of a few records, for the hot path."""
+        if len(self._natural) < kernel.MODES:
             return ""
-        return meeting_refusal(", ".join(self._natural))
+        A, B = _FREQUENCIES
+        gaps = [record.item(B) - record.item(A) for record in records]
+        return meeting_refusal(", ".join(self._natural)) if min(gaps) <= 0.0 <= max(gaps) else ""
 
 
 def moved_on(record: Floats, duration: float) -> Floats:
