@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
@@ -47,10 +46,10 @@ def fixed_interface_modes(parts: Partition, count: int) -> tuple[Floats, Floats]
             as_dense(parts.K_ee), as_dense(parts.M_ee), subset_by_index=(0, count - 1)
         )
     else:
+        from scipy.sparse.linalg import eigsh  # takes a while to import
+
         try:
-            squares, phi = scipy.sparse.linalg.eigsh(
-                parts.K_ee, k=count, M=parts.M_ee, sigma=0.0, v0=np.ones(size)
-            )
+            squares, phi = eigsh(parts.K_ee, k=count, M=parts.M_ee, sigma=0.0, v0=np.ones(size))
         except RuntimeError as error:
             raise SlipmodeError(_RIGID) from error
     stiffest = parts.K_ee.diagonal().max() / parts.M_ee.diagonal().max()
