@@ -23,7 +23,14 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.inputs import MODE_NAMES, Inputs, limit_scale, moved_on
+from slipmode.fmu.inputs import (
+    FORCES,
+    MODE_NAMES,
+    Inputs,
+    limit_scale,
+    moved_on,
+    place,
+)
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
@@ -33,6 +40,7 @@ from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.validity import Finding, force_strain, model_findings, strain_findings, warn
 
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
@@ -61,11 +69,19 @@ class Component:
         What the model's modes are called, of "A" and "B": ("B",) where mode B alone is modelled.
     tolerance : float
         Relative tolerance of the slow flow per internal step.
+    warned : bool
+        Warn of strained assumptions; a scene has them in its plan instead.
 
     Raises
     ------
     SlipmodeError
         On arguments that are not allowed.
+
+    Warns
+    -----
+    ValidityWarning
+        Where contacts or friction strain what the method assumes, at the largest amplitudes of
+        the table; and, once, where force inputs that are set do.
     """
 
     def __init__(
@@ -77,6 +93,7 @@ class Component:
         elastic: Sequence[int] = (),
         mode_names: Sequence[str] = MODE_NAMES,
         tolerance: float = SLOW_FLOW,
+        warned: bool = True,
     ) -> None:
         if not 1e-13 <= tolerance <= 1e-2:
             raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {tolerance}")
@@ -94,6 +111,9 @@ class Component:
         self._start = np.zeros(kernel.MODES, dtype=complex)
         self._start_address = self._start.ctypes.data
         self.reset()
+        self._strain = self._strain_of(force_patterns) if warned else None
+        if warned:
+            warn(findings_of(model, self._named.mode_names))
 
     @property
     def time(self) -> float:
@@ -140,8 +160,8 @@ class Component:
         Raises
         ------
         SlipmodeError
-            If a name is unknown, a value not finite or a frequency none that the slow flow of its
-            mode can follow.
+            If a name is unknown, a value not finite, a frequency none that the slow flow of its
+            mode can follow or that of the other mode.
         """
         changed = self._inputs.copy()
         for name, value in values.items():
@@ -153,6 +173,7 @@ class Component:
             kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
         )
         self._inputs = changed
+        self._warn_of_forces(changed)
 
     def do_step(self, time: float, duration: float) -> None:
         """Advance from `time`, where the component must stand, by `duration` > 0 [s].
@@ -167,7 +188,7 @@ class Component:
             raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
         later = moved_on(self._inputs, duration)
         status = kernel.BAD_ARGUMENT
-        if later is self._inputs or not self._named.refusal(later):
+        if later is self._inputs or not self._named.refusal_later(self._inputs, later):
             status = kernel.lib.sm_component_step(self._handle, duration)
         if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
@@ -215,6 +236,7 @@ class Component:
         if done.value:
             last = done.value - 1
             self._inputs = moved_on(records[last : done.value].copy(), float(lengths[last]))
+        self._warn_of_forces(records[: done.value])
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
@@ -242,6 +264,7 @@ class Component:
         scaled = self._named.modal(records)
         allowed = self._named.first_refused(records, lengths)
         count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
+        k = 0
         while done.value < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
             status = kernel.lib.sm_component_trace(
@@ -249,7 +272,8 @@ class Component:
                 *(len(outputs), outputs.ctypes.data),
                 *(ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed)),
             )
-            k = done.value
+            before, k = k, done.value
+            self._warn_of_forces(records[before:k])
             if elapsed.value > 0.0:
                 self._inputs = moved_on(records[k : k + 1].copy(), elapsed.value)
             elif k > 0:
@@ -286,6 +310,24 @@ class Component:
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
+    def _strain_of(self, force_patterns: ForcePatterns | None) -> Floats | None:
+        """`force_strain` of 1 N of each force input, at the largest amplitudes; None: of none."""
+        if force_patterns is None:
+            return None
+        most = self.model.table.amplitude_range
+        strain = force_strain(self.model.reduced, self.model.law, force_patterns, most)
+        return strain if strain.any() else None
+
+    def _warn_of_forces(self, records: Floats) -> None:
+        """Say once if forces do more to the contacts than the friction table has."""
+        if self._strain is None:
+            return
+        forces = np.abs(records[:, FORCES[: self._strain.size]])
+        largest = (forces / records[:, place("limit_scale"), np.newaxis]).max(axis=0, initial=0.0)
+        if findings := strain_findings(self._strain * largest, self._named.mode_names):
+            self._strain = None
+            warn(findings, stacklevel=4)
+
     def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats]:
         """Lengths of steps, and the inputs at their starts as records."""
         lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
@@ -310,10 +352,10 @@ class Component:
         reason = kernel.message(status)
         if not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
-        elif refusal := self._named.refusal(inputs):
+        elif refusal := self._named.refusal(inputs) or self._named.refusal_later(
+            inputs, moved_on(inputs, duration)
+        ):
             reason = refusal
-        elif refusal := self._named.refusal(moved_on(inputs, duration)):
-            reason = f"{refusal} at the end of the step"
         elif status == kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
         message = f"stopped at t = {now['time']:g} s: {reason}"
@@ -340,6 +382,12 @@ class Component:
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
             "tabulate a larger range or lower the force"
         )
+
+
+def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
+    """What a model strains of what the method assumes."""
+    largest = model.table.amplitude_range
+    return model_findings(model.reduced, model.law, largest, model.combinations, mode_names)
 
 
 def _output_names(

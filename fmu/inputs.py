@@ -10,7 +10,7 @@ from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.validity import can_carry, carrier_refusal
+from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal
 
 MODE_NAMES = ("A", "B")
 
@@ -23,6 +23,8 @@ def place(quantity: str, mode: int = 0) -> int:
 
 
 _MODES = range(kernel.MODES)
+FORCES = [place("force", j) for j in _MODES]
+_FREQUENCIES = [place("frequency", j) for j in _MODES]
 _MOVING = [place(name, j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
 _RATES = [place(f"{name}_rate", j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
 _MOVING.append(place("limit_scale"))
@@ -83,15 +85,21 @@ class Inputs:
         return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
 
     def first_refused(self, records: Floats, durations: Floats) -> int:
-        """Number of the first record (n, width) with a frequency that no slow flow can follow.
+        """Number of the first record (n, width) with frequencies that no slow flow can follow.
 
-        At its start, or after it moved for its duration (n,); n if there is none.
+        At its start, or while it moves for its duration (n,); n if there is none.
         """
         fine = np.ones(len(records), dtype=bool)
+        reached = []
         for j, omega in enumerate(self._natural.values()):
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
             with np.errstate(all="ignore"):  # what is not finite is refused
-                fine &= can_carry(omega, start) & can_carry(omega, start + rate * durations)
+                end = start + rate * durations
+                fine &= can_carry(omega, start) & can_carry(omega, end)
+            reached.append((start, end))
+        if len(reached) == kernel.MODES:
+            with np.errstate(all="ignore"):
+                fine &= ~carriers_meet(np.array(reached).T)
         return len(records) if fine.all() else int(np.argmin(fine))
 
     def modal(self, records: Floats) -> Floats:
@@ -100,6 +108,10 @@ class Inputs:
 
     def refusal(self, record: Floats) -> str:
         """Why a record (1, width) is refused, naming an input; "" if it is not."""
+        return self._refusal_by_itself(record) or self._meeting(record)
+
+    def _refusal_by_itself(self, record: Floats) -> str:
+        """Of inputs one by one."""
         for name, column in self._column.items():
             value = record[0, column]
             if not np.isfinite(value):
@@ -111,6 +123,21 @@ class Inputs:
             if name == "limit_scale" and value <= 0:
                 return f"{name}: must be > 0, got {value:g}"
         return ""
+
+    def refusal_later(self, start: Floats, end: Floats) -> str:
+        """Why a step from record to record (1, width) is refused; "" if it is not."""
+        if refusal := self._refusal_by_itself(end):
+            return f"{refusal} at the end of the step"
+        refusal = self._meeting(start, end)
+        return f"{refusal}; they meet during the step" if refusal else ""
+
+    def _meeting(self, *records: Floats) -> str:
+        """`carriers_meet` of a few records, for the hot path."""
+        if len(self._natural) < kernel.MODES:
+            return ""
+        A, B = _FREQUENCIES
+        gaps = [record.item(B) - record.item(A) for record in records]
+        return meeting_refusal(", ".join(self._natural)) if min(gaps) <= 0.0 <= max(gaps) else ""
 
 
 def moved_on(record: Floats, duration: float) -> Floats:

@@ -1,6 +1,7 @@
 """What the method assumes, and how far a model, a motion or a force strains it.
 
-A forcing frequency too far from its mode is refused (`check_carrier`): no run could follow it.
+A forcing frequency too far from its mode is refused (`check_carrier`): no run could follow it; and
+so are two that meet (`carriers_meet`), for one frequency is no motion on a torus.
 Whatever is strained, but computed all the same, is a `Finding` with the indicator that was
 measured. Scenes show findings in their plan and among the recording's events; in Python those
 that are warnings are issued as `ValidityWarning`.
@@ -108,9 +109,36 @@ def check_carrier(key: str, mode: str, omega: float, frequencies: Floats) -> Non
 
 
 def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
-    """The same for points (..., modes) of all modes that are forced (modes,)."""
+    """The same at points (..., modes) of all modes that are forced (modes,), which must differ."""
     for j in np.flatnonzero(forced):
         check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
+    if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
+        raise SlipmodeError("frequency: those of modes A and B must differ at each point")
+
+
+def carriers_meet(frequency: Floats) -> Flags:
+    """Whether two forcing frequencies (..., instants, 2) ever are equal, or pass each other."""
+    gap = frequency[..., 1] - frequency[..., 0]
+    return np.asarray(~((gap > 0.0).all(axis=-1) | (gap < 0.0).all(axis=-1)))
+
+
+def meeting_refusal(keys: str) -> str:
+    """Why forcing frequencies of these keys are refused that meet."""
+    return f"{keys}: must differ at all times, the same one staying above"
+
+
+def model_findings(
+    reduced: Reduced,
+    law: Friction,
+    amplitude_range: Floats,
+    combinations: Sequence[CombinationResonance] = (),
+    names: Sequence[str] = "AB",
+) -> list[Finding]:
+    """Whatever a model tells by itself, at the largest amplitudes (modes,) of its table."""
+    return [
+        *contact_findings(reduced, combinations, names),
+        *friction_findings(reduced, law, amplitude_range),
+    ]
 
 
 def motion_findings(
@@ -238,21 +266,31 @@ def force_findings(
     The friction table has one motion of the contacts per mode; what a force does to them besides
     has to be small against the friction limit, or against the elastic force on the contact.
     """
+    return strain_findings(force_strain(reduced, law, force, amplitude), names)
+
+
+def force_strain(reduced: Reduced, law: Friction, force: Forces, amplitude: Floats) -> Floats:
+    """What forces do to a contact besides, relative to what holds it there, (modes,)."""
     if reduced.formulation == "paper":
-        return []
+        return np.zeros(len(force))
     modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
     aside = np.abs(ForceResponse.of(reduced, force).residual_force(reduced) * modal[:, np.newaxis])
     if reduced.contacts is not None:
         aside = aside * reduced.contacts.reference
     holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))
-    part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0).max(axis=1)
+    part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0)
+    return np.asarray(part.max(axis=1))
+
+
+def strain_findings(strain: Floats, names: Sequence[str] = "AB") -> list[Finding]:
+    """Of `force_strain`, (modes,)."""
     reason = (
         "past what its mode does there it is {:.2g} of the friction limit or elastic force, above "
         "{:g}: the friction table leaves that out; compare with slipmode validate"
     )
     return [
         Finding(f"force {mode}", "acts on contacts aside", reason.format(each, _ASIDE), "warning")
-        for mode, each in zip(names, part, strict=False)
+        for mode, each in zip(names, strain, strict=False)
         if each > _ASIDE
     ]
 

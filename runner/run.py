@@ -22,6 +22,7 @@ from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
+from slipmode.runner.view.rerun_file import RerunFile
 from slipmode.runner.view.viewer import Viewer
 
 
@@ -208,9 +209,7 @@ def _open(
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
         if rrd:
-            from slipmode.runner.view.rerun_sink import RerunSink  # Rerun takes a while to import
-
-            sinks.append(RerunSink(rrd, header, listed))
+            sinks.append(RerunFile(rrd, header, listed))
         if live:
             from slipmode.runner.view.live import LiveSink
 

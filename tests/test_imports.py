@@ -10,6 +10,7 @@ from slipmode.rom.extras import extra
 from slipmode.runner import run
 
 HEAVY = {"rerun", "fmpy", "mcap", "matplotlib", "pyarrow", "PIL", "google.protobuf"}
+HEAVY |= {"scipy.io", "scipy.sparse.linalg"}
 EXTRAS = ("fmpy", "matplotlib", "sksundae", "threadpoolctl", "ziglang")
 
 

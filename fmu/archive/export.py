@@ -12,7 +12,7 @@ from pathlib import Path
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.resources import resource_files
-from slipmode.fmu.component import Component
+from slipmode.fmu.component import Component, findings_of
 from slipmode.fmu.description.description import (
     MODEL_IDENTIFIER,
     Description,
@@ -30,6 +30,7 @@ from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.text import checked_line
+from slipmode.rom.validity import warn
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
 
@@ -90,6 +91,11 @@ def export(
     ------
     SlipmodeError
         On arguments that are not allowed.
+
+    Warns
+    -----
+    ValidityWarning
+        As `Component` does of the model.
     """
     target = Path(path)
     checked_line("name", name)
@@ -108,7 +114,9 @@ def export(
         elastic=elastic,
         mode_names=modes,
         tolerance=tolerance,
+        warned=False,
     )
+    warn(findings_of(model, modes))
     choice = Choice(
         mode_names=modes,
         newtons=force_patterns is not None,

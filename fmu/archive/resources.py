@@ -35,12 +35,14 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    arrays = _arrays(model, force_patterns, contact, elastic, variables)
+    flow = slow_flow(model, force_patterns)
+    constants = _constants(model, force_patterns, flow, variables)
+    arrays = _arrays(model, constants, contact, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
     files["checksums.npy"] = _npy(checksums.view("<i4"))
-    files[IDENTITY] = identity(model, force_patterns).encode()
+    files[IDENTITY] = _identity(model, force_patterns, flow).encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
@@ -49,8 +51,11 @@ def resource_files(
 
 
 def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
-    """Hash of what a model and its force patterns make of any inputs."""
-    flow = slow_flow(model, force_patterns)
+    """Hash of what a model and the directions of its forces make of any inputs."""
+    return _identity(model, force_patterns, slow_flow(model, force_patterns))
+
+
+def _identity(model: Model, force_patterns: ForcePatterns | None, flow: kernel.SlowFlow) -> str:
     digest = hashlib.sha256(model.hash.encode())
     digest.update(
         force_factors(model, force_patterns).tobytes()
@@ -68,7 +73,7 @@ def _npy(array: np.ndarray) -> bytes:
 
 def _arrays(
     model: Model,
-    force_patterns: ForcePatterns | None,
+    constants: np.ndarray,
     contact: bool,
     elastic: Sequence[int],
     variables: Sequence[Variable],
@@ -110,7 +115,7 @@ def _arrays(
     }
     return {
         "layout": np.array(layout, dtype="<i4"),
-        "constants": _constants(model, force_patterns, variables).astype("<f8"),
+        "constants": constants.astype("<f8"),
         "inputs": _inputs(variables).astype("<f8"),
         "combinations": np.array(combinations, dtype="<i4").reshape(-1, 3),
         **{name: np.asarray(array, dtype="<f8") for name, array in doubles.items()},
@@ -121,10 +126,12 @@ def _arrays(
 
 
 def _constants(
-    model: Model, force_patterns: ForcePatterns | None, variables: Sequence[Variable]
+    model: Model,
+    force_patterns: ForcePatterns | None,
+    flow: kernel.SlowFlow,
+    variables: Sequence[Variable],
 ) -> np.ndarray:
     """The struct `constants` of fmu/src/resources/model.c."""
-    flow = slow_flow(model, force_patterns)
     parameters = np.zeros(PARAMETERS)
     amplitude = np.zeros(2 * kernel.MODES)
     for variable in variables:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
@@ -67,6 +66,8 @@ def lowest_modes(K: Matrix, M: Matrix, count: int, shift: float = 0.0) -> tuple[
             as_dense(K), as_dense(M), subset_by_index=(0, count - 1)
         )
     else:
-        squares, phi = scipy.sparse.linalg.eigsh(K, k=count, M=M, sigma=shift, v0=np.ones(size))
+        from scipy.sparse.linalg import eigsh  # takes a while to import
+
+        squares, phi = eigsh(K, k=count, M=M, sigma=shift, v0=np.ones(size))
     phi = phi * np.sign(phi[np.argmax(np.abs(phi), axis=0), np.arange(count)])
     return squares, phi

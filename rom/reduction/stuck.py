@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse
-import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.elements import Elements
@@ -23,7 +22,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.fixed_interface import lowest_modes
 from slipmode.rom.reduction.nonresonant import highest_response, responding
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense
+from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
 _RIGID = 1e-9  # omega^2 of a rigid-body mode, relative to the stiffest DOF
@@ -122,9 +121,7 @@ def stuck_response(
 def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
     """K^-1 W, (n, loads); of a structure with rigid-body modes, what is orthogonal to them."""
     if rigid.shape[1] == 0:
-        if isinstance(K, np.ndarray):
-            return np.asarray(np.linalg.solve(K, W))
-        return np.asarray(scipy.sparse.linalg.splu(as_csc(K)).solve(W))
+        return as_dense(solve(K, W))
     border = as_dense(M @ rigid)
     corner = np.zeros((rigid.shape[1], rigid.shape[1]))
     loads = np.vstack((W - border @ (rigid.T @ W), np.zeros((rigid.shape[1], W.shape[1]))))
@@ -132,4 +129,4 @@ def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
         held = np.block([[K, border], [border.T, corner]])
         return np.asarray(np.linalg.solve(held, loads)[: len(W)])
     bordered = scipy.sparse.block_array([[K, border], [border.T, None]], format="csc")
-    return np.asarray(scipy.sparse.linalg.splu(bordered).solve(loads)[: len(W)])
+    return as_dense(solve(bordered, loads))[: len(W)]

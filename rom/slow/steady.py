@@ -203,8 +203,8 @@ class _Steady:
     shift: Complexes
     flow: kernel.SlowFlow
 
-    def balance(self, amplitude: Complexes, Omega: Floats) -> Balance:
-        found = balance(self.flow, self._inputs(Omega), amplitude)
+    def balance(self, amplitude: Complexes, inputs: NDArray[np.void]) -> Balance:
+        found = balance(self.flow, inputs, amplitude)
         outside = np.isnan(found.rate).any(axis=-1)
         if outside.any():
             raise outside_table(np.abs(amplitude[outside]), self.model.table)
@@ -214,10 +214,10 @@ class _Steady:
         """(stiffness - Q) a = F / 2 + Q shift F, half a step at a time from rest."""
         off_resonance = self.shift * self.excitation
         amplitude = self.inside(np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex))
-        moving = np.arange(len(amplitude))
+        moving, inputs = np.arange(len(amplitude)), self._inputs(Omega)
         for _ in range(_RELAXATION_PASSES):
             before = amplitude[moving]
-            now = self.balance(before, Omega[moving])
+            now = self.balance(before, inputs.take(moving))
             Q = now.friction / (before + off_resonance)
             balanced = (0.5 * self.excitation + Q * off_resonance) / (now.stiffness - Q)
             step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
@@ -231,10 +231,10 @@ class _Steady:
     def polish(self, Omega: Floats, start: Complexes) -> Complexes:
         """Newton's method, inside the table, at all points that still move."""
         found = self.inside(start)
-        moving = np.arange(len(found))
+        moving, inputs = np.arange(len(found)), self._inputs(Omega)
         for _ in range(_NEWTON_PASSES):
             before = found[moving]
-            rate, jacobian = rate_and_jacobian(self.flow, self._inputs(Omega[moving]), before)
+            rate, jacobian = rate_and_jacobian(self.flow, inputs.take(moving), before)
             update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]
             after = self.inside(before - np.ascontiguousarray(update).view(complex))
             found[moving] = after
@@ -245,7 +245,7 @@ class _Steady:
 
     def imbalance(self, Omega: Floats, amplitude: Complexes) -> Floats:
         """Unbalanced force relative to the forces in the amplitude equations, (points,)."""
-        now = self.balance(amplitude, Omega)
+        now = self.balance(amplitude, self._inputs(Omega))
         elastic = np.abs(now.stiffness * amplitude).max(axis=-1)
         scale = 0.5 * np.abs(self.excitation).max() + elastic + 1e-300
         return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) / scale)
@@ -259,9 +259,10 @@ class _Steady:
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
         points = Omega[np.newaxis]
+        inputs = self._inputs(points)
 
         def rate(_: float, z: Floats) -> Floats:
-            moving: Floats = self.balance(z.view(complex)[np.newaxis], points).rate[0].view(float)
+            moving: Floats = self.balance(z.view(complex)[np.newaxis], inputs).rate[0].view(float)
             return moving
 
         for _ in range(20):

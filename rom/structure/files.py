@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
@@ -115,8 +114,10 @@ def _read(file: Path, reader: Callable[[Path], Any]) -> Any:
 
 
 def _read_matrix_market(file: Path) -> Any:
+    from scipy.io import mmread  # takes a while to import
+
     # scipy's parser reads past the end of a damaged last line that has no line break.
-    return scipy.io.mmread(BytesIO(file.read_bytes() + b"\n"))
+    return mmread(BytesIO(file.read_bytes() + b"\n"))
 
 
 def _read_indices(file: Path) -> Any:

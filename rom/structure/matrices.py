@@ -6,7 +6,6 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
@@ -109,7 +108,9 @@ def solve(matrix: Matrix, right: Floats) -> Floats:
     """
     try:
         if scipy.sparse.issparse(matrix):
-            return np.asarray(scipy.sparse.linalg.splu(matrix.tocsc()).solve(right))
+            from scipy.sparse.linalg import splu  # takes a while to import
+
+            return np.asarray(splu(matrix.tocsc()).solve(right))
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             unit = np.exp2(-np.round(0.5 * np.log2(matrix.diagonal())))[:, np.newaxis]
@@ -136,8 +137,10 @@ def _largest(matrix: Any) -> float:
 
 def _has_positive_pivots(matrix: Sparse) -> bool:
     """Sylvester's criterion on L D L^T: LU with diagonal pivots only, D = diag(U)."""
+    from scipy.sparse.linalg import splu
+
     try:
-        factors = scipy.sparse.linalg.splu(
+        factors = splu(
             matrix,
             permc_spec="MMD_AT_PLUS_A",
             diag_pivot_thresh=0.0,

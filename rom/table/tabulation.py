@@ -34,7 +34,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, refine
 from slipmode.rom.table.region import Region
-from slipmode.rom.validity import contact_findings, friction_findings, warn
+from slipmode.rom.validity import model_findings, warn
 
 _Solved = TypeVar("_Solved")
 
@@ -110,8 +110,7 @@ def tabulate(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
     if warned:
-        findings = contact_findings(reduced, combinations or ())
-        warn([*findings, *friction_findings(reduced, law, amplitude_range)])
+        warn(model_findings(reduced, law, amplitude_range, combinations or ()))
     if combinations is None:
         combinations = (
             ()

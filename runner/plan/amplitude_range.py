@@ -67,7 +67,7 @@ class Excited:
     def component(self, model: Model, tolerance: float) -> Component:
         """A component at t = 0 of the scene."""
         component = Component(
-            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance
+            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance, warned=False
         )
         component.reset(amplitude=self.amplitude)
         return component

@@ -251,9 +251,9 @@ class Recorder(Sink):
             sink.event(time, level, message)
 
     def close(self) -> None:
-        """Close every sink, also when one of them fails."""
+        """Close every sink, one after the other, also when one of them fails."""
         with ExitStack() as stack:
-            for sink in self._sinks:
+            for sink in reversed(self._sinks):  # the stack calls back from the last one on
                 stack.callback(sink.close)
 
     def __exit__(

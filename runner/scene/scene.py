@@ -13,6 +13,7 @@ import numpy as np
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
+from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.sections import (
     Forcing,
@@ -202,10 +203,7 @@ def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
         for mode in _present_modes(table, modes)
     }
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
-        raise SlipmodeError(
-            "forcing.A.frequency, forcing.B.frequency: must differ at all times, "
-            "the same one staying above"
-        )
+        raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))
     return forcing
 
 
@@ -222,16 +220,14 @@ def _forcing_of(mode: str, table: Table) -> Forcing:
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
-    """Whether f_B - f_A, linear between the breakpoints of both, ever is zero or jumps over it."""
+    """Whether the frequencies, linear between the breakpoints of both, ever meet."""
     inner = {t for t in (*A.frequency.times, *B.frequency.times) if 0.0 < t < duration}
     starts, ends = np.array([0.0, *sorted(inner)]), np.array([*sorted(inner), duration])
-    gaps = np.concatenate(
-        (
-            B.frequency.value(starts) - A.frequency.value(starts),
-            B.frequency.value_before(ends) - A.frequency.value_before(ends),
-        )
-    )
-    return not ((gaps > 0.0).all() or (gaps < 0.0).all())
+    reached = [
+        np.concatenate((each.frequency.value(starts), each.frequency.value_before(ends)))
+        for each in (A, B)
+    ]
+    return bool(carriers_meet(np.stack(reached, axis=-1)))
 
 
 def _initial(table: Table, modes: Modes) -> dict[str, complex]:

@@ -273,6 +273,31 @@ def test_a_frequency_that_moves_too_far_is_refused(unzipped, fmi):
         assert "frequency_A: must be 0.62 to 10 rad/s, got 0.58" in made.messages[-1][1]
 
 
+MEET = "frequency_A, frequency_B: must differ at all times"
+
+
+@pytest.mark.parametrize("exchange", [False, True])
+def test_equal_frequencies_are_refused(unzipped, fmi, exchange):
+    with instance(unzipped[fmi], fmi, exchange=exchange) as made:
+        made.start()
+        if exchange:
+            made.fmu.enterContinuousTimeMode()
+        made.set(frequency_A=1.5, frequency_B=1.5)
+        with pytest.raises(FMI_ERRORS) as refused:
+            made.get("der(A_re)") if exchange else made.step(0.0, 1.0)
+        assert refused.value.status == 3
+        assert MEET in made.messages[-1][1]
+
+
+def test_frequencies_that_meet_on_the_way_are_refused(unzipped, fmi):
+    with instance(unzipped[fmi], fmi) as made:
+        made.start(frequency_A=1.25, frequency_rate_A=0.0125, frequency_B=1.5)
+        with pytest.raises(FMI_ERRORS) as refused:
+            made.step(0.0, 30.0)
+        assert refused.value.status == 3
+        assert MEET in made.messages[-1][1]
+
+
 def test_the_edge_of_the_table_is_announced(unzipped, fmi):
     def status(made):
         references = [made.reference["table_status"]]

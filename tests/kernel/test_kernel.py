@@ -17,6 +17,7 @@ GROUPS = (
     "directional",
     "component",
     "component-refusals",
+    "component-trace",
     "long-run",
     "random-calls",
 )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
-from slipmode.fmu import Component
+from slipmode.fmu import Component, export
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 
@@ -62,6 +62,37 @@ def test_a_sweep_is_refused_where_it_leaves_the_range(two_mode_model):
         component.run(np.ones(3), rows)
     assert len(stop.value.outputs) == 2
     assert component.time == 32.0
+
+
+def test_steady_states_and_components_refuse_equal_frequencies(two_mode_model):
+    with pytest.raises(rom.SlipmodeError, match=r"^frequency: those of modes A and B must"):
+        rom.steady(two_mode_model, [(0.98, 1.65), (1.3, 1.3)], FORCE)
+    assert np.isfinite(rom.steady(two_mode_model, (1.3, 1.3), (FORCE[0], {1: 0.0}))).all()
+    component = Component(two_mode_model, FORCE)
+    component.set_inputs(frequency_A=1.5, frequency_B=1.3)  # either may be the higher one
+    for inputs in ({"frequency_A": 1.3}, {"frequency_B": 1.5, "force_B": 0.0}):
+        with pytest.raises(rom.SlipmodeError, match=MEET):
+            component.set_inputs(**inputs)
+    component.do_step(0.0, 1.0)
+
+
+MEET = r"^(stopped at t = .* s: )?frequency_A, frequency_B: must differ at all times"
+
+
+@pytest.mark.parametrize("duration", [20.0, 30.0])  # equal at the end; on the way
+def test_a_sweep_is_refused_where_frequencies_meet(two_mode_model, duration):
+    component = Component(two_mode_model, FORCE)
+    inputs = {"frequency_A": 1.25, "frequency_rate_A": 0.0125, "frequency_B": 1.5}
+    component.set_inputs(**inputs)
+    row = np.array([[inputs.get(name, 0.0) for name in component.input_names]])
+    with pytest.raises(rom.SlipmodeError, match=MEET):
+        component.do_step(0.0, duration)
+    with pytest.raises(rom.SlipmodeError, match=MEET):
+        component.run(np.array([duration]), row)
+    with pytest.raises(rom.SlipmodeError, match=MEET):
+        list(component.trace(np.array([duration]), row))
+    assert component.time == 0.0
+    component.do_step(0.0, 19.0)
 
 
 def test_a_resonance_curve_ends_where_no_slow_flow_follows(one_mode_model):
@@ -159,6 +190,57 @@ def test_an_alpha_that_is_advised_is_accepted():
     with warnings.catch_warnings():
         warnings.simplefilter("error", rom.ValidityWarning)
         rom.tabulate(reduced, rom.Tanh(2.0, advised), (4.0,), tolerance=0.05)
+
+
+@pytest.mark.parametrize("saved", [False, True])
+def test_a_component_warns_of_what_its_model_strains(saved, tmp_path):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    with pytest.warns(rom.ValidityWarning, match="friction blurred"):
+        model = rom.tabulate(reduced, rom.Tanh(2.0, 2.0), (4.0,), tolerance=0.05)
+    if saved:
+        model.save(tmp_path / "one_mass.rom")
+        model = rom.Model.load(tmp_path / "one_mass.rom")
+    with pytest.warns(rom.ValidityWarning, match="friction blurred: alpha is 5.2 times") as issued:
+        Component(model)
+    assert [warning.filename for warning in issued] == [__file__]
+    with pytest.warns(rom.ValidityWarning, match="friction blurred: alpha is 5.2 times") as issued:
+        export(model, tmp_path / "one_mass.fmu")
+    assert [warning.filename for warning in issued] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        Component(model, warned=False)
+
+
+@pytest.mark.parametrize("way", ["set_inputs", "run", "trace"])
+def test_a_component_warns_once_of_a_force_past_its_mode(two_mode_model, way):
+    component = Component(two_mode_model, ({0: 1.0}, {2: 1.0}))
+    inputs = {"force_B": 0.1, "frequency_A": 0.98, "frequency_B": 1.65}
+    steps = np.ones(1)
+
+    def take(force):
+        named = inputs | {"force_B": force}
+        if way == "set_inputs":
+            component.set_inputs(**named)
+            return
+        rows = np.array([[named.get(name, 0.0) for name in component.input_names]])
+        outputs = component.run(steps, rows) if way == "run" else component.trace(steps, rows)
+        list(outputs)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        take(0.1)
+    with pytest.warns(rom.ValidityWarning, match="^force B acts on contacts aside: ") as issued:
+        take(-4.0)
+    assert [warning.filename for warning in issued] == [__file__]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        take(5.0)
+
+
+def test_a_scene_has_its_warnings_in_the_plan_alone():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rom.ValidityWarning)
+        assert of_scene(change=(ALPHA, "alpha = 2.0 "))
 
 
 def test_a_steady_state_warns_of_a_force_past_its_mode(two_mode_model):

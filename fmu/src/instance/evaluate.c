@@ -29,6 +29,17 @@ static sm_inputs modal_inputs(const fmu_instance *instance) {
     return inputs;
 }
 
+/* Frequencies of two modes, from inputs to others, may neither be equal nor pass each other. */
+static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *from,
+                              const sm_inputs *to) {
+    const double before = from->frequency[1] - from->frequency[0];
+    const double after = to->frequency[1] - to->frequency[0];
+    const int apart = (before > 0.0 && after > 0.0) || (before < 0.0 && after < 0.0);
+    if (instance->model.modes < SM_MODES || apart) return FMU_OK;
+    return fmu_say(instance, FMU_ERROR, "frequency_A, frequency_B: must differ at all times, the "
+                                        "same one staying above");
+}
+
 /* Forcing frequencies must be such as the slow flow of their mode can follow: rom/validity.py. */
 static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *inputs) {
     const fmu_model *model = &instance->model;
@@ -44,7 +55,7 @@ static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *
         return fmu_say(instance, FMU_ERROR, "%s: must be %.6g to %.6g rad/s, got %g", name, low,
                        high, inputs->frequency[j]);
     }
-    return FMU_OK;
+    return check_apart(instance, inputs, inputs);
 }
 
 /* A component with the present parameters. */
@@ -191,6 +202,8 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     move_inputs(&later, duration);
     fmu_status status = apply_inputs(instance);
     if (status == FMU_OK && isfinite(duration)) status = check_carriers(instance, &later);
+    if (status == FMU_OK && isfinite(duration))
+        status = check_apart(instance, &instance->inputs, &later);
     if (status != FMU_OK) return status;
     status = status_of(instance, sm_component_step(instance->component, duration), "step");
     if (status != FMU_OK) return status;

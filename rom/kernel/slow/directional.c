@@ -36,7 +36,7 @@ static sm_status point_at(const straight_line *ray, double distance, ray_point *
     for (int k = 0; k < 2 * SM_MODES; k++) y[k] = ray->y[k] + distance * ray->dy[k];
     point->instant = (sm_instant){.known = 0};
     sm_instant_set(&point->instant, ray->flow, &inputs);
-    const sm_status status = sm_first_order(ray->flow, &point->instant, y, &point->state);
+    const sm_status status = sm_first_order(ray->flow, &point->instant, 1, y, &point->state);
     if (status == SM_OK)
         sm_change_along_flow(ray->flow, &point->instant, &point->state, &point->flow);
     return status;

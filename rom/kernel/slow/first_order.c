@@ -91,10 +91,11 @@ SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, i
     return status;
 }
 
-sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,
-                         sm_flow_state *state) {
+sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, int sloped,
+                         const double *y, sm_flow_state *state) {
     const sm_table *table = &flow->table;
-    const size_t columns = 2 * (size_t)(table->modes + table->combinations + table->power);
+    const size_t columns =
+        sloped ? 2 * (size_t)(table->modes + table->combinations + table->power) : 0;
     return table->modes == 1 ? first_order(flow, instant, 1, columns, y, state)
                              : first_order(flow, instant, SM_MODES, columns, y, state);
 }

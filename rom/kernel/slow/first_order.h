@@ -44,9 +44,10 @@ typedef struct {
 void sm_effective_at(const sm_slow_flow *flow, const sm_instant *instant, const double *y,
                      sm_effective *effective);
 
-/* At amplitudes y (2 modes) and the inputs that `instant` is set to. */
-sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, const double *y,
-                         sm_flow_state *state);
+/* At amplitudes y (2 modes) and the inputs that `instant` is set to. How it changes along a direction
+ * takes slopes of the table, which are looked up if they are `sloped`. */
+sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, int sloped,
+                         const double *y, sm_flow_state *state);
 
 void sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                            const sm_flow_state *state, const sm_direction *along,

@@ -48,21 +48,21 @@ static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
     }
 }
 
-/* What `instant` remembers of another point is only spared work. */
+/* The flow is checked. What `instant` remembers of another point is only spared work. */
 static sm_status balance_at(const sm_slow_flow *flow, const sm_inputs *inputs,
                             sm_instant *instant, const double *amplitude, double *balance,
                             double *jacobian) {
-    sm_inputs now;
-    sm_status status = sm_slow_flow_check_at(flow, inputs, 0.0, &now);
-    if (status != SM_OK) return status;
     const int modes = flow->table.modes;
+    const sm_inputs now = sm_inputs_after(inputs, modes, 0.0);
+    sm_status status = sm_inputs_check(&now, modes);
+    if (status != SM_OK) return status;
     double y[2 * SM_MODES] = {0.0};
     for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];
     if (!sm_all_finite(y, 2 * SM_MODES)) return SM_NOT_FINITE;
     sm_flow_state state;
     sm_instant_set(instant, flow, &now);
     memset(instant->combination_on, 0, sizeof instant->combination_on); /* their mean over time is zero */
-    status = sm_first_order(flow, instant, y, &state);
+    status = sm_first_order(flow, instant, jacobian != NULL, y, &state);
     if (status != SM_OK) return status;
     const sm_modal *const parts[] = {&instant->now.mass, &instant->now.stiffness, &state.force,
                                      &state.rate};
@@ -75,7 +75,8 @@ static sm_status balance_at(const sm_slow_flow *flow, const sm_inputs *inputs,
 sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm_inputs *inputs,
                                const double *amplitude, double *balance, double *jacobian) {
     if (!flow || !inputs || !amplitude || !balance) return SM_BAD_ARGUMENT;
-    sm_status worst = SM_OK;
+    sm_status worst = sm_slow_flow_check(flow);
+    if (worst != SM_OK) return worst;
     sm_instant instant = {.known = 0};
     const size_t unknowns = 2 * (size_t)flow->table.modes;
     for (size_t p = 0; p < points; p++) {

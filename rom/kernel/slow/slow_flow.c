@@ -30,13 +30,12 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     }
     for (int k = 0; k < flow->table.combinations; k++)
         if (!combination_is_valid(&flow->combination[k], modes)) return SM_BAD_ARGUMENT;
-    return SM_OK;
+    return sm_table_check_shape(&flow->table);
 }
 
 sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                                 sm_inputs *now) {
-    sm_status status = sm_slow_flow_check(flow);
-    if (status == SM_OK) status = sm_table_check_shape(&flow->table);
+    const sm_status status = sm_slow_flow_check(flow);
     if (status != SM_OK) return status;
     if (!isfinite(elapsed)) return SM_NOT_FINITE;
     *now = sm_inputs_after(inputs, flow->table.modes, elapsed);

@@ -12,7 +12,7 @@
 /* Everything but the contents of the table. */
 sm_status sm_slow_flow_check(const sm_slow_flow *flow);
 
-/* The flow, the table's shape and the inputs `elapsed` seconds after their start, which are put
+/* The flow and the inputs `elapsed` seconds after their start, which are put
  * into *now. */
 sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                                 sm_inputs *now);

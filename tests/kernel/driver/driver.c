@@ -16,6 +16,7 @@ void check_slow_flow(void);
 void check_directional(void);
 void check_component(void);
 void check_component_refusals(void);
+void check_component_trace(void);
 void check_long_run(int times);
 void check_random_calls(int times);
 
@@ -38,6 +39,7 @@ static const struct {
               {"directional", check_directional},
               {"component", check_component},
               {"component-refusals", check_component_refusals},
+              {"component-trace", check_component_trace},
               {"long-run", long_run},
               {"random-calls", random_calls}};
 

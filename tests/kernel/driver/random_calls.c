@@ -120,9 +120,10 @@ static void random_component_call(model *m, double *before, double *state, doubl
     sm_inputs inputs = resonant_inputs();
     sm_status status = SM_OK;
     double duration = 3.0 * random_number(), amplitude[] = {1.0, 0.5, 0.1, -1.0}, time = 3.0;
-    size_t done;
+    double elapsed = 0.0;
+    size_t count, done = 0;
     CHECK_STATUS(sm_component_get_state(c, before), SM_OK);
-    switch (random_below(6)) {
+    switch (random_below(7)) {
     case 0:
         /* a force whose phase races is noise, which is followed honestly and slowly */
         spoil((double *)&inputs, offsetof(sm_inputs, phase_rate) / sizeof(double));
@@ -143,6 +144,12 @@ static void random_component_call(model *m, double *before, double *state, doubl
         if (status == SM_OK) CHECK_FINITE(out, m->outputs);
         if (status != SM_OK) CHECK(done == 0);
         return; /* the inputs have moved on in any case */
+    case 4:
+        if (random_below(3) == 0) spoil(&duration, 1);
+        status = sm_component_trace(c, 1, &duration, &inputs, 1, out, &count, &done, &elapsed);
+        if (status == SM_OK) CHECK_FINITE(out, m->outputs);
+        CHECK(count == (status == SM_OK) && done <= count && elapsed >= 0.0);
+        return;
     default:
         if (random_below(3) == 0) spoil(&duration, 1);
         status = sm_component_step(c, duration);
