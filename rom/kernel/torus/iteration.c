@@ -128,6 +128,11 @@ static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     }
 }
 
+void sm_torus_group_react(const sm_torus_grid *grid, sm_torus_group *g) {
+    set_response(grid, g);
+    set_reaction(grid, g);
+}
+
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
     if (half == 1) {
         sm_torus_group_advance(grid, g);
@@ -135,6 +140,5 @@ void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t po
     }
     if (!g->reaction) return;
     relax(grid, g);
-    set_response(grid, g);
-    set_reaction(grid, g);
+    sm_torus_group_react(grid, g);
 }

@@ -11,6 +11,8 @@ sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *group, 
  * advance the phases and move the lines of unfinished points closer to periodicity. */
 void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *group, size_t points,
                          int half);
+/* The reaction to the harmonics in `responded`, at the present phases. */
+void sm_torus_group_react(const sm_torus_grid *grid, sm_torus_group *group);
 /* After a period: the phases of the next. */
 void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *group);
 

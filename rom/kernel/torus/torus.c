@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "torus/elastic.h"
 #include "torus/iteration.h"
+#include "torus/soft.h"
 #include "torus/torus_check.h"
 
 /* Half a period to forget the start and a whole one are marched in larger steps. */
@@ -97,6 +98,7 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
                              sm_torus_group *g, const sm_torus_task *task, size_t first) {
     const size_t left = task->points - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
+    if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
     int marched = 0;
     sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
     for (int halves = 1; halves <= 2 * task->max_periods; halves++) {

@@ -1,0 +1,155 @@
+#include "torus/soft.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "torus/iteration.h"
+#include "torus/periodic/anderson.h"
+
+#define PATIENCE 6 /* evaluations in which the residual may fail to fall by this factor: */
+#define BETTER 0.7
+#define MOST_AVERAGED 16
+#define SOFTEST 0.5 /* relaxation below which passes are slow */
+
+/* One point of the group. */
+typedef struct {
+    sm_anderson faster;
+    double *mean, *last, *change, *nearest; /* (orders, N_c, 2) harmonics */
+    double *square;                         /* (N_c) mean square */
+    double residual, best;
+    int since, done;
+} soft_point;
+
+int sm_torus_is_soft(const sm_torus_grid *grid) {
+    for (int q = 0; grid->relaxation && q < grid->orders_count; q++)
+        if (grid->relaxation[q] < SOFTEST) return 1;
+    return 0;
+}
+
+static size_t point_size(const sm_torus_grid *grid) {
+    return sm_anderson_size(grid->per_point) + 4 * grid->per_point
+           + (size_t)grid->contact->contacts;
+}
+
+static void place(const sm_torus_grid *grid, soft_point *point, double *memory) {
+    const size_t all = grid->per_point;
+    sm_anderson_place(&point->faster, all, memory);
+    memory += sm_anderson_size(all);
+    double **rows[] = {&point->mean, &point->last, &point->change, &point->nearest};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++, memory += all) *rows[k] = memory;
+    point->square = memory;
+    point->done = 0;
+}
+
+/* Harmonics and mean squares of all points over so many periods, under the same response. */
+static sm_status evaluate(const sm_torus_grid *grid, sm_torus_group *g, soft_point *point,
+                          size_t count, int periods) {
+    const size_t all = grid->per_point, n = (size_t)grid->contact->contacts;
+    for (size_t p = 0; p < count; p++) {
+        if (point[p].done) continue;
+        memcpy(point[p].last, point[p].mean, all * sizeof(double));
+        memset(point[p].mean, 0, all * sizeof(double));
+        memset(point[p].square, 0, n * sizeof(double));
+    }
+    for (int k = 0; k < periods; k++) {
+        for (int half = 0; half < 2; half++) {
+            const sm_status status = sm_torus_group_half(grid, g, half);
+            if (status != SM_OK) return status;
+        }
+        for (size_t p = 0; p < count; p++) {
+            if (point[p].done) continue;
+            sm_torus_group_mean_square(grid, g, p, g->idle_squares);
+            for (size_t i = 0; i < all; i++)
+                point[p].mean[i] += g->fresh[p * all + i] / periods;
+            for (size_t i = 0; i < n; i++) point[p].square[i] += g->idle_squares[i] / periods;
+        }
+        sm_torus_group_advance(grid, g);
+        sm_torus_group_react(grid, g);
+    }
+    return SM_OK;
+}
+
+/* How far a point is from repeating: its harmonics, and what the modes respond to. */
+static double distance(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                       soft_point *point, const sm_scales *scales) {
+    const double *responded = g->responded + p * grid->per_point;
+    const int contacts = grid->contact->contacts;
+    for (size_t i = 0; i < grid->per_point; i++)
+        point->change[i] = point->mean[i] - responded[i];
+    return fmax(sm_relative_distance(scales, contacts, grid->orders_count, grid->orders,
+                                     point->mean, point->last),
+                sm_relative_distance(scales, contacts, grid->orders_count, grid->orders,
+                                     point->mean, responded));
+}
+
+static void store(const sm_torus_grid *grid, const sm_torus_task *task, size_t index,
+                  const soft_point *point, int marched) {
+    const size_t n = (size_t)grid->contact->contacts;
+    memcpy(task->harmonics + index * grid->per_point, point->mean,
+           grid->per_point * sizeof(double));
+    memcpy(task->mean_square + index * n, point->square, n * sizeof(double));
+    task->residual[index] = point->residual;
+    task->marched[index] = marched;
+}
+
+/* Evaluations of so many periods until every point repeats, or comes no nearer. */
+static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
+                        size_t first, size_t count, soft_point *point, int periods,
+                        int *marched) {
+    const size_t all = grid->per_point, modes = (size_t)grid->contact->modes;
+    for (size_t p = 0; p < count; p++) {
+        point[p].best = INFINITY;
+        point[p].since = 0;
+        sm_anderson_start(&point[p].faster);
+    }
+    for (int open = 1; open && *marched < task->max_periods * grid->steps;) {
+        const sm_status status = evaluate(grid, g, point, count, periods);
+        if (status != SM_OK) return status;
+        const int at_start = *marched == 0; /* the first period forgets the start */
+        *marched += periods * grid->steps;
+        open = 0;
+        for (size_t p = 0; p < count; p++) {
+            soft_point *s = &point[p];
+            if (s->done || s->since >= PATIENCE) continue;
+            const sm_scales scales = sm_displacement_scales(
+                grid->contact, task->amplitudes + (first + p) * modes, task->smallest_scale);
+            double *responded = g->responded + p * all;
+            s->residual = distance(grid, g, p, s, &scales);
+            s->done = scales.largest == 0.0 || (!at_start && s->residual <= task->tolerance);
+            store(grid, task, first + p, s, *marched);
+            if (s->done) continue;
+            open = 1;
+            if (at_start) continue;
+            s->since = s->residual < BETTER * s->best ? 0 : s->since + 1;
+            if (s->residual < s->best) {
+                s->best = s->residual;
+                memcpy(s->nearest, responded, all * sizeof(double));
+            }
+            if (s->since >= PATIENCE)
+                memcpy(responded, s->nearest, all * sizeof(double));
+            else
+                sm_anderson_next(&s->faster, s->change, responded);
+        }
+        sm_torus_group_react(grid, g);
+    }
+    return SM_OK;
+}
+
+sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
+                              const sm_torus_task *task, size_t first, size_t count) {
+    const size_t size = point_size(grid);
+    soft_point *point = calloc(count, sizeof *point);
+    double *memory = calloc(count * size, sizeof(double));
+    sm_status status = point && memory ? SM_OK : SM_NO_MEMORY;
+    int marched = 0;
+    if (status == SM_OK) {
+        for (size_t p = 0; p < count; p++) place(grid, &point[p], memory + p * size);
+        sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+    }
+    for (int periods = 1; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
+        status = settle(grid, g, task, first, count, point, periods, &marched);
+    free(memory);
+    free(point);
+    return status;
+}
