@@ -132,3 +132,22 @@ sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
     }
     return SM_OK;
 }
+
+sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
+                           double *memory, double *force) {
+    const sm_status status = sm_elastic_check(elastic, contacts);
+    if (status != SM_OK) return status;
+    if (!x || !memory || !force) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(x, (size_t)contacts) ||
+        !sm_all_finite(memory, sm_elastic_memory(elastic)))
+        return SM_NOT_FINITE;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        sm_element_force at;
+        sm_element_evaluate(elastic, element, 1.0, x, memory, &at, memory);
+        for (int k = 0; k < sm_element_columns(element); k++)
+            force[element->column[k]] = at.force[k];
+        memory += sm_element_memory(element);
+    }
+    return SM_OK;
+}

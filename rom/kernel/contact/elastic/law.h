@@ -27,10 +27,8 @@ static inline int sm_element_memory(const sm_element *element) {
     return element->law == SM_SLIDERS ? element->sliders : element->tangents;
 }
 
-size_t sm_elastic_memory(const sm_elastic *elastic);
-
 /* Force at displacements x (N_c), with limits and preloads times `scale`; `next` is what the
- * element remembers if the motion gets there from `memory`. */
+ * element remembers if the motion gets there from `memory`; they may be the same array. */
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result,
                          double *next);
