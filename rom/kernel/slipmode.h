@@ -70,7 +70,7 @@ typedef struct {
     const double *reference; /* (N_c) stiffness that the structure's modes have there [N/m] */
 } sm_elastic;
 
-/* Doubles that the contacts remember: where their sliders are [m]. At rest zeros. */
+/* Doubles that the contacts remember: where their sliders are, where they were [m]. At rest zeros. */
 SM_API size_t sm_elastic_memory(const sm_elastic *elastic);
 
 /* Forces less preload (N_c) on contacts at displacements x (N_c). The memory is moved along, from

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/check.h"
+#include "contact/elastic/frictional.h"
 
 #define MOST_SLIDERS 100000
 
@@ -35,45 +36,6 @@ static void sliders(const sm_elastic *elastic, const sm_element *element, double
     }
 }
 
-/* Coulomb's cone over an elastic surface that may open: |f_t| <= mu N, N >= 0. */
-static void frictional(const sm_element *element, double scale, const double *x,
-                       const double *memory, sm_element_force *result, double *next) {
-    const int tangents = element->tangents, normal = tangents;
-    const double preload = scale * element->preload, mu = element->friction;
-    const double k_t = element->tangential_stiffness, k_n = element->normal_stiffness;
-    const double N = preload + k_n * (x[normal] - element->gap);
-    memset(result, 0, sizeof *result);
-    if (N <= 0.0) { /* open: the sliders restart where the contact touches down */
-        result->force[normal] = -preload;
-        result->state = SM_OPEN;
-        memcpy(next, x, (size_t)tangents * sizeof(double));
-        return;
-    }
-    result->force[normal] = N - preload;
-    result->tangent[normal][normal] = k_n;
-    double trial[2] = {0.0, 0.0}, square = 0.0;
-    for (int k = 0; k < tangents; k++) {
-        trial[k] = k_t * (x[k] - memory[k]);
-        square += trial[k] * trial[k];
-    }
-    const double size = sqrt(square), most = mu * N;
-    result->state = size <= most ? SM_STICK : SM_SLIP;
-    for (int k = 0; k < tangents; k++) {
-        if (size <= most) {
-            result->force[k] = trial[k];
-            result->tangent[k][k] = k_t;
-            next[k] = memory[k];
-            continue;
-        }
-        const double along = trial[k] / size;
-        result->force[k] = most * along;
-        result->tangent[k][normal] = mu * k_n * along;
-        for (int j = 0; j < tangents; j++)
-            result->tangent[k][j] = k_t * most / size * ((j == k) - along * trial[j] / size);
-        next[k] = x[k] - result->force[k] / k_t;
-    }
-}
-
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result,
                          double *next) {
@@ -83,7 +45,7 @@ void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, d
     }
     double own[SM_MOST_COLUMNS] = {0.0};
     for (int k = 0; k <= element->tangents; k++) own[k] = x[element->column[k]];
-    frictional(element, scale, own, memory, result, next);
+    sm_frictional_evaluate(element, scale, own, memory, result, next);
 }
 
 static int allowed_columns(const sm_element *element, int32_t contacts) {
