@@ -46,7 +46,8 @@ def integrate(
     steps_per_period : float, default 64
         Least number of steps per period of the fastest forcing. On the two-mass structure with
         both modes slipping, 20 give the elastic displacements to 1e-3, those of the contacts to
-        1e-2 and their velocities to 0.2; 64 give 5e-5, 1e-3 and 3e-2.
+        1e-2 and their velocities to 0.2; 64 give 5e-5, 1e-3 and 3e-2. On a beam with an elastic
+        contact that slips and opens 16 give the displacements to 2e-3, 64 to 2e-4.
     step : float, optional
         Largest time step [s], instead of `steps_per_period`. The steps are the longest ones not
         above it that fit between samples and starts of segments.
@@ -68,8 +69,9 @@ def integrate(
     over the contact velocities, so that a step cannot fail. The linear part is solved in modal
     coordinates: O(n N_c) a stage where the damping is modal, O(n^2) otherwise.
 
-    Elastic contacts are return maps from where their sliders are at the start of the step to the
-    displacement of the stage; the last stage ends the step and moves the sliders.
+    Elastic contacts are return maps from what they remember at the start of the step to the
+    displacement of the stage; the last stage ends the step and what they remember. Second order:
+    a step may hold a transition between stick, slip and gap.
 
     References
     ----------
@@ -198,9 +200,7 @@ class Integrator:
     def _unpack(self, time: float, state: Floats) -> State:
         n, contacts = self._structure.n_dofs, self._structure.n_contacts
         shapes = self._coordinates.shapes
-        q, v, _, force, _, memory = np.split(
-            state, np.cumsum([n, n, 2 * contacts, contacts, 1])
-        )
+        q, v, _, force, _, memory = np.split(state, np.cumsum([n, n, 2 * contacts, contacts, 1]))
         remembered = memory.copy() if isinstance(self._law, ElasticLaws) else None
         return State(time, shapes @ q, shapes @ v, force.copy(), remembered)
 

@@ -25,7 +25,8 @@ class State:
         under exact Coulomb friction, which the first step corrects. On elastic contacts it is
         what the law says at this displacement.
     contact_memory : ndarray, optional
-        What elastic contacts remember, where their sliders are [m]; by default as at rest.
+        What elastic contacts remember [m], where they and their sliders were: that of an end
+        state. By default they came here straight from where everything is at rest.
     """
 
     time: float

@@ -174,5 +174,6 @@ def _settle(
         last = amplitude
     raise SlipmodeError(
         f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s; "
-        "raise most_windows, periods (longer windows) or the tolerance, or look at the motion itself"
+        "raise most_windows, periods (longer windows) or the tolerance, or look at the motion "
+        "itself"
     )
