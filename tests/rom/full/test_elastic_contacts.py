@@ -1,0 +1,272 @@
+"""Full-order integration with elastic contacts: closed forms, order, continuation."""
+
+import frictional_beam
+import numpy as np
+import pytest
+
+from slipmode import rom
+from slipmode.rom import full
+from slipmode.rom.contact.contacts import Contacts
+from slipmode.rom.contact.frictional_contact import FrictionalContact
+from slipmode.rom.contact.joint_laws import Iwan, Jenkins
+from slipmode.rom.full.convergence import relative_rms
+
+HEAVY = 1e9  # mass whose motion no contact disturbs
+TURN = 2 * np.pi
+
+
+def prescribed(columns, stiffness=0.0, others=1):
+    """Heavy masses, one on each contact DOF, and light ones beside them; free to move."""
+    masses = np.append(np.full(columns, HEAVY), np.ones(others))
+    springs = np.append(np.full(columns, stiffness), np.ones(others))
+    W = np.eye(len(masses))[:, :columns]
+    return rom.Structure(np.diag(masses), np.diag(springs), 0.0, contact=W)
+
+
+def shaken(law, X, samples, turns=3, **options):
+    """x = -X cos(t) on one contact DOF of a free mass."""
+    structure = prescribed(1)
+    excitation = full.Excitation.harmonic(structure, ({0: HEAVY * X},), (1.0,))
+    start = full.State(0.0, np.array([-X, 0.0]), np.zeros(2))
+    times = TURN * np.linspace(0.0, turns, turns * samples + 1)
+    return full.integrate(structure, law, excitation, times, start=start, **options)
+
+
+# Closed forms
+
+
+def test_jenkins_element_under_one_harmonic():
+    """Masing's loop, and its area."""
+    limit, stiffness, X = 2.0, 4.0, 3.0
+    motion = shaken(Jenkins(limit, stiffness), X, 64, steps_per_period=1024)
+    x, force = motion.contact_displacement[64:128, 0], motion.contact_force[64:128, 0]
+    np.testing.assert_allclose(x, -X * np.cos(motion.time[64:128]), atol=1e-6)
+    up = np.minimum(-limit + stiffness * (x[:32] + X), limit)
+    down = np.maximum(limit + stiffness * (x[32:] - X), -limit)
+    np.testing.assert_allclose(force, np.append(up, down), atol=1e-4)
+    work = motion.dissipated[128] - motion.dissipated[64]
+    assert work == pytest.approx(4 * limit * (X - limit / stiffness), rel=1e-5)
+
+
+def test_jenkins_element_below_its_limit_is_a_spring():
+    motion = shaken(Jenkins(2.0, 4.0), 0.2, 16)
+    np.testing.assert_allclose(motion.contact_force, 4.0 * motion.contact_displacement, rtol=1e-12)
+    assert abs(motion.dissipated[16]) < 1e-7
+
+
+def test_iwan_loses_a_power_of_the_amplitude():
+    """~ |x|^(chi + 3) below macro-slip, but for what so many sliders make of it."""
+    law = Iwan(force=1.0, stiffness=1.0, chi=-0.5, beta=0.0, sliders=400)
+    work = []
+    for X in (0.2, 0.4):
+        motion = shaken(law, X, 1, steps_per_period=512)
+        work.append(motion.dissipated[2] - motion.dissipated[1])
+    assert np.log2(work[1] / work[0]) == pytest.approx(2.5, rel=0.01)
+
+
+def test_one_sided_spring():
+    """A mass on a spring and, where it closes, on a second: 2 omega / (1 + omega / omega_open)."""
+    k, k_n = 1.0, 5.0
+    structure = rom.Structure(np.eye(3), np.diag([1.0, k, 1.0]), 0.0, contact=np.eye(3)[:, :2])
+    law = FrictionalContact(mu=0.0, preload=0.0, tangential_stiffness=1.0, normal_stiffness=k_n)
+    still = full.Excitation.harmonic(structure, ({0: 0.0},), (1.0,))
+    start = full.State(0.0, np.zeros(3), np.array([0.0, 1.0, 0.0]))
+    closed, opened = np.sqrt(k + k_n), np.sqrt(k)
+    expected = 2 * closed / (1 + closed / opened)
+    motion = full.integrate(structure, law, still, 40 * TURN / expected, step=0.004, start=start)
+    x, t = motion.contact_displacement[:, 1], motion.time
+    rising = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    crossing = t[rising] - x[rising] * (t[rising + 1] - t[rising]) / (x[rising + 1] - x[rising])
+    assert TURN / np.diff(crossing).mean() == pytest.approx(expected, rel=1e-5)
+    assert motion.contact_displacement[:, 0].max() == 0.0
+    np.testing.assert_allclose(motion.contact_force[:, 1], k_n * np.maximum(x, 0.0), atol=1e-12)
+    speed = np.abs(motion.contact_velocity[rising, 1])
+    np.testing.assert_allclose(speed, 1.0, rtol=1e-3)  # no energy is lost
+
+
+def circling(samples):
+    """Two tangential directions on a circle of unit radius; the force of the last instant."""
+    law = FrictionalContact(
+        mu=0.5, preload=4.0, tangential_stiffness=4.0, normal_stiffness=1.0, tangents=2
+    )
+    structure = prescribed(3)
+    force = ({0: -HEAVY}, {1: -HEAVY})
+    excitation = full.Excitation.harmonic(structure, force, (1.0, 1.0), (0.0, -np.pi / 2))
+    start = full.State(0.0, np.array([1.0, 0, 0, 0]), np.array([0, 1.0, 0, 0]))
+    return full.integrate(
+        structure, law, excitation, [4 * TURN], steps_per_period=samples, start=start
+    )
+
+
+def test_two_directions_under_circular_motion():
+    """mu N against the motion, turned by asin(rho / X), rho = mu N / k_t: the slider lags."""
+    errors = []
+    for samples in (32, 64, 128):
+        force = circling(samples).contact_force[0]
+        assert np.hypot(*force[:2]) == pytest.approx(2.0, rel=1e-9)
+        errors.append(np.abs(force[:2] - 2.0 * np.array([0.5, np.sqrt(0.75)])).max())
+    assert errors[-1] < 1e-3
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2.0, atol=0.05)
+
+
+# Against another integrator
+
+
+def marched(structure, force, steps, h):
+    """Displacements by central differences: a Jenkins element on contact DOF 0, a frictional
+    contact on 1 (tangent) and 2 (normal)."""
+    M, C, K = structure.mass, structure.damping, structure.stiffness
+    W = np.asarray(structure.directions)
+    left = np.linalg.inv(M / h**2 + C / (2 * h))
+    last = x = np.zeros(len(M))
+    slider = np.zeros(2)
+    kept, states = [x], set()
+    for k in range(steps):
+        x_c = W.T @ x
+        jenkins = np.clip(5.0 * (x_c[0] - slider[0]), -0.06, 0.06)
+        slider[0] = x_c[0] - jenkins / 5.0
+        normal = max(0.0, 0.1 + 8.0 * x_c[2])
+        friction = 6.0 * (x_c[1] - slider[1])
+        sticks = abs(friction) <= 0.5 * normal
+        states.add("open" if normal == 0.0 else "stick" if sticks else "slip")
+        friction = friction if sticks else np.copysign(0.5 * normal, friction)
+        slider[1] = x_c[1] - friction / 6.0
+        load = force(k * h) - K @ x - W @ np.array([jenkins, friction, normal - 0.1])
+        new = left @ (load + M @ (2 * x - last) / h**2 + C @ last / (2 * h))
+        last, x = x, new
+        kept.append(x)
+    return np.array(kept), states
+
+
+def chain():
+    """Six masses free at both ends, three contact directions, dashpots."""
+    springs = np.array([0.0, 1.3, 0.8, 1.1, 0.9, 1.2])
+    K = np.diag(springs + np.append(springs[1:], 0.0))
+    K -= np.diag(springs[1:], 1) + np.diag(springs[1:], -1)
+    W = np.zeros((6, 3))
+    W[2, 0] = W[4, 1] = W[1, 2] = 1.0
+    W[5, 0] = W[3, 2] = -1.0
+    M = np.diag([1.0, 2.0, 1.5, 1.0, 0.7, 1.2])
+    return rom.Structure(M, K, np.diag([0.1, 0.05, 0.02, 0.05, 0.02, 0.05]), contact=W)
+
+
+MIXED = Contacts(
+    [
+        (Jenkins(0.06, 5.0), (0,)),
+        (
+            FrictionalContact(mu=0.5, preload=0.1, tangential_stiffness=6.0, normal_stiffness=8.0),
+            (1, 2),
+        ),
+    ]
+)
+
+
+def chain_excitation(structure):
+    return full.Excitation.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65), (0.3, -1.0))
+
+
+def test_agrees_with_central_differences():
+    """A free-free structure, two laws, all states."""
+    structure, h = chain(), 1e-3
+
+    def force(t):
+        f = np.zeros(6)
+        f[0] = 0.15 * np.cos(0.98 * t + 0.3)
+        f[1] = 0.25 * np.cos(1.65 * t - 1.0)
+        return f
+
+    exact, states = marched(structure, force, 30000, h)
+    assert states == {"open", "stick", "slip"}
+    times = np.linspace(0.0, 30.0, 61)
+    motion = full.integrate(structure, MIXED, chain_excitation(structure), times, step=0.01)
+    assert np.all(relative_rms(motion.displacement, exact[::500]) < 2e-3)
+
+
+def test_error_falls_with_the_square_of_the_step():
+    """On average over steps: a kink may lie well or badly in a step."""
+    structure = chain()
+    times, excitation = np.linspace(0.0, 60.0, 201), chain_excitation(structure)
+    steps = 0.08 / 2.0 ** np.arange(5)
+    exact = full.integrate(structure, MIXED, excitation, times, step=steps[-1] / 16).displacement
+    errors = [
+        np.linalg.norm(
+            full.integrate(structure, MIXED, excitation, times, step=step).displacement - exact
+        )
+        for step in steps
+    ]
+    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert errors[-1] < 1e-4 * np.linalg.norm(exact)
+    assert 1.7 < order < 2.7
+
+
+# States
+
+
+def test_end_state_continues_the_motion():
+    structure = chain()
+    excitation = chain_excitation(structure)
+    whole = full.integrate(structure, MIXED, excitation, np.linspace(0.0, 40.0, 81))
+    first = full.integrate(structure, MIXED, excitation, np.linspace(0.0, 20.0, 41))
+    rest = np.linspace(20.5, 40.0, 40)
+    second = full.integrate(structure, MIXED, excitation, rest, start=first.end)
+    np.testing.assert_allclose(second.displacement, whole.displacement[41:], atol=1e-9)
+    np.testing.assert_allclose(second.contact_force, whole.contact_force[41:], atol=1e-8)
+    np.testing.assert_allclose(second.end.contact_memory, whole.end.contact_memory, atol=1e-9)
+    total = first.dissipated[-1] + second.dissipated[-1]
+    assert total == pytest.approx(whole.dissipated[-1], rel=1e-8)
+    forgetful = full.State(first.end.time, first.end.displacement, first.end.velocity)
+    other = full.integrate(structure, MIXED, excitation, rest, start=forgetful)
+    assert np.all(relative_rms(other.displacement, whole.displacement[41:]) > 1e-3)
+
+
+def test_first_sample_has_the_forces_of_the_start():
+    structure = prescribed(1)
+    still = full.Excitation.harmonic(structure, ({0: 0.0},), (1.0,))
+    start = full.State(0.0, np.array([3.0, 0.0]), np.zeros(2))
+    motion = full.integrate(structure, Jenkins(2.0, 4.0), still, [0.0, 0.1], start=start)
+    np.testing.assert_allclose(motion.contact_force[:, 0], 2.0, rtol=1e-9)
+    np.testing.assert_allclose(motion.end.contact_memory, [2.5], rtol=1e-9)
+
+
+def test_refusals():
+    structure = chain()
+    excitation = chain_excitation(structure)
+    short = full.State(0.0, np.zeros(6), np.zeros(6), contact_memory=np.zeros(2))
+    with pytest.raises(rom.SlipmodeError, match=r"start\.contact_memory: must be 4 finite"):
+        full.integrate(structure, MIXED, excitation, 1.0, start=short)
+    with pytest.raises(rom.SlipmodeError, match="every contact DOF, 0 to 2"):
+        full.integrate(structure, Contacts([(Jenkins(1.0, 1.0), (0, 1))]), excitation, 1.0)
+    with pytest.raises(rom.SlipmodeError, match="periods: must be"):
+        full.steady_amplitude(structure, MIXED, excitation, periods=0.0)
+
+
+# Steady amplitudes and error estimates
+
+
+def test_converged_bounds_its_error():
+    structure = chain()
+    times, excitation = np.linspace(0.0, 60.0, 301), chain_excitation(structure)
+    result = full.converged(structure, MIXED, excitation, times, steps_per_period=64)
+    exact = full.integrate(structure, MIXED, excitation, times, steps_per_period=3000)
+    for name in ("displacement", "velocity", "contact_displacement", "contact_velocity"):
+        error = relative_rms(getattr(result.motion, name), getattr(exact, name))
+        assert np.all(error <= getattr(result, f"{name}_error")), name
+
+
+@pytest.mark.parametrize("row", frictional_beam.ROWS[1:4:2])
+def test_beam_with_lift_off(row):
+    """Amplitudes of the stuck structure's modes, against those of a step eight times finer."""
+    structure = frictional_beam.structure(row.law, row.node)
+    excitation, outputs = frictional_beam.problem(row, structure)
+    result = full.steady_amplitude(
+        structure,
+        row.law,
+        excitation,
+        outputs=outputs,
+        steps_per_period=32,
+        tolerance=2e-4,
+        periods=320,
+    )
+    difference = np.abs(np.diag(result.amplitude) - row.amplitude) / np.abs(row.amplitude)
+    assert np.all(difference < 3e-4)
+    assert np.all(np.diag(result.error) < 1e-3 * np.abs(row.amplitude))
