@@ -13,10 +13,8 @@
 #include "base/exact_sum.h"
 #include "contact/elastic/solve.h"
 #include "torus/grid.h"
-#include "torus/periodic/anderson.h"
+#include "torus/periodic/fixed_point.h"
 
-#define PATIENCE 5 /* evaluations in which the residual may fail to fall by this factor: */
-#define BETTER 0.7
 #define MOST_AVERAGED 16
 
 typedef struct {
@@ -36,9 +34,8 @@ typedef struct {
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
     double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
-    double *best;              /* (orders, N_c, 2) the response that was nearest to repeating */
     sm_elastic_solver solver;
-    sm_anderson faster;
+    sm_fixed_point search;
     double *block;
 } problem;
 
@@ -53,8 +50,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
     const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
-                        + 4 * n * lines + lines * t->remembered + 3 * n + 6 * all
-                        + sm_anderson_size(all) + solver;
+                        + 4 * n * lines + lines * t->remembered + 3 * n + 5 * all
+                        + sm_fixed_point_size(all) + solver;
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     t->flexibility = sm_take(&memory, n * n);
@@ -74,8 +71,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->response = sm_take(&memory, all);
     t->change = sm_take(&memory, all);
     t->mean = sm_take(&memory, all + n);
-    t->best = sm_take(&memory, all);
-    sm_anderson_place(&t->faster, all, sm_take(&memory, sm_anderson_size(all)));
+    sm_fixed_point_place(&t->search, all, sm_take(&memory, sm_fixed_point_size(all)));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
@@ -296,30 +292,20 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
     return SM_OK;
 }
 
-/* Iterates until harmonics and response repeat, or come no nearer: then Anderson's differences
- * are those of the grid's error while the phases drift, and lead astray. The response that was
- * nearest is kept. */
+/* Iterates until harmonics and response repeat, or come no nearer. */
 static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
                         double *residual, int32_t *periods) {
     const sm_torus_task *task = t->task;
-    const size_t bytes = per_point(t) * sizeof(double);
-    double best = INFINITY;
-    sm_anderson_start(&t->faster);
-    for (int since = 0; *periods < task->max_periods && since < PATIENCE;) {
+    sm_fixed_point_start(&t->search);
+    for (int open = 1; open && *periods < task->max_periods;) {
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
         *periods += count;
         if (*periods < 2) continue; /* the first one forgets the start */
         if (*residual <= task->tolerance) return SM_OK;
-        since = *residual < BETTER * best ? 0 : since + 1;
-        if (*residual < best) {
-            best = *residual;
-            memcpy(t->best, t->response, bytes);
-        }
-        sm_anderson_next(&t->faster, t->change, t->response);
+        open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
     }
-    memcpy(t->response, t->best, bytes);
     return SM_OK;
 }
 

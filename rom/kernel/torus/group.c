@@ -59,9 +59,19 @@ void sm_torus_group_release(sm_torus_group *g) {
     free(g->faster);
 }
 
+void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
+                               size_t points, const double *amplitudes, double part) {
+    const size_t modes = (size_t)grid->contact->modes;
+    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+        size_t point = first + (size_t)(lane / grid->lines);
+        point = point < points ? point : points - 1; /* spare lanes repeat the last point */
+        g->a[lane] = part * amplitudes[point * modes];
+        g->b[lane] = modes == 2 ? part * amplitudes[point * 2 + 1] : 0.0;
+    }
+}
+
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
                           size_t points, const double *amplitudes) {
-    const size_t modes = (size_t)grid->contact->modes;
     const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
@@ -72,14 +82,11 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
         memset(g->reaction, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const int block = lane / SM_LANES, l = lane % SM_LANES;
-        size_t point = first + (size_t)(lane / grid->lines);
-        point = point < points ? point : points - 1; /* spare lanes repeat the last point */
         const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;
-        g->a[lane] = amplitudes[point * modes];
-        g->b[lane] = modes == 2 ? amplitudes[point * 2 + 1] : 0.0;
         g->phase[block * 2 * SM_LANES + l] = cos(t_b0);
         g->phase[(block * 2 + 1) * SM_LANES + l] = sin(t_b0);
     }
+    sm_torus_group_amplitudes(grid, g, first, points, amplitudes, 1.0);
     for (int p = 0; p < grid->points_per_group; p++) {
         sm_progress_start(&g->track[p]);
         sm_acceleration_start(&g->faster[p]);

@@ -37,6 +37,9 @@ void sm_torus_group_release(sm_torus_group *group);
 /* Contacts at rest, for points `first` on of `points`. */
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
                           size_t points, const double *amplitudes);
+/* The amplitudes of the lanes, all of them times `part`. */
+void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
+                               size_t points, const double *amplitudes, double part);
 /* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
                                 double *mean_square);

@@ -5,20 +5,22 @@
 #include <string.h>
 
 #include "torus/iteration.h"
-#include "torus/periodic/anderson.h"
+#include "torus/periodic/fixed_point.h"
 
-#define PATIENCE 6 /* evaluations in which the residual may fail to fall by this factor: */
-#define BETTER 0.7
 #define MOST_AVERAGED 16
+/* Parts of the amplitudes through which points that do not settle are led up from below. */
+static const double LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
+#define RUNGS (sizeof LADDER / sizeof *LADDER)
+#define ALMOST 1e-3 /* residual that is left to means over several periods */
 #define SOFTEST 0.5 /* relaxation below which passes are slow */
 
 /* One point of the group. */
 typedef struct {
-    sm_anderson faster;
-    double *mean, *last, *change, *nearest; /* (orders, N_c, 2) harmonics */
+    sm_fixed_point search;
+    double *mean, *last, *change; /* (orders, N_c, 2) harmonics */
     double *square;                         /* (N_c) mean square */
-    double residual, best;
-    int since, done;
+    double residual;
+    int done, open; /* whether it repeats, and whether it still comes nearer */
 } soft_point;
 
 int sm_torus_is_soft(const sm_torus_grid *grid) {
@@ -28,15 +30,15 @@ int sm_torus_is_soft(const sm_torus_grid *grid) {
 }
 
 static size_t point_size(const sm_torus_grid *grid) {
-    return sm_anderson_size(grid->per_point) + 4 * grid->per_point
+    return sm_fixed_point_size(grid->per_point) + 3 * grid->per_point
            + (size_t)grid->contact->contacts;
 }
 
 static void place(const sm_torus_grid *grid, soft_point *point, double *memory) {
     const size_t all = grid->per_point;
-    sm_anderson_place(&point->faster, all, memory);
-    memory += sm_anderson_size(all);
-    double **rows[] = {&point->mean, &point->last, &point->change, &point->nearest};
+    sm_fixed_point_place(&point->search, all, memory);
+    memory += sm_fixed_point_size(all);
+    double **rows[] = {&point->mean, &point->last, &point->change};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++, memory += all) *rows[k] = memory;
     point->square = memory;
     point->done = 0;
@@ -93,17 +95,18 @@ static void store(const sm_torus_grid *grid, const sm_torus_task *task, size_t i
     task->marched[index] = marched;
 }
 
-/* Evaluations of so many periods until every point repeats, or comes no nearer. */
+/* Evaluations of so many periods until every point repeats, or comes no nearer; at a part of the
+ * amplitudes, which only leads to a start for more. */
 static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                        size_t first, size_t count, soft_point *point, int periods,
+                        size_t first, size_t count, soft_point *point, int periods, double part,
                         int *marched) {
     const size_t all = grid->per_point, modes = (size_t)grid->contact->modes;
     for (size_t p = 0; p < count; p++) {
-        point[p].best = INFINITY;
-        point[p].since = 0;
-        sm_anderson_start(&point[p].faster);
+        sm_fixed_point_start(&point[p].search);
+        point[p].open = !point[p].done;
     }
-    for (int open = 1; open && *marched < task->max_periods * grid->steps;) {
+    const int until = *marched + task->max_periods * grid->steps;
+    for (int open = 1; open && *marched < until;) {
         const sm_status status = evaluate(grid, g, point, count, periods);
         if (status != SM_OK) return status;
         const int at_start = *marched == 0; /* the first period forgets the start */
@@ -111,27 +114,51 @@ static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_t
         open = 0;
         for (size_t p = 0; p < count; p++) {
             soft_point *s = &point[p];
-            if (s->done || s->since >= PATIENCE) continue;
+            if (!s->open) continue;
             const sm_scales scales = sm_displacement_scales(
                 grid->contact, task->amplitudes + (first + p) * modes, task->smallest_scale);
             double *responded = g->responded + p * all;
             s->residual = distance(grid, g, p, s, &scales);
-            s->done = scales.largest == 0.0 || (!at_start && s->residual <= task->tolerance);
-            store(grid, task, first + p, s, *marched);
-            if (s->done) continue;
-            open = 1;
-            if (at_start) continue;
-            s->since = s->residual < BETTER * s->best ? 0 : s->since + 1;
-            if (s->residual < s->best) {
-                s->best = s->residual;
-                memcpy(s->nearest, responded, all * sizeof(double));
+            const int repeats =
+                scales.largest == 0.0 || (!at_start && s->residual <= task->tolerance);
+            s->open = !repeats;
+            if (part == 1.0) {
+                s->done = repeats;
+                store(grid, task, first + p, s, *marched);
             }
-            if (s->since >= PATIENCE)
-                memcpy(responded, s->nearest, all * sizeof(double));
-            else
-                sm_anderson_next(&s->faster, s->change, responded);
+            if (s->open && !at_start)
+                s->open = sm_fixed_point_next(&s->search, s->residual, s->change, responded);
+            open |= s->open;
         }
         sm_torus_group_react(grid, g);
+    }
+    return SM_OK;
+}
+
+static int any_left(const soft_point *point, size_t count) {
+    for (size_t p = 0; p < count; p++)
+        if (!point[p].done && point[p].residual > ALMOST) return 1;
+    return 0;
+}
+
+/* From small amplitudes, where the response is that of contacts that stick, up to the points. */
+static sm_status climb(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
+                       size_t first, size_t count, soft_point *point, int *marched) {
+    const size_t all = grid->per_point;
+    double reached = 0.0;
+    for (size_t rung = 0; rung < RUNGS; rung++) {
+        const double part = LADDER[rung];
+        for (size_t p = 0; p < count; p++) {
+            double *responded = g->responded + p * all;
+            for (size_t i = 0; i < all && !point[p].done; i++)
+                responded[i] = reached > 0.0 ? responded[i] * part / reached : 0.0;
+        }
+        sm_torus_group_amplitudes(grid, g, first, task->points, task->amplitudes, part);
+        sm_torus_group_react(grid, g);
+        const sm_status status =
+            settle(grid, g, task, first, count, point, 1, part, marched);
+        if (status != SM_OK) return status;
+        reached = part;
     }
     return SM_OK;
 }
@@ -147,8 +174,12 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
         for (size_t p = 0; p < count; p++) place(grid, &point[p], memory + p * size);
         sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
     }
-    for (int periods = 1; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
-        status = settle(grid, g, task, first, count, point, periods, &marched);
+    if (status == SM_OK)
+        status = settle(grid, g, task, first, count, point, 1, 1.0, &marched);
+    if (status == SM_OK && any_left(point, count))
+        status = climb(grid, g, task, first, count, point, &marched);
+    for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
+        status = settle(grid, g, task, first, count, point, periods, 1.0, &marched);
     free(memory);
     free(point);
     return status;

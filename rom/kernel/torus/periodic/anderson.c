@@ -16,6 +16,12 @@ void sm_anderson_place(sm_anderson *a, size_t size, double *memory) {
 
 void sm_anderson_start(sm_anderson *a) { a->count = 0; }
 
+void sm_anderson_start_from(sm_anderson *a, const double *z, const double *g) {
+    memcpy(a->z_last, z, a->size * sizeof(double));
+    memcpy(a->g_last, g, a->size * sizeof(double));
+    a->count = 1;
+}
+
 static double dot(const double *a, const double *b, size_t size) {
     double sum = 0.0;
     for (size_t k = 0; k < size; k++) sum += a[k] * b[k];

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-#define SM_ANDERSON_DEPTH 12
+#define SM_ANDERSON_DEPTH 20
 
 typedef struct {
     size_t size;
@@ -19,6 +19,8 @@ typedef struct {
 static inline size_t sm_anderson_size(size_t size) { return (2 + 2 * SM_ANDERSON_DEPTH) * size; }
 void sm_anderson_place(sm_anderson *a, size_t size, double *memory);
 void sm_anderson_start(sm_anderson *a);
+/* The same where one z and its residual are known. */
+void sm_anderson_start_from(sm_anderson *a, const double *z, const double *g);
 /* From z and its residual g = G(z) - z to the next z. */
 void sm_anderson_next(sm_anderson *a, const double *g, double *z);
 

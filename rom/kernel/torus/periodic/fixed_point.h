@@ -1,0 +1,24 @@
+/* The search for a fixed point z = G(z) whose map is only known up to the error of a grid. */
+#ifndef SLIPMODE_FIXED_POINT_H
+#define SLIPMODE_FIXED_POINT_H
+
+#include "torus/periodic/anderson.h"
+
+typedef struct {
+    sm_anderson faster;
+    double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
+    double best;               /* that residual */
+    double part;               /* of the change that a fresh start from there takes */
+    int idle;                  /* evaluations since it last fell noticeably */
+} sm_fixed_point;
+
+static inline size_t sm_fixed_point_size(size_t size) {
+    return sm_anderson_size(size) + 2 * size;
+}
+void sm_fixed_point_place(sm_fixed_point *f, size_t size, double *memory);
+void sm_fixed_point_start(sm_fixed_point *f);
+/* From z, change = G(z) - z and a measure of that to the next z. 0 where it comes no nearer; z is
+ * the nearest then: what is left is the error of the grid, and Anderson's differences mislead. */
+int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z);
+
+#endif
