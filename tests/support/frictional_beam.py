@@ -29,7 +29,7 @@ class Row:
     amplitude: tuple[complex, complex]  # of modes A and B at full order, mass-normalised
 
 
-def matrices() -> tuple[np.ndarray, np.ndarray]:
+def matrices(*, clamped: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness, (36, 36): axial, transverse, rotation of nodes 1 to 12."""
     h, size = 1.0 / ELEMENTS, 3 * (ELEMENTS + 1)
     M, K = np.zeros((size, size)), np.zeros((size, size))
@@ -56,7 +56,7 @@ def matrices() -> tuple[np.ndarray, np.ndarray]:
         M[transverse] += inertia * h / 420
         K[axial] += AXIAL / h * np.array([[1, -1], [-1, 1]])
         M[axial] += h / 6 * np.array([[2, 1], [1, 2]])
-    return M[3:, 3:], K[3:, 3:]
+    return (M[3:, 3:], K[3:, 3:]) if clamped else (M, K)
 
 
 def structure(law: FrictionalContact | Jenkins, node: int) -> rom.Structure:

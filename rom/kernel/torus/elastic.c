@@ -297,7 +297,8 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
                         double *residual, int32_t *periods) {
     const sm_torus_task *task = t->task;
     sm_fixed_point_start(&t->search);
-    for (int open = 1; open && *periods < task->max_periods;) {
+    const int32_t until = *periods + task->max_periods;
+    for (int open = 1; open && *periods < until;) {
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
@@ -305,6 +306,22 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
         if (*periods < 2) continue; /* the first one forgets the start */
         if (*residual <= task->tolerance) return SM_OK;
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
+    }
+    return SM_OK;
+}
+
+/* From small amplitudes, where the response is that of contacts that stick, up to the point's. */
+static sm_status climb(problem *t, const double *amplitude, const double scale[2],
+                       double *residual, int32_t *periods) {
+    double some[SM_MODES] = {0.0}, reached = 0.0;
+    for (size_t rung = 0; rung < SM_RUNGS; rung++) {
+        const double part = SM_LADDER[rung];
+        for (size_t i = 0; i < per_point(t); i++)
+            t->response[i] = reached > 0.0 ? t->response[i] * part / reached : 0.0;
+        for (int j = 0; j < t->contact->modes; j++) some[j] = part * amplitude[j];
+        const sm_status status = settle(t, some, 1, scale, residual, periods);
+        if (status != SM_OK) return status;
+        reached = part;
     }
     return SM_OK;
 }
@@ -318,12 +335,15 @@ static sm_status solve_point(problem *t, size_t point) {
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = 1e-3 * scale[0];
     start(t);
-    for (int count = 1; count <= MOST_AVERAGED && residual > task->tolerance; count *= 4) {
-        const sm_status status = settle(t, amplitude, count, scale, &residual, &periods);
-        if (status != SM_OK) return status;
-    }
+    sm_status status = settle(t, amplitude, 1, scale, &residual, &periods);
+    if (status == SM_OK && residual > SM_ALMOST)
+        status = climb(t, amplitude, scale, &residual, &periods);
+    for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
+        if (residual > task->tolerance)
+            status = settle(t, amplitude, count, scale, &residual, &periods);
+    if (status != SM_OK) return status;
     if (residual > task->tolerance) {
-        const sm_status status = evaluate(t, amplitude, MOST_AVERAGED);
+        status = evaluate(t, amplitude, MOST_AVERAGED);
         if (status != SM_OK) return status;
         residual = distance(t, scale[0], scale[1]);
         periods += MOST_AVERAGED;

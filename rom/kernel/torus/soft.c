@@ -8,10 +8,6 @@
 #include "torus/periodic/fixed_point.h"
 
 #define MOST_AVERAGED 16
-/* Parts of the amplitudes through which points that do not settle are led up from below. */
-static const double LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
-#define RUNGS (sizeof LADDER / sizeof *LADDER)
-#define ALMOST 1e-3 /* residual that is left to means over several periods */
 #define SOFTEST 0.5 /* relaxation below which passes are slow */
 
 /* One point of the group. */
@@ -137,7 +133,7 @@ static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_t
 
 static int any_left(const soft_point *point, size_t count) {
     for (size_t p = 0; p < count; p++)
-        if (!point[p].done && point[p].residual > ALMOST) return 1;
+        if (!point[p].done && point[p].residual > SM_ALMOST) return 1;
     return 0;
 }
 
@@ -146,8 +142,8 @@ static sm_status climb(const sm_torus_grid *grid, sm_torus_group *g, const sm_to
                        size_t first, size_t count, soft_point *point, int *marched) {
     const size_t all = grid->per_point;
     double reached = 0.0;
-    for (size_t rung = 0; rung < RUNGS; rung++) {
-        const double part = LADDER[rung];
+    for (size_t rung = 0; rung < SM_RUNGS; rung++) {
+        const double part = SM_LADDER[rung];
         for (size_t p = 0; p < count; p++) {
             double *responded = g->responded + p * all;
             for (size_t i = 0; i < all && !point[p].done; i++)

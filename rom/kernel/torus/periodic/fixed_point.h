@@ -4,6 +4,11 @@
 
 #include "torus/periodic/anderson.h"
 
+#define SM_ALMOST 1e-3 /* residual that is left to means over several periods */
+/* Parts of the amplitudes through which points that do not settle are led up from below. */
+static const double SM_LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
+#define SM_RUNGS (sizeof SM_LADDER / sizeof *SM_LADDER)
+
 typedef struct {
     sm_anderson faster;
     double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
