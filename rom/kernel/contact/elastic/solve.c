@@ -7,8 +7,9 @@
 
 #define MOST_NEWTON 40
 #define HALVINGS 6
-#define MOST_PIECES 256
+#define MOST_PIECES 65536
 #define TOLERANCE 1e-11 /* of the displacements */
+#define ROUNDING 1e-15
 
 static size_t integers(int contacts, const sm_elastic *elastic) {
     return sm_doubles((2 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
@@ -157,18 +158,37 @@ static double search(sm_elastic_solver *s, const double *u, const double *memory
     return now;
 }
 
-static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
+/* The residual that counts as none, relative to u, to x and to where x came from: u may be zero
+ * where sliders hold x elsewhere, and both may be. */
+static double tolerated(const sm_elastic_solver *s, const double *u, const double *x) {
     double scale = s->least;
-    for (int i = 0; i < s->contacts; i++) scale = fmax(scale, fabs(u[i]));
+    for (int i = 0; i < s->contacts; i++)
+        scale = fmax(scale, fmax(fabs(u[i]), fmax(fabs(x[i]), fabs(s->start[i]))));
+    return fmax(TOLERANCE * scale, s->rounding);
+}
+
+/* What rounding makes of preloads and gaps, as displacements. */
+static double rounding_of(const sm_elastic *elastic, double scale) {
+    double largest = 0.0;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        if (element->law != SM_FRICTIONAL) continue;
+        const double preload = scale * element->preload / element->normal_stiffness;
+        largest = fmax(largest, fmax(preload, element->gap));
+    }
+    return ROUNDING * largest;
+}
+
+static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
     int active = evaluate(s, memory, x);
     double size = find_residual(s, u, x);
     for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {
-        if (size <= TOLERANCE * scale) return SM_OK;
+        if (size <= tolerated(s, u, x)) return SM_OK;
         if (!isfinite(size)) return SM_NOT_FINITE;
         if (!find_step(s, active)) return SM_NOT_CONVERGED;
         size = search(s, u, memory, x, size, &active);
     }
-    return size <= TOLERANCE * scale ? SM_OK : SM_NOT_CONVERGED;
+    return size <= tolerated(s, u, x) ? SM_OK : SM_NOT_CONVERGED;
 }
 
 /* Where Newton's steps go round in circles: u is brought up in ever smaller pieces. */
@@ -202,6 +222,7 @@ static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *
 sm_status sm_elastic_solve(sm_elastic_solver *s, const double *u, const double *memory,
                            double *x) {
     memcpy(s->start, x, (size_t)s->contacts * sizeof(double));
+    s->rounding = rounding_of(s->elastic, s->scale);
     const sm_status status = newton(s, u, memory, x);
     return status == SM_NOT_CONVERGED ? in_pieces(s, u, memory, x) : status;
 }
