@@ -3,8 +3,9 @@
 Variables are named <quantity>_<mode>, mode A or B:
 
 inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
-          per second; where the law is Coulomb's also limit_scale, the friction limits relative to
-          the model's, and limit_scale_rate
+          per second; also limit_scale, the friction limits and preloads relative to the model's,
+          and limit_scale_rate, unless the law has what does not scale with them: the velocity of
+          tanh, a gap
 outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>

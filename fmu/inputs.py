@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
+from slipmode.rom import Model, SlipmodeError, Tanh, kernel
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.laws import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal
@@ -53,9 +54,10 @@ class Inputs:
             for j, mode in enumerate(present)
             for quantity in kernel.INPUT_FIELDS
         }
-        if isinstance(model.law, Coulomb):
+        if is_homogeneous(model.law, model.reduced.n_contacts):
             self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
+        self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
         natural = model.reduced.frequency.tolist()
         self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
         at_rest = kernel.inputs(1)
@@ -76,8 +78,8 @@ class Inputs:
         if name not in kernel.SCALE_FIELDS:
             raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
         raise SlipmodeError(
-            f"{name}: only the Coulomb law scales with its limit, for the tanh law has a velocity "
-            "alpha besides; tabulate a model with the other limit"
+            f"{name}: the contact law has a {self._unscaled}, which does not scale with limits and "
+            "preloads; tabulate a model with the others"
         )
 
     def records(self, values: Floats) -> Floats:
@@ -152,7 +154,7 @@ def moved_on(record: Floats, duration: float) -> Floats:
 
 
 def limit_scale(record: Floats) -> float:
-    """Friction limits relative to the model's."""
+    """Friction limits and preloads relative to the model's."""
     return float(record[0, place("limit_scale")])
 
 

@@ -19,7 +19,7 @@ from slipmode.fmu.description.description import (
     Experiment,
     FmiVersion,
 )
-from slipmode.fmu.description.documentation import icon_png, index_html
+from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
 from slipmode.fmu.description.fmi2 import Fmi2Writer
 from slipmode.fmu.description.fmi3 import Fmi3Writer, build_description
 from slipmode.fmu.description.reference_result import reference_files
@@ -165,7 +165,7 @@ def _library_path(platform_tuple: str, fmi: FmiVersion) -> str:
 
 def _summary(model: Model) -> str:
     modes = "one mode" if model.modes == 1 else "two modes"
-    contacts = model.reduced.n_contacts
+    contacts = contact_count(model)
     return (
         f"Amplitudes of {modes} of a structure with {contacts} dry-friction "
         f"contact{'s' if contacts > 1 else ''} in slow time, {model.reduced.formulation} "

@@ -14,14 +14,18 @@ from slipmode.fmu.inputs import force_factors
 from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, kernel
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.elements import Elements
 from slipmode.rom.contact.laws import limits
+from slipmode.rom.contact.torus import contact_problem
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 6  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 7  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
+_ELEMENT_WIDTH = 12  # doubles of an element: its law, three columns and the other fields
 
 
 def resource_files(
@@ -81,14 +85,17 @@ def _arrays(
     """The arrays in the order of checksums.npy, which is that of fmu/src/resources/model.c."""
     reduced, table = model.reduced, model.table
     chosen = list(elastic)
-    inertia = reduced.formulation == "consistent"
     surface = response_surface(model, chosen) if contact else no_response(model)
+    contacts = _contacts(model)
     nodes = (table.node_a.size, table.node_b.size, len(surface.orders))
     layout = (
-        *(FORMAT, model.modes, reduced.n_contacts, len(chosen), model.law.code),
+        *(FORMAT, model.modes, reduced.n_contacts, len(chosen)),
+        contact_problem(reduced, model.law).law,
         *(int(reduced.formulation == "paper"), len(model.combinations), 1),
-        *(table.node_a.size, table.node_b.size, int(inertia), len(surface.orders)),
-        *(STEPS_PER_PERIOD, len(variables)),
+        *(table.node_a.size, table.node_b.size, int(table.rate_correction is not None)),
+        int(contacts["contact_mass"].size > 0),
+        *(len(contacts["contact_elements"]), len(contacts["contact_sliders"])),
+        *(len(surface.orders), STEPS_PER_PERIOD, len(variables)),
     )
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
     rate_correction = table.rate_correction
@@ -99,13 +106,7 @@ def _arrays(
         "node_b": table.node_b,
         "table": table.values,
         "rate_correction": rate_correction,
-        "contact_limit": limits(model.law, reduced.n_contacts),
-        "contact_stiffness": reduced.stiffness,
-        "contact_damping": reduced.damping,
-        "contact_mass": reduced.mass if inertia else np.empty((0, 0)),
-        "contact_coupling": np.ascontiguousarray(reduced.coupling)
-        .view(float)
-        .reshape(model.modes, reduced.n_contacts, 2),
+        **contacts,
         "elastic_modes": surface.modes_out.view(float).reshape(len(chosen), model.modes, 2),
         "elastic_contacts": reduced.contact_shapes[chosen],
     }
@@ -123,6 +124,30 @@ def _arrays(
         **{name: np.asarray(array, dtype="<f8") for name, array in response.items()},
         "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype="<i4"),
     }
+
+
+def _contacts(model: Model) -> dict[str, Floats]:
+    """The contact problem; what its law has not is empty."""
+    reduced, elements = model.reduced, model.reduced.contacts
+    none, n = np.empty((0, 0)), reduced.n_contacts
+    has_mass = reduced.formulation == "consistent" and elements is None
+    coupling = np.ascontiguousarray(reduced.coupling).view(float)
+    return {
+        "contact_limit": limits(model.law, n) if elements is None else np.empty(0),
+        "contact_stiffness": reduced.stiffness,
+        "contact_damping": reduced.damping if elements is None else none,
+        "contact_mass": reduced.mass if has_mass else none,
+        "contact_coupling": coupling.reshape(model.modes, n, 2),
+        "contact_elements": np.empty((0, _ELEMENT_WIDTH)) if elements is None else _rows(elements),
+        "contact_sliders": np.empty((0, 2)) if elements is None else elements.slider,
+        "contact_reference": np.empty(0) if elements is None else elements.reference,
+    }
+
+
+def _rows(elements: Elements) -> Floats:
+    """sm_element in doubles, one a row."""
+    names = kernel.ELEMENT.names or ()
+    return np.column_stack([elements.element[name].astype(float) for name in names])
 
 
 def _constants(
@@ -144,7 +169,7 @@ def _constants(
         nominal[k] = state.nominal
     return np.concatenate(
         [
-            [model.law.alpha, MEMORY_PERIODS],
+            [contact_problem(model.reduced, model.law).alpha, MEMORY_PERIODS],
             np.array(flow.natural),
             np.array(flow.coupling_ratio).ravel(),
             np.array(flow.off_resonance).ravel(),

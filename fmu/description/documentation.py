@@ -13,8 +13,8 @@ from slipmode.fmu.description.description import FmiVersion
 from slipmode.fmu.description.xml_writer import literal
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.fmu.variables.variable import Causality, Variable
-from slipmode.rom import Model, Tanh
-from slipmode.rom.contact.laws import limits
+from slipmode.rom import Model
+from slipmode.rom.contact.directions import law_words
 
 _STYLE = (
     "body { font-family: sans-serif; max-width: 60em; margin: 2em auto; line-height: 1.4 } "
@@ -24,7 +24,6 @@ _STYLE = (
 
 _VALIDITY = (
     "The modes are well separated, lightly damped, and forced near their resonances.",
-    "Contact motion is small against the modal motion; the contacts do not separate.",
     "Amplitudes change little within a cycle. Errors of a transient are of the order of the "
     "relative change of amplitude per cycle; a steady state does not have them.",
     "Contact outputs leave out the modal response to the higher harmonics of the contacts, about "
@@ -77,7 +76,7 @@ def index_html(
         "<h2>Use</h2>",
         _list(_USE),
         "<h2>Validity</h2>",
-        _list(_VALIDITY),
+        _list((_contact_validity(model), *_VALIDITY)),
         "<h2>Variables</h2>",
     ]
     header = ("Reference", "Name", "Description", "Unit", "Start")
@@ -94,16 +93,29 @@ def index_html(
     return page.encode()
 
 
+def contact_count(model: Model) -> int:
+    """Contacts, each with one to three contact DOFs."""
+    elements = model.reduced.contacts
+    return model.reduced.n_contacts if elements is None else len(elements.element)
+
+
+def _contact_validity(model: Model) -> str:
+    if model.reduced.contacts is None:
+        return "Contact motion is small against the modal motion; the contacts do not separate."
+    return (
+        "The modes are those of the structure whose contacts stick; two of them, at most, "
+        "dominate the motion."
+    )
+
+
 def _facts(model: Model) -> list[tuple[str, ...]]:
-    law, reduced, accuracy = model.law, model.reduced, model.accuracy
-    tanh = f"tanh, alpha = {law.alpha:g} m/s" if isinstance(law, Tanh) else "exact Coulomb"
-    mu_n = ", ".join(f"{value:g}" for value in np.unique(limits(law, reduced.n_contacts)))
+    reduced, accuracy = model.reduced, model.accuracy
     combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
     return [
         ("Formulation", reduced.formulation),
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
-        ("Contacts", str(reduced.n_contacts)),
-        ("Friction", f"{tanh}; limit {mu_n} N"),
+        ("Contacts", str(contact_count(model))),
+        ("Contact law", "; ".join(law_words(model.law, reduced.n_contacts))),
         ("Combination resonances", combinations),
         (
             "Friction table",

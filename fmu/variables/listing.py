@@ -14,7 +14,9 @@ from math import isfinite
 from slipmode.fmu.inputs import place
 from slipmode.fmu.variables.quantities import Quantity
 from slipmode.fmu.variables.variable import Causality, Kind, Type, Variable
-from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
+from slipmode.rom import Model, SlipmodeError, kernel
+from slipmode.rom.contact.directions import ContactDirection, contact_directions
+from slipmode.rom.contact.laws import is_homogeneous
 
 EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
 
@@ -131,8 +133,8 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 start=0.0,
             )
 
-    if isinstance(model.law, Coulomb):
-        description = "Friction limits relative to the model's"
+    if is_homogeneous(model.law, model.reduced.n_contacts):
+        description = "Friction limits and preloads relative to the model's"
         yield _scale("limit_scale", description, Quantity.RATIO, 1.0, 0.0)
         description = "Rate of limit_scale, which moves at it until it is set again"
         yield _scale("limit_scale_rate", description, Quantity.RATIO_RATE, 0.0, None)
@@ -283,19 +285,29 @@ def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
     slot = kernel.OUTPUTS_FIXED
     parameters = (*needs.dampings, "contact_wanted")
     moving = partial(_output, needs=needs.motion, parameters=parameters)
-    for letter, word, quantity in (
-        ("x", "Displacement", Quantity.DISPLACEMENT),
-        ("v", "Velocity", Quantity.VELOCITY),
-        ("f", "Friction force", Quantity.FORCE),
+    directions = contact_directions(model.law, model.reduced.n_contacts)
+    for letter, quantity in (
+        ("x", Quantity.DISPLACEMENT),
+        ("v", Quantity.VELOCITY),
+        ("f", Quantity.FORCE),
     ):
-        for i in range(model.reduced.n_contacts):
-            name, description = f"contact_{i}_{letter}", f"{word} at contact {i}"
-            yield moving(name, description, slot, quantity)
+        for i, direction in enumerate(directions):
+            description = _contact_words(letter, direction, i)
+            yield moving(f"contact_{i}_{letter}", description, slot, quantity)
             slot += 1
     for dof in choice.elastic:
         description = f"Displacement of DOF {dof}"
         yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
         slot += 1
+
+
+def _contact_words(letter: str, direction: ContactDirection, i: int) -> str:
+    words = {"x": "displacement", "v": "velocity", "f": "force"}[letter]
+    positive = ", positive where it closes" if direction.normal else ""
+    if direction.normal and letter == "f":
+        words, positive = "force beyond the preload", ""
+    said = f"{direction.words} {words}".capitalize()
+    return f"{said} at contact DOF {i}{positive} ({direction.law})"
 
 
 def _output(

@@ -74,8 +74,6 @@ class FrictionalContact:
         if np.any((element["gap"] > 0.0) & (element["preload"] > 0.0)):
             raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
         closed = element["gap"] == 0.0
-        if not closed.any():
-            raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
         reference = np.zeros((count, columns))
         reference[closed, :-1] = element["tangential_stiffness"][closed, np.newaxis]
         reference[closed, -1] = element["normal_stiffness"][closed]

@@ -30,6 +30,8 @@ _RIGID = 1e-9  # omega^2 of a rigid-body mode, relative to the stiffest DOF
 
 def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Elements) -> Reduced:
     """One or two modes of the structure with its contacts stuck, and the elastic contacts."""
+    if not contacts.reference.any():
+        raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
     M, C = structure.mass, structure.damping
     W = as_dense(structure.directions)
     K = stuck_stiffness(structure, contacts.reference)

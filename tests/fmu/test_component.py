@@ -197,7 +197,7 @@ def test_the_table_ends_where_the_scaled_amplitude_does():
 @pytest.mark.parametrize(
     ("coulomb", "values", "complaint"),
     [
-        (False, {"limit_scale": 1.0}, "limit_scale: only the Coulomb law scales"),
+        (False, {"limit_scale": 1.0}, "limit_scale: the contact law has a velocity alpha"),
         (True, {"limit_scale": 0.0}, "limit_scale: must be > 0"),
         (True, {"limit_scale": float("nan")}, "limit_scale: must be finite"),
     ],

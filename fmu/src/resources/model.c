@@ -1,5 +1,6 @@
 #include "resources/model.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,20 +16,22 @@
 /* Files, in the order of checksums.npy. */
 enum {
     LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION, LIMIT,
-    STIFFNESS, DAMPING, MASS, COUPLING, ELASTIC_MODES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE,
-    VARIABLES, NAMES, FILES
+    STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
+    ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
     "layout.npy", "constants.npy", "inputs.npy", "combinations.npy", "node_a.npy", "node_b.npy",
     "table.npy", "rate_correction.npy", "contact_limit.npy", "contact_stiffness.npy",
-    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "elastic_modes.npy",
-    "elastic_contacts.npy", "orders.npy", "contact_reaction.npy", "elastic_response.npy",
-    "variables.npy", "names.txt"};
+    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "contact_elements.npy",
+    "contact_sliders.npy", "contact_reference.npy", "elastic_modes.npy", "elastic_contacts.npy",
+    "orders.npy", "contact_reaction.npy", "elastic_response.npy", "variables.npy", "names.txt"};
+/* Memory besides that of the files. */
+enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
 
 /* layout.npy */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
-    int32_t inertia, orders, steps_per_period, variables;
+    int32_t corrected, inertia, elements, sliders, orders, steps_per_period, variables;
 } layout;
 
 /* constants.npy */
@@ -39,6 +42,12 @@ typedef struct {
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
     double carrier_range[2];
 } constants;
+
+/* A row of contact_elements.npy: sm_element in doubles. */
+enum {
+    ROW_LAW, ROW_COLUMN, ROW_FIRST_SLIDER = ROW_COLUMN + 3, ROW_SLIDERS, ROW_TANGENTS,
+    ROW_FRICTION, ROW_PRELOAD, ROW_TANGENTIAL_STIFFNESS, ROW_NORMAL_STIFFNESS, ROW_GAP, ROW_WIDTH
+};
 
 typedef struct {
     const char *folder;
@@ -117,8 +126,9 @@ static int layout_is_possible(loader *l, const layout *shape) {
     if (shape->format != FMU_FORMAT)
         return refuse(l, "resources/layout.npy: version %ld, this binary reads version %d",
                       (long)shape->format, FMU_FORMAT);
-    const int32_t counts[] = {shape->contacts, shape->elastic, shape->combinations, shape->orders,
-                              shape->count_a,  shape->count_b, shape->variables};
+    const int32_t counts[] = {shape->contacts, shape->elastic,  shape->combinations,
+                              shape->elements, shape->sliders,  shape->orders,
+                              shape->count_a,  shape->count_b,  shape->variables};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
             return refuse(l, "resources/layout.npy: a count of %ld", (long)counts[k]);
@@ -157,29 +167,78 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     if (!flow->table.node_b) return 0;
     flow->table.values = load_array(l, model, TABLE, NPY_FLOAT64, 4, count_a, count_b, 4, fields);
     if (!flow->table.values) return 0;
-    const size_t correction_a = shape->paper ? 0 : count_a,
-                 correction_b = shape->paper ? 0 : count_b;
-    const size_t corrections = shape->paper ? 0 : 2 * (size_t)(shape->modes * shape->modes);
+    const size_t correction_a = shape->corrected ? count_a : 0;
+    const size_t correction_b = shape->corrected ? count_b : 0;
+    const size_t corrections = shape->corrected ? 2 * (size_t)(shape->modes * shape->modes) : 0;
     const double *rate_correction =
         load_array(l, model, RATE_CORRECTION, NPY_FLOAT64, 4, correction_a, correction_b, 4,
                    corrections);
-    flow->table.rate_correction = shape->paper ? NULL : rate_correction;
+    flow->table.rate_correction = shape->corrected ? rate_correction : NULL;
     return rate_correction != NULL;
+}
+
+/* The elements as the core takes them; integers in their rows must be such. */
+static const sm_element *read_elements(loader *l, fmu_model *model, const double *row,
+                                       size_t count) {
+    sm_element *element = calloc(count + 1, sizeof *element);
+    model->memory[ELEMENT_RECORDS] = element;
+    if (!element) refuse(l, "out of memory");
+    for (size_t e = 0; element && e < count; e++, row += ROW_WIDTH) {
+        int32_t integer[ROW_FRICTION];
+        for (int k = 0; k < ROW_FRICTION; k++) {
+            if (!(row[k] >= 0.0 && row[k] <= MOST && row[k] == floor(row[k]))) {
+                refuse(l, "resources/contact_elements.npy: element %ld is none", (long)e);
+                return NULL;
+            }
+            integer[k] = (int32_t)row[k];
+        }
+        element[e] = (sm_element){.law = integer[ROW_LAW],
+                                  .first_slider = integer[ROW_FIRST_SLIDER],
+                                  .sliders = integer[ROW_SLIDERS],
+                                  .tangents = integer[ROW_TANGENTS],
+                                  .friction = row[ROW_FRICTION],
+                                  .preload = row[ROW_PRELOAD],
+                                  .tangential_stiffness = row[ROW_TANGENTIAL_STIFFNESS],
+                                  .normal_stiffness = row[ROW_NORMAL_STIFFNESS],
+                                  .gap = row[ROW_GAP]};
+        memcpy(element[e].column, integer + ROW_COLUMN, sizeof element[e].column);
+    }
+    return element;
+}
+
+/* Elastic contacts; rigid ones have none of it. */
+static int load_elastic(loader *l, fmu_model *model, const layout *shape) {
+    const size_t elements = (size_t)shape->elements, sliders = (size_t)shape->sliders;
+    const size_t n = shape->law == SM_ELASTIC ? (size_t)shape->contacts : 0;
+    const double *row = load_array(l, model, ELEMENTS, NPY_FLOAT64, 2, elements, ROW_WIDTH, 0, 0);
+    const double *slider =
+        row ? load_array(l, model, SLIDERS, NPY_FLOAT64, 2, sliders, 2, 0, 0) : NULL;
+    const double *reference =
+        slider ? load_array(l, model, REFERENCE, NPY_FLOAT64, 1, n, 0, 0, 0) : NULL;
+    const sm_element *element = reference ? read_elements(l, model, row, elements) : NULL;
+    if (!element) return 0;
+    model->elastic = (sm_elastic){.elements = shape->elements,
+                                  .sliders = shape->sliders,
+                                  .element = element,
+                                  .slider = slider,
+                                  .reference = reference};
+    return 1;
 }
 
 static int load_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
     const size_t n = (size_t)shape->contacts, modes = (size_t)shape->modes;
-    const size_t inertia = shape->inertia ? n : 0;
-    const double *limit = load_array(l, model, LIMIT, NPY_FLOAT64, 1, n, 0, 0, 0);
+    const int elastic = shape->law == SM_ELASTIC;
+    const size_t rigid = elastic ? 0 : n, inertia = shape->inertia ? n : 0;
+    const double *limit = load_array(l, model, LIMIT, NPY_FLOAT64, 1, rigid, 0, 0, 0);
     const double *stiffness =
         limit ? load_array(l, model, STIFFNESS, NPY_FLOAT64, 2, n, n, 0, 0) : NULL;
     const double *damping =
-        stiffness ? load_array(l, model, DAMPING, NPY_FLOAT64, 2, n, n, 0, 0) : NULL;
+        stiffness ? load_array(l, model, DAMPING, NPY_FLOAT64, 2, rigid, rigid, 0, 0) : NULL;
     const double *mass =
         damping ? load_array(l, model, MASS, NPY_FLOAT64, 2, inertia, inertia, 0, 0) : NULL;
     const double *coupling =
         mass ? load_array(l, model, COUPLING, NPY_FLOAT64, 3, modes, n, 2, 0) : NULL;
-    if (!coupling) return 0;
+    if (!coupling || !load_elastic(l, model, shape)) return 0;
     model->contact = (sm_contact){.contacts = shape->contacts,
                                   .modes = shape->modes,
                                   .law = shape->law,
@@ -188,8 +247,10 @@ static int load_contact(loader *l, fmu_model *model, const layout *shape, const 
                                   .stiffness = stiffness,
                                   .damping = damping,
                                   .coupling = coupling,
-                                  .mass = shape->inertia ? mass : NULL};
-    return 1;
+                                  .mass = shape->inertia ? mass : NULL,
+                                  .elastic = elastic ? &model->elastic : NULL};
+    const sm_status status = sm_contact_check(&model->contact);
+    return status == SM_OK || refuse(l, "resources/contact_*.npy: %s", sm_message(status));
 }
 
 static int load_motion(loader *l, fmu_model *model, const layout *shape, const constants *given) {
@@ -249,7 +310,7 @@ static int load_variables(loader *l, fmu_model *model, int32_t count) {
     char *text = model->memory[NAMES] = read_text(l, FILE_NAME[NAMES], MOST_NAME * (size_t)count);
     if (!text || !checksum_fits(l, NAMES)) return 0;
     const char **name = calloc((size_t)count + 1, sizeof *name);
-    model->memory[FILES] = (void *)name;
+    model->memory[NAME_STARTS] = (void *)name;
     if (!name) return refuse(l, "out of memory");
     for (int32_t k = 0; k < count; k++) {
         char *end = strchr(text, '\n');

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 6      /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 7      /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256    /* bytes of a sentence that says what is wrong */
 #define FMU_TOKEN 64      /* characters of the instantiation token */
 #define FMU_PARAMETERS 4  /* slots of FMU_PARAMETER: see below */
@@ -37,6 +37,7 @@ typedef struct {
     int32_t modes, variables;
     sm_slow_flow flow;
     sm_contact contact;
+    sm_elastic elastic;                /* of the contact, where its law is that */
     sm_motion motion;
     double force_factor[SM_MODES];     /* modal force per newton of the force input */
     double parameters[FMU_PARAMETERS]; /* start values */
@@ -47,7 +48,7 @@ typedef struct {
     const fmu_variable *variable;      /* (variables), by value reference */
     const char **name;                 /* (variables), likewise */
     uint32_t checksum;                 /* of all files */
-    void *memory[24];                  /* what the pointers above point into */
+    void *memory[32];                  /* what the pointers above point into */
 } fmu_model;
 
 /* Loads the model of the FMU with this token from its resource folder; 0: `reason` says why not,

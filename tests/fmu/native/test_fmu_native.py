@@ -4,6 +4,7 @@ import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 
+import elastic_contacts
 import pytest
 from native import run
 
@@ -17,14 +18,16 @@ def driver(drivers):
     return drivers["fmu"]
 
 
-@pytest.fixture(scope="module", params=["contact motion", "friction limit"])
+@pytest.fixture(scope="module", params=["contact motion", "friction limit", "elastic"])
 def resources(request, tmp_path_factory):
     """Of an FMU with a coarse table, which is quicker to load."""
-    reduced = rom.reduce(rom.two_mass())
-    law = rom.Coulomb(2.0)
-    model = rom.tabulate(reduced, law, amplitude=(3.0, 3.0), tolerance=3e-2, harmonics=5)
     folder = tmp_path_factory.mktemp("coarse ünïcode %20 ")
-    contact = request.param == "contact motion"
+    if request.param == "elastic":
+        model = elastic_contacts.model("mixed")
+    else:
+        reduced, law = rom.reduce(rom.two_mass()), rom.Coulomb(2.0)
+        model = rom.tabulate(reduced, law, amplitude=(3.0, 3.0), tolerance=3e-2, harmonics=5)
+    contact = request.param != "friction limit"
     elastic = (0, 3) if contact else ()
     path = fmu.export(model, folder / "coarse.fmu", contact=contact, elastic=elastic)
     shutil.unpack_archive(path, folder / "FMU", format="zip")

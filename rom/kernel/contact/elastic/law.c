@@ -54,11 +54,22 @@ void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, d
     sm_frictional_evaluate(element, scale, own, memory, result, next);
 }
 
-static int allowed_columns(const sm_element *element, int32_t contacts) {
+static int has_column(const sm_element *element, int columns, int32_t column) {
+    for (int k = 0; k < columns; k++)
+        if (element->column[k] == column) return 1;
+    return 0;
+}
+
+/* Whether the columns of element e are contact DOFs that neither it nor one before it has. */
+static int allowed_columns(const sm_elastic *elastic, int32_t e, int32_t contacts) {
+    const sm_element *element = &elastic->element[e];
     for (int k = 0; k < sm_element_columns(element); k++) {
-        if (element->column[k] < 0 || element->column[k] >= contacts) return 0;
-        for (int j = 0; j < k; j++)
-            if (element->column[j] == element->column[k]) return 0;
+        const int32_t column = element->column[k];
+        if (column < 0 || column >= contacts || has_column(element, k, column)) return 0;
+        for (int32_t b = 0; b < e; b++) {
+            const sm_element *before = &elastic->element[b];
+            if (has_column(before, sm_element_columns(before), column)) return 0;
+        }
     }
     return 1;
 }
@@ -90,15 +101,19 @@ sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
         (elastic->sliders > 0 && !elastic->slider))
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(elastic->reference, (size_t)contacts)) return SM_NOT_FINITE;
+    for (int32_t i = 0; i < contacts; i++)
+        if (elastic->reference[i] < 0.0) return SM_BAD_ARGUMENT;
+    int32_t columns = 0;
     for (int32_t k = 0; k < elastic->elements; k++) {
         const sm_element *element = &elastic->element[k];
         if (element->law != SM_SLIDERS && element->law != SM_FRICTIONAL) return SM_BAD_ARGUMENT;
         const sm_status status = element->law == SM_SLIDERS ? check_sliders(elastic, element)
                                                             : check_frictional(element);
         if (status != SM_OK) return status;
-        if (!allowed_columns(element, contacts)) return SM_BAD_ARGUMENT;
+        if (!allowed_columns(elastic, k, contacts)) return SM_BAD_ARGUMENT;
+        columns += sm_element_columns(element);
     }
-    return SM_OK;
+    return columns == contacts ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,

@@ -7,8 +7,15 @@
 
 #define MOST_NEWTON 40
 #define HALVINGS 6
-#define MOST_PIECES 256
+#define MOST_PIECES 65536
+#define MOST_CREEP 400
+#define MOST_HELD 4.0
+#define STARTS 5
 #define TOLERANCE 1e-11 /* of the displacements */
+#define ROUNDING 1e-15
+
+/* Where else solutions are looked for: normal displacements, relative to all others. */
+static const double START[STARTS] = {0.0, -1.0, 1.0, -1e3, 1e3};
 
 static size_t integers(int contacts, const sm_elastic *elastic) {
     return sm_doubles((2 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
@@ -113,9 +120,10 @@ static int eliminate(double *matrix, double *right, size_t n) {
     return 1;
 }
 
-/* Newton's step from the residual: (I - R lack) step = -residual. With z = lack step, which is not
- * zero at active DOFs alone: (I - lack R) z = -lack residual, step = R z - residual. */
-static int find_step(sm_elastic_solver *s, int active) {
+/* A step from the residual: ((1 + held) I - R lack) step = -residual, Newton's where held = 0. With
+ * z = lack step, which is not zero at active DOFs alone: ((1 + held) I - lack R) z = -lack residual,
+ * (1 + held) step = R z - residual. */
+static int find_step(sm_elastic_solver *s, int active, double held) {
     const size_t n = (size_t)s->contacts, m = (size_t)active;
     for (size_t a = 0; a < m; a++) {
         const size_t i = (size_t)s->active[a];
@@ -123,7 +131,7 @@ static int find_step(sm_elastic_solver *s, int active) {
         const double *lack = s->lack + i * SM_MOST_COLUMNS;
         double *row = s->matrix + a * m;
         s->right[a] = 0.0;
-        for (size_t b = 0; b < m; b++) row[b] = a == b ? 1.0 : 0.0;
+        for (size_t b = 0; b < m; b++) row[b] = a == b ? 1.0 + held : 0.0;
         for (int k = 0; k < sm_element_columns(element); k++) {
             const size_t c = (size_t)element->column[k];
             if (lack[k] == 0.0) continue;
@@ -137,7 +145,7 @@ static int find_step(sm_elastic_solver *s, int active) {
         double sum = -s->residual[i];
         for (size_t a = 0; a < m; a++)
             sum += s->flexibility[i * n + (size_t)s->active[a]] * s->right[a];
-        s->step[i] = sum;
+        s->step[i] = sum / (1.0 + held);
     }
     return 1;
 }
@@ -157,21 +165,41 @@ static double search(sm_elastic_solver *s, const double *u, const double *memory
     return now;
 }
 
-static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
+/* The residual that counts as none, relative to u, to x and to where x came from: u may be zero
+ * where sliders hold x elsewhere, and both may be. */
+static double tolerated(const sm_elastic_solver *s, const double *u, const double *x) {
     double scale = s->least;
-    for (int i = 0; i < s->contacts; i++) scale = fmax(scale, fabs(u[i]));
+    for (int i = 0; i < s->contacts; i++)
+        scale = fmax(scale, fmax(fabs(u[i]), fmax(fabs(x[i]), fabs(s->start[i]))));
+    return fmax(TOLERANCE * scale, s->rounding);
+}
+
+/* What rounding makes of preloads and gaps, as displacements. */
+static double rounding_of(const sm_elastic *elastic, double scale) {
+    double largest = 0.0;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        if (element->law != SM_FRICTIONAL) continue;
+        const double preload = scale * element->preload / element->normal_stiffness;
+        largest = fmax(largest, fmax(preload, element->gap));
+    }
+    return ROUNDING * largest;
+}
+
+static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
     int active = evaluate(s, memory, x);
     double size = find_residual(s, u, x);
     for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {
-        if (size <= TOLERANCE * scale) return SM_OK;
+        if (size <= tolerated(s, u, x)) return SM_OK;
         if (!isfinite(size)) return SM_NOT_FINITE;
-        if (!find_step(s, active)) return SM_NOT_CONVERGED;
+        if (!find_step(s, active, 0.0)) return SM_NOT_CONVERGED;
         size = search(s, u, memory, x, size, &active);
     }
-    return size <= TOLERANCE * scale ? SM_OK : SM_NOT_CONVERGED;
+    return size <= tolerated(s, u, x) ? SM_OK : SM_NOT_CONVERGED;
 }
 
-/* Where Newton's steps go round in circles: u is brought up in ever smaller pieces. */
+/* Where Newton's steps go round in circles: u is brought up in ever smaller pieces. That arrives
+ * wherever the solution is unique, as it is for sliders, and for friction that is not strong. */
 static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *memory,
                            double *x) {
     const size_t n = (size_t)s->contacts;
@@ -199,9 +227,47 @@ static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *
     return SM_OK;
 }
 
+/* Strong friction may jam and let go at once: there the way ends, and x jumps. It creeps by
+ * dx/dt = -residual, in implicit steps of 1 / held that grow as the residual falls. */
+static sm_status creep(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
+    const size_t n = (size_t)s->contacts;
+    int active = evaluate(s, memory, x);
+    double size = find_residual(s, u, x), held = MOST_HELD;
+    for (int iteration = 0; iteration < MOST_CREEP; iteration++) {
+        if (size <= tolerated(s, u, x)) return SM_OK;
+        if (!isfinite(size)) return SM_NOT_FINITE;
+        if (!find_step(s, active, held)) return SM_NOT_CONVERGED;
+        for (size_t i = 0; i < n; i++) x[i] += s->step[i];
+        active = evaluate(s, memory, x);
+        const double now = find_residual(s, u, x);
+        held = fmin(MOST_HELD, held * now / size);
+        size = now;
+    }
+    return SM_NOT_CONVERGED;
+}
+
+/* x = u, as if all stuck, but with contacts moved in their normal direction. */
+static void elsewhere(sm_elastic_solver *s, const double *u, double normal, double *x) {
+    const sm_elastic *elastic = s->elastic;
+    const double far = normal * tolerated(s, u, u) / TOLERANCE;
+    memcpy(x, u, (size_t)s->contacts * sizeof(double));
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        if (element->law == SM_FRICTIONAL) x[element->column[element->tangents]] += far;
+    }
+}
+
 sm_status sm_elastic_solve(sm_elastic_solver *s, const double *u, const double *memory,
                            double *x) {
     memcpy(s->start, x, (size_t)s->contacts * sizeof(double));
-    const sm_status status = newton(s, u, memory, x);
-    return status == SM_NOT_CONVERGED ? in_pieces(s, u, memory, x) : status;
+    s->rounding = rounding_of(s->elastic, s->scale);
+    sm_status status = newton(s, u, memory, x);
+    if (status == SM_NOT_CONVERGED) status = in_pieces(s, u, memory, x);
+    if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
+    for (int start = 0; status == SM_NOT_CONVERGED && start < STARTS; start++) {
+        elsewhere(s, u, START[start], x);
+        status = newton(s, u, memory, x);
+        if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
+    }
+    return status;
 }

@@ -16,8 +16,9 @@ typedef struct {
     int contacts;
     const double *flexibility; /* (N_c, N_c) R */
     double scale;              /* of limits and preloads */
-    double least;              /* displacement that is rounding [m] */
+    double least;              /* displacement that is small [m] */
     /* work space */
+    double rounding;           /* residual that is rounding [m] */
     double *f, *y, *next;      /* (N_c), (N_c), (memory) at the solution */
     int32_t *state;            /* (elements) sm_contact_state there */
     double *residual, *step, *trial, *start; /* (N_c) */

@@ -232,7 +232,8 @@ sm_status sm_component_step(sm_component *c, double duration) {
 size_t sm_component_output_count(const sm_component *c) {
     if (!c) return 0;
     const sm_motion *motion = &c->contacts.motion;
-    return SM_OUTPUTS_FIXED + (motion->wanted ? contact_count(c) + (size_t)motion->elastic : 0);
+    const size_t moving = 3 * (size_t)c->contacts.contact.contacts + (size_t)motion->elastic;
+    return SM_OUTPUTS_FIXED + (motion->wanted ? moving : 0);
 }
 
 sm_status sm_component_outputs(const sm_component *c, double *outputs) {
