@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
@@ -43,7 +44,7 @@ class Converged:
 
 def converged(
     structure: Structure,
-    law: Friction,
+    law: Friction | Elastic,
     excitation: Excitation,
     times: ArrayLike,
     *,

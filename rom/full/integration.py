@@ -1,4 +1,4 @@
-"""Time integration of M x'' + C x' + K x + W g(W^T x') = f(t)."""
+"""Time integration of M x'' + C x' + K x + W g = f(t), g the forces on the contacts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.contacts import Elastic, ElasticLaws
 from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.coordinates import ModalCoordinates
@@ -21,7 +22,7 @@ from slipmode.rom.structure.structure import Structure
 
 def integrate(
     structure: Structure,
-    law: Friction,
+    law: Friction | Elastic,
     excitation: Excitation,
     times: ArrayLike,
     *,
@@ -35,7 +36,9 @@ def integrate(
     Parameters
     ----------
     structure : Structure
-    law : Tanh or Coulomb
+    law : Tanh or Coulomb, or an elastic law
+        Jenkins, Iwan, Sliders, FrictionalContact or Contacts, on the structure with free contacts:
+        their stiffness is not to be in the structure's.
     excitation : Excitation
     times : (samples,) array_like or float
         Increasing times of the samples, from the start on [s]; or the end, for a sample at every
@@ -65,6 +68,9 @@ def integrate(
     over the contact velocities, so that a step cannot fail. The linear part is solved in modal
     coordinates: O(n N_c) a stage where the damping is modal, O(n^2) otherwise.
 
+    Elastic contacts are return maps from where their sliders are at the start of the step to the
+    displacement of the stage; the last stage ends the step and moves the sliders.
+
     References
     ----------
     .. [1] C. A. Kennedy, M. H. Carpenter, Additive Runge-Kutta schemes for
@@ -80,7 +86,7 @@ class Integrator:
     def __init__(
         self,
         structure: Structure,
-        law: Friction,
+        law: Friction | Elastic,
         excitation: Excitation,
         outputs: Sequence[int] | ArrayLike | None = None,
         steps_per_period: float = 64,
@@ -97,7 +103,12 @@ class Integrator:
         self.excitation = excitation
         self._structure = structure
         self._law = law
-        self._limit = limits(law, structure.n_contacts)
+        if isinstance(law, ElasticLaws):
+            self._elastic = law.elements(structure.n_contacts).kernel()
+            self._remembered = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
+        else:
+            self._limit = limits(law, structure.n_contacts)
+            self._remembered = 0
         self._output = _output_rows(outputs, structure.n_dofs)
         self._coordinates = ModalCoordinates.of(structure)
         self._inputs = excitation.inputs()
@@ -111,7 +122,7 @@ class Integrator:
         longest = self._longest_step(float(time.max()))
         schedule = Schedule.plan(time, first.time, longest, self.excitation.start, refine)
         state = self._pack(first)
-        record = Record.empty(schedule.time.size, len(self._output), self._limit.size)
+        record = Record.empty(schedule.time.size, len(self._output), self._structure.n_contacts)
         row = 0
         if schedule.samples_start:
             self._sample_start(first, state, record)
@@ -159,25 +170,45 @@ class Integrator:
             for name, value in (("displacement", start.displacement), ("velocity", start.velocity))
         )
         W = self._structure.directions.T
-        v_c = np.asarray(W @ v)
-        if start.contact_force is None:
-            slope = self._law.alpha
-            force = self._limit * (np.tanh(v_c / slope) if slope > 0 else np.sign(v_c))
-        else:
-            force = _state_vector("contact_force", start.contact_force, self._limit.size)
+        x_c, v_c = np.asarray(W @ x), np.asarray(W @ v)
+        force, memory = self._contacts_at(start, x_c, v_c)
         to_modal = self._coordinates.to_modal
-        return np.concatenate([to_modal @ x, to_modal @ v, W @ x, v_c, force, [0.0]])
+        return np.concatenate([to_modal @ x, to_modal @ v, x_c, v_c, force, [0.0], memory])
+
+    def _contacts_at(self, start: State, x_c: Floats, v_c: Floats) -> tuple[Floats, Floats]:
+        """Force on the contacts, and what they remember."""
+        contacts = self._structure.n_contacts
+        memory = np.zeros(self._remembered)
+        if isinstance(self._law, ElasticLaws):
+            if start.contact_memory is not None:
+                given = _state_vector("contact_memory", start.contact_memory, memory.size)
+                memory = given.copy()
+            x_c, force = kernel.contiguous(x_c), np.empty(contacts)
+            status = kernel.lib.sm_elastic_force(
+                *(ctypes.byref(self._elastic), contacts, x_c.ctypes.data),
+                *(memory.ctypes.data, force.ctypes.data),
+            )
+            kernel.check(status, "forces on the contacts")
+            return force, memory
+        if start.contact_force is not None:
+            return _state_vector("contact_force", start.contact_force, contacts), memory
+        slope = self._law.alpha
+        return self._limit * (np.tanh(v_c / slope) if slope > 0 else np.sign(v_c)), memory
 
     def _unpack(self, time: float, state: Floats) -> State:
-        n, contacts = self._structure.n_dofs, self._limit.size
+        n, contacts = self._structure.n_dofs, self._structure.n_contacts
         shapes = self._coordinates.shapes
-        force = state[-1 - contacts : -1].copy()
-        return State(time, shapes @ state[:n], shapes @ state[n : 2 * n], force)
+        q, v, _, force, _, memory = np.split(
+            state, np.cumsum([n, n, 2 * contacts, contacts, 1])
+        )
+        remembered = memory.copy() if isinstance(self._law, ElasticLaws) else None
+        return State(time, shapes @ q, shapes @ v, force.copy(), remembered)
 
     def _sample_start(self, start: State, state: Floats, record: Record) -> None:
         record.displacement[0] = self._output @ start.displacement
         record.velocity[0] = self._output @ start.velocity
-        record.contact[0] = state[2 * self._structure.n_dofs : -1].reshape(3, -1)
+        n, contacts = self._structure.n_dofs, self._structure.n_contacts
+        record.contact[0] = state[2 * n : 2 * n + 3 * contacts].reshape(3, -1)
         record.dissipated[0] = 0.0
 
 

@@ -22,13 +22,17 @@ class State:
         Of every DOF of the structure [m], [m/s].
     contact_force : (N_c,) ndarray, optional
         Friction force [N]; by default what the law says at this velocity, 0 for a contact at rest
-        under exact Coulomb friction, which the first step corrects.
+        under exact Coulomb friction, which the first step corrects. On elastic contacts it is
+        what the law says at this displacement.
+    contact_memory : ndarray, optional
+        What elastic contacts remember, where their sliders are [m]; by default as at rest.
     """
 
     time: float
     displacement: Floats
     velocity: Floats
     contact_force: Floats | None = None
+    contact_memory: Floats | None = None
 
     __repr__ = short_repr
 
@@ -44,9 +48,10 @@ class FullMotion:
     displacement, velocity : (samples, outputs) ndarray
         [m], [m/s]
     contact_displacement, contact_velocity, contact_force : (samples, N_c) ndarray
-        x_c = W^T x [m], x_c' [m/s], friction force [N].
+        x_c = W^T x [m], x_c' [m/s], friction force [N]; along a normal direction N - N0.
     dissipated : (samples,) ndarray
-        Energy lost to friction since the start [J].
+        Work done on the contacts since the start [J]: energy lost to friction, and in elastic
+        contacts what their springs hold more than at the start. That is 0 over a cycle.
     end : State
         From which `integrate` continues.
     steps : int

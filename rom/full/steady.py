@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.contact.laws import Friction
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
@@ -49,7 +50,7 @@ class SteadyAmplitude:
 
 def steady_amplitude(
     structure: Structure,
-    law: Friction,
+    law: Friction | Elastic,
     excitation: Excitation,
     *,
     outputs: Sequence[int] | ArrayLike | None = None,
@@ -58,6 +59,7 @@ def steady_amplitude(
     step: float | None = None,
     start: State | None = None,
     most_windows: int = 100,
+    periods: float | None = None,
 ) -> SteadyAmplitude:
     """Integrate until the carrier amplitudes no longer change.
 
@@ -75,6 +77,10 @@ def steady_amplitude(
         transient; by default at rest.
     most_windows : int, default 100
         Windows to try before giving up.
+    periods : float, optional
+        Length of a window in periods of the slowest carrier, instead of the one below. Strong
+        contacts draw lines of higher order than those: one close beside a carrier makes its
+        amplitude beat from window to window, until these are several beats long.
 
     Raises
     ------
@@ -91,8 +97,10 @@ def steady_amplitude(
         raise SlipmodeError("excitation: must be constant for a steady amplitude")
     if not 0 < tolerance < 1:
         raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
+    if periods is not None and not (np.isfinite(periods) and periods >= 1):
+        raise SlipmodeError(f"periods: must be a finite number, at least 1, got {periods}")
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
-    window = _Window.of(excitation)
+    window = _Window.of(excitation, periods)
     coarse = _settle(integrator, window, start, 1, tolerance, most_windows)
     fine = _settle(integrator, window, coarse.end, 2, tolerance, most_windows)
     error = np.abs(fine.amplitude - coarse.amplitude) + fine.error
@@ -109,12 +117,13 @@ class _Window:
     samples: int
 
     @classmethod
-    def of(cls, excitation: Excitation) -> _Window:
+    def of(cls, excitation: Excitation, periods: float | None) -> _Window:
         frequency = excitation.frequency[0]
         forced = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
         slowest = frequency.min()
-        needed = _BINS / _line_spacing(frequency[forced] if forced.any() else frequency)
-        periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
+        if periods is None:
+            needed = _BINS / _line_spacing(frequency[forced] if forced.any() else frequency)
+            periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
         samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
         return cls(frequency, forced, length, samples)
@@ -165,5 +174,5 @@ def _settle(
         last = amplitude
     raise SlipmodeError(
         f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s; "
-        "raise most_windows or the tolerance, or look at the motion itself"
+        "raise most_windows, periods (longer windows) or the tolerance, or look at the motion itself"
     )

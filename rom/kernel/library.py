@@ -11,6 +11,7 @@ from typing import Any
 from slipmode.rom.kernel.structures import (
     STRUCTURES,
     Contact,
+    Elastic,
     Full,
     HarmonicSum,
     LayoutRow,
@@ -24,6 +25,7 @@ NAME = "slipmode.rom._core"  # where CMakeLists.txt installs the library
 
 _SIGNATURES: dict[str, list[Any]] = {
     "sm_contact_check": [POINTER(Contact)],
+    "sm_elastic_force": [POINTER(Elastic), c_int32, c_void_p, c_void_p, c_void_p],
     "sm_torus_harmonics": [
         *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
         *(c_size_t, c_void_p, c_int32, c_void_p),
@@ -79,6 +81,8 @@ def load() -> ctypes.CDLL:
     check_layout(compiled_layout(library))
     for name, arguments in _SIGNATURES.items():
         getattr(library, name).argtypes = arguments
+    library.sm_elastic_memory.argtypes = [POINTER(Elastic)]
+    library.sm_elastic_memory.restype = c_size_t
     for name in ("sm_component_output_count", "sm_component_state_count"):
         function = getattr(library, name)
         function.argtypes, function.restype = [c_void_p], c_size_t

@@ -147,6 +147,8 @@ class Full(Structure):
         ("output", c_void_p),
         ("inverse", c_void_p),
         ("resistance", c_void_p),
+        ("elastic", c_void_p),
+        ("flexibility", c_void_p),
     )
 
 

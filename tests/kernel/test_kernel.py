@@ -8,6 +8,8 @@ from native import CORE, WARNINGS, compile_all, run
 
 GROUPS = (
     "friction",
+    "frictional-contact",
+    "full",
     "torus",
     "torus-growth",
     "motion",

@@ -18,7 +18,7 @@ from slipmode.fmu.archive.cross_compiler import fmi_headers
 
 TESTS = Path(__file__).parents[1]
 CORE = TESTS.parent / "rom" / "kernel"
-DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "table", "slow")]
+DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "full", "table", "slow")]
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 SANITIZERS = (
     *("-g1", "-O1", "-fno-omit-frame-pointer"),

@@ -91,6 +91,8 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_full, output),
     FIELD(sm_full, inverse),
     FIELD(sm_full, resistance),
+    FIELD(sm_full, elastic),
+    FIELD(sm_full, flexibility),
     WHOLE(sm_harmonic_sum),
     FIELD(sm_harmonic_sum, modes),
     FIELD(sm_harmonic_sum, orders_count),

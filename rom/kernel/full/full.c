@@ -3,13 +3,15 @@
 
 #include <stdlib.h>
 
+#include "base/block.h"
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
 #define MAX_COORDINATES 16384 /* (n, n) matrices fit the memory of a workstation */
 
 size_t sm_full_state_count(const sm_full *full) {
-    return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1;
+    const size_t remembered = full->law == SM_ELASTIC ? sm_elastic_memory(full->elastic) : 0;
+    return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1 + remembered;
 }
 
 static sm_status check_sizes(const sm_full *full) {
@@ -17,72 +19,83 @@ static sm_status check_sizes(const sm_full *full) {
         return SM_BAD_ARGUMENT;
     if (full->contacts < 1 || full->contacts > full->coordinates) return SM_BAD_ARGUMENT;
     if (full->modes < 1 || full->modes > SM_MODES || full->outputs < 0) return SM_BAD_ARGUMENT;
-    if (full->law != SM_TANH && full->law != SM_COULOMB) return SM_BAD_ARGUMENT;
-    if (!full->limit || !full->stiffness || !full->damping || !full->directions ||
-        !full->patterns || !full->inverse || !full->resistance ||
-        (full->outputs > 0 && !full->output))
+    if (!full->stiffness || !full->damping || !full->directions || !full->patterns ||
+        !full->inverse || (full->outputs > 0 && !full->output))
         return SM_BAD_ARGUMENT;
-    return SM_OK;
+    if (full->law == SM_ELASTIC)
+        return full->flexibility ? sm_elastic_check(full->elastic, full->contacts)
+                                 : SM_BAD_ARGUMENT;
+    if (full->law != SM_TANH && full->law != SM_COULOMB) return SM_BAD_ARGUMENT;
+    return full->limit && full->resistance ? SM_OK : SM_BAD_ARGUMENT;
 }
 
 static sm_status check_values(const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t entries = full->diagonal ? n : n * n;
-    if (!sm_all_finite(full->limit, contacts) || !sm_all_finite(full->stiffness, n) ||
-        !sm_all_finite(full->damping, entries) || !sm_all_finite(full->inverse, entries) ||
+    if (!sm_all_finite(full->stiffness, n) || !sm_all_finite(full->damping, entries) || !sm_all_finite(full->inverse, entries) ||
         !sm_all_finite(full->directions, contacts * n) ||
         !sm_all_finite(full->patterns, (size_t)full->modes * n) ||
-        !sm_all_finite(full->output, (size_t)full->outputs * n) ||
+        !sm_all_finite(full->output, (size_t)full->outputs * n))
+        return SM_NOT_FINITE;
+    const sm_status status = sm_check_positive(full->step);
+    if (full->law == SM_ELASTIC)
+        return sm_all_finite(full->flexibility, contacts * contacts) ? status : SM_NOT_FINITE;
+    if (!sm_all_finite(full->limit, contacts) ||
         !sm_all_finite(full->resistance, contacts * contacts))
         return SM_NOT_FINITE;
     for (size_t i = 0; i < contacts; i++)
         if (full->limit[i] < 0.0) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_check_positive(full->step);
     return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
 }
 
 static size_t width_of(const sm_full *full) {
-    const size_t blocks = ((size_t)full->coordinates + SM_ESDIRK4_BLOCK - 1) / SM_ESDIRK4_BLOCK;
-    return blocks * SM_ESDIRK4_BLOCK;
+    const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
+    return blocks * SM_FULL_BLOCK;
 }
 
 static size_t inverse_size(const sm_full *full) {
     return full->diagonal ? width_of(full) : width_of(full) * width_of(full);
 }
 
-static size_t march_size(const sm_full *full) { /* doubles */
-    const size_t contacts = (size_t)full->contacts;
-    const size_t rows = 6 + 2 * SM_ESDIRK4_STAGES + 2 * SM_MODES + 2 * contacts;
-    return rows * width_of(full) + inverse_size(full) + 2 * contacts
-           + sm_warm_size(full->contacts) + sm_lanes_size(full->contacts, 1)
-           + sm_stepper_size(full->contacts);
+static size_t rigid_size(const sm_full *full) {
+    return (size_t)full->contacts * width_of(full) + sm_warm_size(full->contacts)
+           + sm_lanes_size(full->contacts, 1) + sm_stepper_size(full->contacts);
 }
 
-/* The next `count` doubles of the memory that `free` points into. */
-static double *take(double **free, size_t count) {
-    double *taken = *free;
-    *free += count;
-    return taken;
+static size_t march_size(const sm_full *full) { /* doubles */
+    const size_t contacts = (size_t)full->contacts;
+    const size_t rows = 6 + 2 * SM_ESDIRK4_STAGES + 2 * SM_MODES + contacts;
+    return rows * width_of(full) + inverse_size(full) + 2 * contacts
+           + (full->law == SM_ELASTIC
+                  ? sm_elastic_stage_size(full->elastic, full->contacts, width_of(full))
+                  : rigid_size(full));
 }
 
 static void place(sm_esdirk4 *m, const sm_full *full, double *memory) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = take(&memory, width);
-    m->stage_v = take(&memory, SM_ESDIRK4_STAGES * width);
-    m->stage_dv = take(&memory, SM_ESDIRK4_STAGES * width);
-    m->pattern = take(&memory, SM_MODES * width);
-    m->pattern_response = take(&memory, SM_MODES * width);
-    m->response = take(&memory, contacts * width);
-    m->gather = take(&memory, contacts * width);
-    m->inverse = take(&memory, inverse_size(full));
-    m->x_c = take(&memory, contacts);
-    m->force = take(&memory, contacts);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(&memory, width);
+    m->stage_v = sm_take(&memory, SM_ESDIRK4_STAGES * width);
+    m->stage_dv = sm_take(&memory, SM_ESDIRK4_STAGES * width);
+    m->pattern = sm_take(&memory, SM_MODES * width);
+    m->pattern_response = sm_take(&memory, SM_MODES * width);
+    m->response = sm_take(&memory, contacts * width);
+    m->inverse = sm_take(&memory, inverse_size(full));
+    m->x_c = sm_take(&memory, contacts);
+    m->force = sm_take(&memory, contacts);
+    if (m->elastic) {
+        sm_elastic_stage_place(m->elastic, full->elastic, full->contacts, width,
+                               full->flexibility, memory);
+        m->v_c = m->elastic->v;
+        return;
+    }
+    m->gather = sm_take(&memory, contacts * width);
     sm_warm_place(&m->warm, full->contacts,
-                  take(&memory, sm_warm_size(full->contacts)));
+                  sm_take(&memory, sm_warm_size(full->contacts)));
     sm_lanes_place(&m->lane, full->contacts, 1,
-                   take(&memory, sm_lanes_size(full->contacts, 1)));
+                   sm_take(&memory, sm_lanes_size(full->contacts, 1)));
     sm_stepper_place(&m->stepper, full->contacts, memory);
+    m->v_c = m->warm.v;
 }
 
 /* to = A^-1 from, for one row of n values. */
@@ -106,13 +119,17 @@ static sm_status prepare(sm_esdirk4 *m, const sm_full *full) {
         memcpy(m->pattern + j * width, full->patterns + j * n, n * sizeof(double));
         divide(full, m->pattern + j * width, m->pattern_response + j * width);
     }
-    for (size_t i = 0; i < contacts; i++) {
+    for (size_t i = 0; i < contacts; i++)
         divide(full, full->directions + i * n, m->response + i * width);
+    if (m->elastic) {
+        sm_elastic_stage_set(m->elastic, full->directions, n);
+        return SM_OK;
+    }
+    for (size_t i = 0; i < contacts; i++)
         for (size_t j = 0; j < contacts; j++)
             for (size_t k = 0; k < n; k++)
                 m->gather[i * width + k] +=
                     full->resistance[i * contacts + j] * full->directions[j * n + k];
-    }
     const sm_contact contact = {.contacts = full->contacts,
                                 .modes = full->modes,
                                 .law = full->law,
@@ -147,8 +164,15 @@ static void start(sm_esdirk4 *m, const sm_full *full, const sm_inputs *inputs, d
     memcpy(m->x_c, x_c, contacts * sizeof(double));
     memcpy(m->force, force_c, contacts * sizeof(double));
     m->dissipated = force_c[contacts];
-    sm_lanes_forget(&m->lane, full->contacts, 1);
-    sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
+    if (m->elastic) {
+        memcpy(m->elastic->x, x_c, contacts * sizeof(double));
+        memcpy(m->elastic->v, v_c, contacts * sizeof(double));
+        memcpy(m->elastic->memory, force_c + contacts + 1,
+               m->elastic->remembered * sizeof(double));
+    } else {
+        sm_lanes_forget(&m->lane, full->contacts, 1);
+        sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
+    }
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;
     m->carrier.h = full->step;
@@ -166,9 +190,12 @@ static void finish(const sm_esdirk4 *m, const sm_full *full, double *state) {
     memcpy(state, m->q, n * sizeof(double));
     memcpy(state + n, m->v, n * sizeof(double));
     memcpy(x_c, m->x_c, contacts * sizeof(double));
-    memcpy(v_c, m->warm.v, contacts * sizeof(double));
+    memcpy(v_c, m->v_c, contacts * sizeof(double));
     memcpy(force_c, m->force, contacts * sizeof(double));
     force_c[contacts] = m->dissipated;
+    if (m->elastic)
+        memcpy(force_c + contacts + 1, m->elastic->memory,
+               m->elastic->remembered * sizeof(double));
 }
 
 /* `steps` steps, the first one `elapsed` seconds after the inputs start; `first` of the run. */
@@ -191,9 +218,11 @@ static double dot(const double *a, const double *b, size_t n) {
 static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *contact) {
     const size_t contacts = (size_t)full->contacts;
     for (size_t i = 0; i < contacts; i++) {
-        const double limit = full->limit[i]; /* rounding must not carry the force beyond it */
         contact[i] = m->x_c[i];
-        contact[contacts + i] = m->warm.v[i];
+        contact[contacts + i] = m->v_c[i];
+        contact[2 * contacts + i] = m->force[i];
+        if (m->elastic) continue;
+        const double limit = full->limit[i]; /* rounding must not carry the force beyond it */
         contact[2 * contacts + i] = fmax(-limit, fmin(m->force[i], limit));
     }
 }
@@ -218,10 +247,12 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     if (status != SM_OK) return status;
     double *memory = calloc(march_size(full), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
+    sm_elastic_stage elastic;
     sm_esdirk4 m = {.contacts = full->contacts,
-                       .diagonal = full->diagonal,
-                       .width = width_of(full),
-                       .h = full->step};
+                    .diagonal = full->diagonal,
+                    .width = width_of(full),
+                    .h = full->step,
+                    .elastic = full->law == SM_ELASTIC ? &elastic : NULL};
     place(&m, full, memory);
     status = prepare(&m, full);
     if (status == SM_OK) start(&m, full, inputs, elapsed, state);

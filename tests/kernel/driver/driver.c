@@ -7,6 +7,8 @@
 #include <string.h>
 
 void check_friction(void);
+void check_frictional_contact(void);
+void check_full(void);
 void check_torus(void);
 void check_torus_growth(void);
 void check_harmonics(void);
@@ -29,6 +31,8 @@ static const struct {
     const char *name;
     void (*run)(void);
 } GROUPS[] = {{"friction", check_friction},
+              {"frictional-contact", check_frictional_contact},
+              {"full", check_full},
               {"torus", check_torus},
               {"torus-growth", check_torus_growth},
               {"motion", check_motion},

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/check.h"
+#include "contact/elastic/frictional.h"
 
 #define MOST_SLIDERS 100000
 
@@ -41,45 +42,6 @@ static void sliders(const sm_elastic *elastic, const sm_element *element, double
     }
 }
 
-/* Coulomb's cone over an elastic surface that may open: |f_t| <= mu N, N >= 0. */
-static void frictional(const sm_element *element, double scale, const double *x,
-                       const double *memory, sm_element_force *result, double *next) {
-    const int tangents = element->tangents, normal = tangents;
-    const double preload = scale * element->preload, mu = element->friction;
-    const double k_t = element->tangential_stiffness, k_n = element->normal_stiffness;
-    const double N = preload + k_n * (x[normal] - element->gap);
-    memset(result, 0, sizeof *result);
-    if (N <= 0.0) { /* open: the sliders restart where the contact touches down */
-        result->force[normal] = -preload;
-        result->state = SM_OPEN;
-        memcpy(next, x, (size_t)tangents * sizeof(double));
-        return;
-    }
-    result->force[normal] = N - preload;
-    result->tangent[normal][normal] = k_n;
-    double trial[2] = {0.0, 0.0}, square = 0.0;
-    for (int k = 0; k < tangents; k++) {
-        trial[k] = k_t * (x[k] - memory[k]);
-        square += trial[k] * trial[k];
-    }
-    const double size = sqrt(square), most = mu * N;
-    result->state = size <= most ? SM_STICK : SM_SLIP;
-    for (int k = 0; k < tangents; k++) {
-        if (size <= most) {
-            result->force[k] = trial[k];
-            result->tangent[k][k] = k_t;
-            next[k] = memory[k];
-            continue;
-        }
-        const double along = trial[k] / size;
-        result->force[k] = most * along;
-        result->tangent[k][normal] = mu * k_n * along;
-        for (int j = 0; j < tangents; j++)
-            result->tangent[k][j] = k_t * most / size * ((j == k) - along * trial[j] / size);
-        next[k] = x[k] - result->force[k] / k_t;
-    }
-}
-
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result,
                          double *next) {
@@ -89,7 +51,7 @@ void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, d
     }
     double own[SM_MOST_COLUMNS] = {0.0};
     for (int k = 0; k <= element->tangents; k++) own[k] = x[element->column[k]];
-    frictional(element, scale, own, memory, result, next);
+    sm_frictional_evaluate(element, scale, own, memory, result, next);
 }
 
 static int allowed_columns(const sm_element *element, int32_t contacts) {
@@ -135,6 +97,25 @@ sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
                                                             : check_frictional(element);
         if (status != SM_OK) return status;
         if (!allowed_columns(element, contacts)) return SM_BAD_ARGUMENT;
+    }
+    return SM_OK;
+}
+
+sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
+                           double *memory, double *force) {
+    const sm_status status = sm_elastic_check(elastic, contacts);
+    if (status != SM_OK) return status;
+    if (!x || !memory || !force) return SM_BAD_ARGUMENT;
+    if (!sm_all_finite(x, (size_t)contacts) ||
+        !sm_all_finite(memory, sm_elastic_memory(elastic)))
+        return SM_NOT_FINITE;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        sm_element_force at;
+        sm_element_evaluate(elastic, element, 1.0, x, memory, &at, memory);
+        for (int k = 0; k < sm_element_columns(element); k++)
+            force[element->column[k]] = at.force[k];
+        memory += sm_element_memory(element);
     }
     return SM_OK;
 }

@@ -1,7 +1,8 @@
 /* Elastic contact laws as return maps: f = law(x, memory), and its tangent.
  *
  * Memory is where the sliders are: a slider of stiffness k at s pulls with k (x - s), at most with
- * its limit, and follows x beyond. The reference stiffness is that of the contact while it sticks.
+ * its limit, and follows x beyond. Where the limit varies it is also where the contact was. The
+ * reference stiffness is that of the contact while it sticks.
  */
 #ifndef SLIPMODE_ELASTIC_LAW_H
 #define SLIPMODE_ELASTIC_LAW_H
@@ -24,13 +25,11 @@ static inline int sm_element_columns(const sm_element *element) {
 
 /* Doubles that an element remembers. */
 static inline int sm_element_memory(const sm_element *element) {
-    return element->law == SM_SLIDERS ? element->sliders : element->tangents;
+    return element->law == SM_SLIDERS ? element->sliders : 2 * element->tangents + 1;
 }
 
-size_t sm_elastic_memory(const sm_elastic *elastic);
-
 /* Force at displacements x (N_c), with limits and preloads times `scale`; `next` is what the
- * element remembers if the motion gets there from `memory`. */
+ * element remembers if the motion gets there from `memory`; they may be the same array. */
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result,
                          double *next);

@@ -1,0 +1,152 @@
+#include "contact/elastic/frictional.h"
+
+#include <string.h>
+
+#include "contact/elastic/dual.h"
+
+#define LONGEST_PATH 30.0 /* in units of rho: beyond, the direction is that of the path */
+
+/* What a step of one contact is made of. */
+typedef struct {
+    int tangents;
+    double rho[2];      /* mu N / k_t where the path begins and where it ends */
+    double rho_slope;   /* of the latter, by x_n */
+    double stretch[2];  /* e where the path begins */
+    sm_dual path[2];    /* from where it touches, if it was open */
+    sm_dual trial[2];   /* e at its end if it sticks */
+} path;
+
+/* sinh(k) / k and (cosh(k) - 1) / k^2 as functions of k^2. */
+static void hyperbolic(sm_dual square, sm_dual *sinh_part, sm_dual *cosh_part) {
+    const double m = square.value;
+    double s, c, s_slope, c_slope;
+    if (m < 1e-2) {
+        s = 1.0 + m / 6.0 * (1.0 + m / 20.0 * (1.0 + m / 42.0 * (1.0 + m / 72.0)));
+        c = 0.5 * (1.0 + m / 12.0 * (1.0 + m / 30.0 * (1.0 + m / 56.0 * (1.0 + m / 90.0))));
+        s_slope = (1.0 + m / 10.0 * (1.0 + m / 28.0 * (1.0 + m / 54.0))) / 6.0;
+        c_slope = (1.0 + m / 15.0 * (1.0 + m / 37.333333333333336 * (1.0 + m / 67.5))) / 24.0;
+    } else {
+        const double k = sqrt(m), hyperbolic_cosine = cosh(k);
+        s = sinh(k) / k;
+        c = (hyperbolic_cosine - 1.0) / m;
+        s_slope = 0.5 * (hyperbolic_cosine - s) / m;
+        c_slope = (0.5 * s - c) / m;
+    }
+    *sinh_part = sm_dual_of(s, s_slope, square, 0.0, square);
+    *cosh_part = sm_dual_of(c, c_slope, square, 0.0, square);
+}
+
+/* The part of the path after which |e| reaches rho; it has done so at the end. */
+static sm_dual onset(const path *p, const sm_dual stretch[2], sm_dual grown) {
+    const sm_dual a = sm_dual_sub(sm_dual_dot(p->path, p->path), sm_dual_mul(grown, grown));
+    const sm_dual along = sm_dual_dot(stretch, p->path);
+    const sm_dual b = sm_dual_scale(2.0, sm_dual_sub(along, sm_dual_scale(p->rho[0], grown)));
+    double inside = -p->rho[0] * p->rho[0];
+    for (int k = 0; k < 2; k++) inside += p->stretch[k] * p->stretch[k];
+    const sm_dual c = sm_dual_constant(fmin(inside, 0.0));
+    const sm_dual square = sm_dual_sub(sm_dual_mul(b, b), sm_dual_scale(4.0, sm_dual_mul(a, c)));
+    const sm_dual root = sm_dual_root(square);
+    if (b.value > 0.0)
+        return sm_dual_div(sm_dual_scale(-2.0, c), sm_dual_add(b, root));
+    if (!(a.value > 0.0)) return sm_dual_constant(0.0); /* no path: it slides by rounding */
+    return sm_dual_div(sm_dual_sub(root, b), sm_dual_scale(2.0, a));
+}
+
+/* A vector of unit length. */
+static void normalise(sm_dual d[2]) {
+    const sm_dual size = sm_dual_root(sm_dual_dot(d, d));
+    for (int k = 0; k < 2; k++) d[k] = sm_dual_div(d[k], size);
+}
+
+/* Direction of e at the end of a path on which the contact slides in two directions. */
+static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
+    if (p->rho[0] == 0.0) { /* e is nothing before the path */
+        memcpy(d, p->path, sizeof p->path);
+        normalise(d);
+        return;
+    }
+    const sm_dual begin = sm_dual_constant(p->rho[0]), grown = sm_dual_sub(rho, begin);
+    const sm_dual stretch[2] = {sm_dual_constant(p->stretch[0]), sm_dual_constant(p->stretch[1])};
+    const sm_dual part = onset(p, stretch, grown);
+    const sm_dual rest = sm_dual_sub(sm_dual_constant(1.0), part);
+    const sm_dual both = sm_dual_add(sm_dual_add(begin, sm_dual_mul(part, grown)), rho);
+    sm_dual q[2];
+    for (int k = 0; k < 2; k++) {
+        d[k] = sm_dual_add(stretch[k], sm_dual_mul(part, p->path[k]));
+        q[k] = sm_dual_div(sm_dual_scale(2.0, sm_dual_mul(rest, p->path[k])), both);
+    }
+    normalise(d);
+    const double length = sqrt(sm_dual_dot(q, q).value);
+    for (int k = 0; k < 2 && length > LONGEST_PATH; k++)
+        q[k] = sm_dual_scale(LONGEST_PATH / length, q[k]);
+    sm_dual sinh_part, cosh_part;
+    hyperbolic(sm_dual_dot(q, q), &sinh_part, &cosh_part);
+    const sm_dual turn = sm_dual_add(sinh_part, sm_dual_mul(sm_dual_dot(q, d), cosh_part));
+    for (int k = 0; k < 2; k++) d[k] = sm_dual_add(d[k], sm_dual_mul(turn, q[k]));
+    normalise(d);
+}
+
+/* The path of a contact that is closed at its end, under normal forces N there and N_old before. */
+static path path_of(const sm_element *element, const double *x, const double *memory, double N,
+                    double N_old) {
+    const double *x_old = memory + element->tangents;
+    const double per_load = element->friction / element->tangential_stiffness;
+    path p = {.tangents = element->tangents,
+              .rho = {per_load * fmax(N_old, 0.0), per_load * N},
+              .rho_slope = per_load * element->normal_stiffness};
+    const int normal = element->tangents;
+    sm_dual closed = sm_dual_constant(1.0); /* the part of the path after touch-down */
+    if (N_old < 0.0) {
+        closed.value = N / (N - N_old);
+        closed.slope[normal] =
+            -N_old * element->normal_stiffness / ((N - N_old) * (N - N_old));
+    }
+    for (int k = 0; k < p.tangents; k++) {
+        sm_dual moved = sm_dual_constant(x[k] - x_old[k]);
+        moved.slope[k] = 1.0;
+        p.path[k] = sm_dual_mul(closed, moved);
+        p.trial[k] = p.path[k];
+        if (N_old < 0.0) continue;
+        p.stretch[k] = x_old[k] - memory[k];
+        p.trial[k].value = x[k] - memory[k];
+    }
+    return p;
+}
+
+void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
+                            const double *memory, sm_element_force *result, double *next) {
+    const int tangents = element->tangents, normal = tangents;
+    const double preload = scale * element->preload, k_n = element->normal_stiffness;
+    const double N = preload + k_n * (x[normal] - element->gap);
+    memset(result, 0, sizeof *result);
+    if (N <= 0.0) {
+        result->force[normal] = -preload;
+        result->state = SM_OPEN;
+        memcpy(next, x, (size_t)tangents * sizeof(double));
+        memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));
+        return;
+    }
+    result->force[normal] = N - preload;
+    result->tangent[normal][normal] = k_n;
+    const double N_old = preload + k_n * (memory[tangents + normal] - element->gap);
+    const path p = path_of(element, x, memory, N, N_old);
+    double square = 0.0;
+    for (int k = 0; k < tangents; k++) square += p.trial[k].value * p.trial[k].value;
+    result->state = square <= p.rho[1] * p.rho[1] ? SM_STICK : SM_SLIP;
+    sm_dual e[2] = {p.trial[0], p.trial[1]};
+    if (result->state == SM_SLIP) {
+        sm_dual rho = {.value = p.rho[1]};
+        rho.slope[normal] = p.rho_slope;
+        if (tangents == 2 && rho.value > 0.0) slide(&p, rho, e);
+        else e[0] = e[1] = sm_dual_constant(copysign(1.0, e[0].value));
+        for (int k = 0; k < tangents; k++) e[k] = sm_dual_mul(rho, e[k]);
+    }
+    for (int k = 0; k < tangents; k++) {
+        result->force[k] = element->tangential_stiffness * e[k].value;
+        for (int j = 0; j <= tangents; j++)
+            result->tangent[k][j] = element->tangential_stiffness * e[k].slope[j];
+        if (result->state == SM_SLIP || N_old < 0.0) next[k] = x[k] - e[k].value;
+        else next[k] = memory[k];
+    }
+    memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));
+}
