@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipmode.rom import Coulomb, Model, SlipmodeError, kernel
+from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.laws import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.validity import can_carry, carrier_refusal
@@ -51,7 +52,7 @@ class Inputs:
             for j, mode in enumerate(present)
             for quantity in kernel.INPUT_FIELDS
         }
-        if isinstance(model.law, Coulomb):
+        if is_homogeneous(model.law, model.reduced.n_contacts):
             self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
         natural = model.reduced.frequency.tolist()
