@@ -113,6 +113,8 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     kernel.check(status, "contact motion")
+    scale = part.scale_at(sample)[:, np.newaxis]
+    x, v, f = scale * x, scale * v, scale * f
     coefficients = np.concatenate((response.modal, _loads(response, part)), axis=2)
     signals = _summed(segments, response, coefficients, _carriers(model, 0), sample)
     modal, load = np.split(signals, [response.modal.shape[2]], axis=1)
