@@ -78,3 +78,25 @@ def contact_states(
         state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
         normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness
     return ContactStates(state, normal_force, gap)
+
+
+def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:
+    """Energy in the springs of contacts at a motion (n, N_c), less that at rest (n,) [J].
+
+    NaN where sliders in parallel do not tell it by their force alone.
+    """
+    stored = np.zeros(len(displacement))
+    for element in elements.element:
+        if element["law"] == SLIDERS:
+            stiffness = elements.slider[element["first_slider"], 1]
+            alone = element["sliders"] == 1
+            f = force[:, element["column"][0]]
+            stored += 0.5 * f**2 / stiffness if alone else np.nan
+            continue
+        *tangential, normal = element["column"][: element["tangents"] + 1].tolist()
+        stored += 0.5 * np.sum(force[:, tangential] ** 2, axis=1) / element["tangential_stiffness"]
+        x, preload = displacement[:, normal], element["preload"]
+        pressed = preload + element["normal_stiffness"] * (x - element["gap"])
+        squares = np.maximum(pressed, 0.0) ** 2 - preload**2
+        stored += 0.5 * squares / element["normal_stiffness"] - preload * x
+    return stored
