@@ -51,7 +51,10 @@ def element(width: float, height: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def blade() -> rom.Structure:
-    """The structure, clamped at y = 0; contact DOFs: tangent, normal of each damper."""
+    """The structure, clamped at y = 0; contact DOFs: tangent, normal of each damper.
+
+    DOF 202, which the scene forces, is the horizontal one of the tip's middle.
+    """
     nodes: dict[tuple[float, float], int] = {}
     rows, columns, values, masses = [], [], [], []
     for left, right in zip(X, X[1:], strict=False):
@@ -86,8 +89,6 @@ def blade() -> rom.Structure:
         u, v = place[2 * node], place[2 * node + 1]
         W[[u, v], 2 * contact] = -side * slope, slope  # along the damper's face
         W[[u, v], 2 * contact + 1] = -side * slope, -slope  # onto it
-    # in the scene the tip is forced: its horizontal DOF in the middle
-    print("tip", place[2 * nodes[0.0, round(Y[-1], 9)]])
     K = K[free][:, free]
     K = 0.5 * (K + K.T)
     return rom.Structure(scipy.sparse.diags_array(M[free]), K, DAMPING, contact=W)

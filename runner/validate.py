@@ -196,7 +196,8 @@ def _compare(
         reference = getattr(fine, name)[seen]
         rough = getattr(coarse, name)[seen]
         if elements is not None and name in ("contact_displacement", "contact_force"):
-            ours, reference, rough = (_about_mean(each) for each in (ours, reference, rough))
+            both = (ours, reference, rough)
+            ours, reference, rough = (_about_mean(plan, motion.time, each) for each in both)
         found.append(Comparison(subject, _worst(ours, reference), _worst(rough, reference)))
     spent, roughly = _lost(elements, fine), _lost(elements, coarse)
     if not np.isfinite(spent):
@@ -212,9 +213,16 @@ def _compare(
     return found
 
 
-def _about_mean(signal: Floats) -> Floats:
-    """Where the slider of an elastic contact stands is a matter of its history, not of motion."""
-    return np.asarray(signal - signal.mean(axis=0))
+def _about_mean(plan: Plan, time: Floats, signal: Floats) -> Floats:
+    """A signal (samples, N_c) of elastic contacts less its mean in each window.
+
+    Where a slider stands is a matter of its history, not of its motion.
+    """
+    moving = signal.copy()
+    for window in plan.scene.contact:
+        inside = (time >= window.start) & (time <= window.end)
+        moving[inside] -= moving[inside].mean(axis=0)
+    return moving
 
 
 def _lost(elements: Elements | None, motion: FullMotion) -> float:

@@ -101,7 +101,8 @@ def law_of(scene: Scene, contacts: int) -> Friction:
         try:
             group.law.elements(contacts if group.contacts is None else len(group.contacts))
         except SlipmodeError as refusal:
-            raise SlipmodeError(f"contacts[{number}].{refusal}") from None
+            told = str(refusal).replace("contact:", "contacts:", 1)  # columns of W, in Python
+            raise SlipmodeError(f"contacts[{number}].{told}") from None
     first = scene.contacts[0]
     if first.contacts is None:
         return first.law

@@ -342,7 +342,7 @@ def test_refuses_a_forcing_that_is_no_table():
 
 
 def test_shipped_scenes_load_and_their_structures_build():
-    names = {"one-mode", "two-mode", "sweep", "force-step", "beating"}
+    names = {"one-mode", "two-mode", "sweep", "force-step", "beating", "blade", "lap-joint"}
     assert set(shipped_scenes()) == names
     for name in names:
         scene = load_scene(name)
@@ -370,7 +370,7 @@ def test_loads_a_file(tmp_path):
 
 def test_a_missing_file_lists_the_shipped_scenes():
     with pytest.raises(
-        SlipmodeError, match=r"absent.toml': no such .*beating, force-step, one-mode"
+        SlipmodeError, match=r"absent.toml': no such .*beating, blade, force-step, lap-joint, one-mode"
     ):
         load_scene("absent.toml")
 
