@@ -71,7 +71,9 @@ def lap_joint() -> rom.Structure:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1] / "runner/scenes"
+    folder = (
+        Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1] / "runner/scenes"
+    )
     structure = lap_joint()
     structure.save(folder / "lap-joint.npz")
     print(structure, (folder / "lap-joint.npz").stat().st_size)

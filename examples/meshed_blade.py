@@ -5,6 +5,7 @@ on a clamped root; a friction damper presses at 45 degrees under each end of its
 """
 
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -33,8 +34,10 @@ def lagrange(s: float) -> tuple[np.ndarray, np.ndarray]:
 
 def element(width: float, height: float) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness (18, 18) and diagonal mass (18,) of a rectangle, DOFs u, v node by node."""
-    elasticity = YOUNG / (1.0 - POISSON**2) * np.array(
-        [[1.0, POISSON, 0.0], [POISSON, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - POISSON)]]
+    elasticity = (
+        YOUNG
+        / (1.0 - POISSON**2)
+        * np.array([[1.0, POISSON, 0.0], [POISSON, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - POISSON)]])
     )
     stiffness, area = np.zeros((18, 18)), 0.25 * width * height * DEPTH
     for a, weight_a in zip(_GAUSS, _WEIGHT, strict=True):
@@ -57,8 +60,8 @@ def blade() -> rom.Structure:
     """
     nodes: dict[tuple[float, float], int] = {}
     rows, columns, values, masses = [], [], [], []
-    for left, right in zip(X, X[1:], strict=False):
-        for low, high in zip(Y, Y[1:], strict=False):
+    for left, right in pairwise(X):
+        for low, high in pairwise(Y):
             if max(-left, right) > STEM and (low, high) != PLATFORM:
                 continue
             at = [
@@ -95,7 +98,9 @@ def blade() -> rom.Structure:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1] / "runner/scenes"
+    folder = (
+        Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[1] / "runner/scenes"
+    )
     structure = blade()
     structure.save(folder / "blade.npz")
     print(structure, (folder / "blade.npz").stat().st_size)

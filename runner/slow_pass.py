@@ -152,7 +152,6 @@ class SlowPass:
         summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
         states: list[Floats] = []
-        spent = np.zeros(0)
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]

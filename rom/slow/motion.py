@@ -67,7 +67,7 @@ class Motion:
         shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
         contacts = model.reduced.contacts
         moved = self.displacement
-        if contacts is not None: # they draw at the structure with what they lack in force
+        if contacts is not None:  # they draw at the structure with what they lack in force
             moved = contacts.reference * self.displacement - self.force
         x = self.modal @ shapes[0].T + moved @ shapes[1].T
         return np.asarray(x + self.load @ self.static[rows].T)

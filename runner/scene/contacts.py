@@ -19,7 +19,11 @@ from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Tab
 _RIGID = ("tanh", "coulomb")
 _ELASTIC = {name: kind for name, kind in LAWS.items() if name not in _RIGID}
 _PARAMETERS = {name: [f.name for f in fields(kind)] for name, kind in _ELASTIC.items()}
-CONTACTS = ("law", "contacts", *dict.fromkeys(key for keys in _PARAMETERS.values() for key in keys))
+CONTACTS = (
+    "law",
+    "contacts",
+    *dict.fromkeys(key for keys in _PARAMETERS.values() for key in keys),
+)
 FRICTION = ("law", "limit", "alpha")
 STAND_IN = 'law = "jenkins" with a stiffness far above that of the structure stands for Coulomb'
 

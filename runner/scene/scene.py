@@ -21,6 +21,7 @@ from slipmode.runner.scene.contacts import (
     read_contacts,
     read_friction,
 )
+from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import (
     ContactGroup,
     Forcing,
@@ -35,7 +36,6 @@ from slipmode.runner.scene.sections import (
     TwoMass,
     Window,
 )
-from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table, between
 
 __all__ = [
@@ -75,8 +75,8 @@ _SECTIONS = {
 _FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
 _WINDOW = ("window", "samples_per_period")
 # [[contact]] and [[contacts]] look alike: whose key it is, and where it goes
-_OF_LAWS = {key: "the laws of contacts are in [[contacts]]" for key in CONTACTS}
-_OF_WINDOWS = {key: "windows of contact motion are [[contact]]" for key in _WINDOW}
+_OF_LAWS = dict.fromkeys(CONTACTS, "the laws of contacts are in [[contacts]]")
+_OF_WINDOWS = dict.fromkeys(_WINDOW, "windows of contact motion are [[contact]]")
 _LARGEST_STEP_COUNT = 1e7
 _AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
 

@@ -61,7 +61,7 @@ class ContactGroup:
 
 @dataclass(frozen=True)
 class Modes:
-    """Numbers of the retained modes with stuck contacts, from 0 in ascending frequency; B is optional."""
+    """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional."""
 
     A: int
     B: int | None

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, PHASES, SHARE, TORUS, Channel, Level
+from slipmode.runner.recording.channels import (
+    EVENTS,
+    FULL,
+    OTHER,
+    PHASES,
+    SHARE,
+    TORUS,
+    Channel,
+    Level,
+)
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,

@@ -19,7 +19,8 @@ VALUES = (
     *("[[0, 0.1], [5, 0.9], [5, 0.2]]", "[[5, 1], [0, 1]]", "[nan]", '["a", 1]', "[[0, 1e30]]"),
     *("[[0, 0.98], [10, 1.6]]", "[[0, -1e-30]]", "1e3", "1e6", "1e-6", "0.01", "20.0"),
 )
-KEYS = ("A", "B", "limit", "alpha", "stiffness", "mu", "gap", "contacts", "law", "dof", "vector", "frequency", "k1", "m2", "k_p", "Ω", "''")
+KEYS = ("A", "B", "limit", "alpha", "dof", "vector", "frequency", "k1", "m2", "k_p", "Ω", "''")
+KEYS += ("stiffness", "mu", "gap", "contacts", "law")
 
 
 def _scaled(value, random):

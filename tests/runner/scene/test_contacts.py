@@ -139,7 +139,8 @@ def test_refuses_contacts_that_are_no_tables():
 
 
 def test_a_key_of_the_other_section_is_shown_its_place():
-    assert refusal_of(JENKINS + "window = [1, 2]").endswith("windows of contact motion are [[contact]]")
+    message = refusal_of(JENKINS + "window = [1, 2]")
+    assert message.endswith("windows of contact motion are [[contact]]")
     assert refusal_of("[[contact]]\nlaw = 3\n" + JENKINS).endswith("contacts are in [[contacts]]")
 
 

