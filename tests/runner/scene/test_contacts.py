@@ -1,4 +1,4 @@
-"""Elastic contacts in scenes: [[contacts]] and [limits], what they say and how they are refused."""
+"""Elastic contacts in scenes: what [[contacts]] and [limits] say, how they are refused."""
 
 import numpy as np
 import pytest
@@ -95,13 +95,13 @@ def test_limits_are_scripted():
 
 REFUSED = [
     ("", "friction: is missing: give [friction] or [[contacts]]"),
-    (JENKINS + COULOMB, 'contacts: are elastic, [friction] is rigid: give one of both; law = "jen'),
-    (COULOMB.replace("coulomb", "jenkins"), "friction.law: is an elastic law: use a group [[con"),
-    (JENKINS.replace("jenkins", "coulomb"), "contacts[0].law: is a rigid law and goes in [fricti"),
+    (JENKINS + COULOMB, 'contacts: are elastic, [friction] is rigid: give one of both; law = "j'),
+    (COULOMB.replace("coulomb", "jenkins"), "friction.law: is an elastic law: use a group [["),
+    (JENKINS.replace("jenkins", "coulomb"), "contacts[0].law: is a rigid law and goes in [fri"),
     (JENKINS.replace("jenkins", "spring"), 'contacts[0].law: must be one of "jenkins", "iwan", "'),
     (JENKINS.replace("limit", "limits", 1), "contacts[0].limits: unknown key; allowed: beta, chi"),
     (JENKINS + "window = [1, 2]", "contacts[0].window: unknown key; allowed: beta, chi, contacts"),
-    (JENKINS + "mu = 1", 'contacts[0].mu: is no parameter of law = "jenkins"; it has limit, stiff'),
+    (JENKINS + "mu = 1", 'contacts[0].mu: is no parameter of law = "jenkins"; it has limit, st'),
     (JENKINS.replace("stiffness = 30.0", ""), "contacts[0].stiffness: is missing"),
     (JENKINS.replace("30.0", "0"), "contacts[0].stiffness: must be > 0, got 0"),
     (JENKINS.replace("2.0", "-2.0"), "contacts[0].limit[0]: must be >= 0, got -2.0"),
@@ -109,9 +109,9 @@ REFUSED = [
     (JENKINS.replace("1.0]", "1.0, 3.0]"), "contacts[0].limit: must be one number or 2 numbers"),
     (JENKINS + "contacts = [0]", "contacts[0].limit: must be one number or 1 numbers"),
     (JENKINS.replace("[2.0, 1.0]", "2") + "contacts = [0]", "contacts: every contact DOF, 0 to 1"),
-    (JENKINS + "contacts = [0, 0]", "contacts: every contact DOF, 0 to 1, must be in one group; m"),
+    (JENKINS + "contacts = [0, 0]", "contacts: every contact DOF, 0 to 1, must be in one group"),
     (JENKINS + "contacts = [-1, 0]", "contacts[0].contacts[0]: must be an integer (>= 0), got -1"),
-    (JENKINS + JENKINS, "contacts[0].contacts: is missing: of several groups each says which"),
+    (JENKINS + JENKINS, "contacts[0].contacts: is missing: of several groups each says"),
     (FRICTIONAL.replace("0.5", "-0.5"), "contacts[0].mu: must be >= 0, got -0.5"),
     (FRICTIONAL.replace("= 1.0", "= -1"), "contacts[0].preload: must be >= 0, got -1"),
     (FRICTIONAL.replace("30.0", "0.0"), "contacts[0].normal_stiffness: must be > 0, got 0.0"),
@@ -123,7 +123,7 @@ REFUSED = [
     (JENKINS + "[limits]\nscale = 0", "limits.scale: must be > 0, got 0"),
     (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
     (JENKINS + "[limits]\nscales = 1", "limits.scales: unknown key; allowed: scale"),
-    (COULOMB.replace("coulomb", "tanh") + "alpha = 1\n[limits]\nscale = 2", "limits.scale: the mo"),
+    (COULOMB.replace("coulomb", "tanh") + "alpha = 1\n[limits]\nscale = 2", "limits.scale: the"),
     ("[[contact]]\nlaw = 3\n" + JENKINS, "contact[1].law: unknown key; allowed: samples_per_peri"),
 ]  # fmt: skip
 
