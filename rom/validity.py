@@ -21,10 +21,11 @@ from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.laws import Friction, Tanh, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
+from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
+from slipmode.rom.reduction.stuck import stuck_stiffness
 from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.structure import Structure
 
@@ -155,9 +156,7 @@ def separation_findings(
     structure: Structure, reduced: Reduced, names: Sequence[str] = "AB"
 ) -> list[Finding]:
     """Modes must be well apart from their neighbours, modelled or not."""
-    parts = structure.partition()
-    wanted = max(reduced.modes) + 2
-    frequency, _ = fixed_interface_modes(parts, min(wanted, parts.K_ec.shape[0]))
+    frequency = _neighbouring_frequencies(structure, reduced)
     found = []
     for mode, number in zip(names, reduced.modes, strict=False):
         others = np.delete(frequency, number)
@@ -169,6 +168,17 @@ def separation_findings(
             )
             found.append(Finding(f"mode {mode}", "not separated", reason, "warning"))
     return found
+
+
+def _neighbouring_frequencies(structure: Structure, reduced: Reduced) -> Floats:
+    """Natural frequencies with stuck contacts up to past the highest mode retained [rad/s]."""
+    wanted = max(reduced.modes) + 2
+    if reduced.contacts is None:
+        parts = structure.partition()
+        return fixed_interface_modes(parts, min(wanted, parts.K_ec.shape[0]))[0]
+    stiffness = stuck_stiffness(structure, reduced.contacts.reference)
+    squares, _ = lowest_modes(stiffness, structure.mass, min(wanted, structure.n_dofs))
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 
 
 def contact_findings(

@@ -14,6 +14,7 @@ from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.short_repr import short_list
+from slipmode.runner.contact_record import ContactRecord
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.interruption import interrupts_held_back
@@ -225,7 +226,9 @@ def _channels(plan: Plan, model: Model) -> list[channels.Channel]:
     scene, modes = plan.scene, plan.excited.modes
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
-        listed += [channels.contact(i) for i in range(model.reduced.n_contacts)]
+        listed += ContactRecord(model.reduced.contacts, model.reduced.n_contacts).channels
+        if model.reduced.contacts is not None:
+            listed.append(channels.contact_share(len(model.reduced.contacts.element)))
         listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))

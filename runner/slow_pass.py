@@ -13,6 +13,7 @@ from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, Motion, reconstruct, sum_harmonics
+from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -48,6 +49,7 @@ class SlowPass:
         self.slow_seconds = 0.0
         self._plan = plan
         self._model = model
+        self._contacts = ContactRecord(model.reduced.contacts, model.reduced.n_contacts)
         self._component = component
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
@@ -149,23 +151,33 @@ class SlowPass:
         on_torus = of_contacts and self._model.modes == 2 and self._recorder.keeps
         summed = not of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
+        states: list[Floats] = []
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]
             motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
-            self._record_motion(motion, of_contacts)
+            scale = trajectory.scale_at(batch)
+            self._record_motion(motion, scale, of_contacts)
+            told = self._contacts.states(motion.displacement, motion.force, scale)
+            if of_contacts and told is not None:
+                states.append(batch.size * told.shares())
             if on_torus:
                 self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
             self.samples += batch.size
+        if states:
+            shares = np.sum(states, axis=0) / times.size
+            self._recorder.write(channels.SHARE, np.array([window.end]), shares.reshape(1, -1))
+            words = f"{window.start:g} to {window.end:g} s: {said(shares)}"
+            self._recorder.event(window.end, "info", words)
         if on_torus:
             torus = torus_motion(self._model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 
-    def _record_motion(self, motion: Motion, of_contacts: bool) -> None:
+    def _record_motion(self, motion: Motion, scale: Floats, of_contacts: bool) -> None:
         if of_contacts:
-            for i in range(self._model.reduced.n_contacts):
-                values = (motion.displacement[:, i], motion.velocity[:, i], motion.force[:, i])
-                self._recorder.write(f"/contact/{i}", motion.time, np.column_stack(values))
+            rows = self._contacts.rows(motion.displacement, motion.velocity, motion.force, scale)
+            for channel, values in zip(self._contacts.channels, rows, strict=True):
+                self._recorder.write(channel.topic, motion.time, values)
         if elastic := self._plan.scene.output.elastic:
             self._recorder.write("/elastic", motion.time, motion.elastic(self._model, elastic))
 

@@ -12,6 +12,7 @@ from slipmode.rom.reduction.force_response import ForceResponse, phasor
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
+from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
 
 
 def slow_trajectory(
@@ -47,8 +48,16 @@ def slow_trajectory(
         force=force,
         force_rate=growing + 1j * scripted("phase_rate") * force,
         force_response=force_response,
+        **_limit_scale(schedule, steps),
         discontinuity=force_response.free_vibration(model.reduced, onset, frequency, angle[:-1]),
     )
+
+
+def _limit_scale(schedule: Schedule, steps: slice) -> dict[str, Floats]:
+    """Limits and preloads over the steps, where they are scripted."""
+    names = (LIMIT_SCALE, rate_of(LIMIT_SCALE))
+    scale, rate = schedule.inputs(names, steps).T
+    return {} if np.all(scale == 1.0) and not rate.any() else {"scale": scale, "scale_rate": rate}
 
 
 def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:

@@ -1,5 +1,6 @@
 """Whatever is in a file, it is read or refused in one line: no traceback, no endless work."""
 
+import shutil
 import signal
 import warnings
 from contextlib import contextmanager
@@ -47,6 +48,60 @@ window = [90.0, 95.0]
 window = [10.0, 20.0]
 [output]
 elastic = [0, 3]
+""", """
+[structure]
+matrices = "structure.npz"
+[[contacts]]
+law = "jenkins"
+contacts = [0]
+limit = 2.0
+stiffness = 30.0
+[[contacts]]
+law = "iwan"
+contacts = [1]
+force = 1.0
+stiffness = 20.0
+chi = -0.5
+beta = 0.1
+sliders = 10
+[limits]
+scale = [[0, 1.0], [50, 2.0]]
+[modes]
+A = 0
+[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 0.98
+[run]
+duration = 100.0
+step = 1.0
+[[contact]]
+window = [90.0, 95.0]
+""", """
+[structure]
+model = "two-mass"
+[[contacts]]
+law = "frictional"
+mu = 0.5
+preload = [1.0]
+tangential_stiffness = 20.0
+normal_stiffness = 30.0
+gap = 0.0
+tangents = 1
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 1.0
+[forcing.B]
+dof = 1
+amplitude = 0.1
+frequency = 1.7
+[run]
+duration = 100.0
+step = 1.0
 """]  # fmt: skip
 
 
@@ -106,6 +161,8 @@ def refusals(path, contents, use):
 @pytest.mark.parametrize("count", [300, pytest.param(80_000, marks=pytest.mark.slow)])
 def test_no_scene_raises_anything_but_a_refusal(count, planned, tmp_path):
     rom.two_mass().save(tmp_path / "structure.npz")
+    for matrices in scene.shipped_scenes()["blade"].parent.glob("*.npz"):
+        shutil.copy(matrices, tmp_path)
     random = np.random.default_rng(1)
     scenes = (mutated_scene(SCENES[k % len(SCENES)], random) for k in range(count))
     refused = refusals(tmp_path / "scene.toml", scenes, planned)

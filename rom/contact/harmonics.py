@@ -77,8 +77,12 @@ class Harmonics:
         return result
 
 
-def left_out(orders: Sequence[Order], P: Complexes, mean_square: Floats) -> Floats:
-    """RMS beyond harmonics P (..., orders, N_c) of a motion of this mean square (..., N_c)."""
+def mean_square(orders: Sequence[Order], P: Complexes) -> Floats:
+    """Mean square (..., N_c) of a motion with harmonics P (..., orders, N_c)."""
     weight = np.array([4.0 if order == (0, 0) else 2.0 for order in orders])
-    kept = np.einsum("q,...qc->...c", weight, np.abs(P) ** 2)
-    return np.asarray(np.sqrt(np.maximum(mean_square - kept, 0.0)))
+    return np.asarray(np.einsum("q,...qc->...c", weight, np.abs(P) ** 2))
+
+
+def left_out(orders: Sequence[Order], P: Complexes, of: Floats) -> Floats:
+    """RMS beyond harmonics P (..., orders, N_c) of a motion of mean square `of` (..., N_c)."""
+    return np.asarray(np.sqrt(np.maximum(of - mean_square(orders, P), 0.0)))

@@ -67,7 +67,7 @@ class Motion:
         shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
         contacts = model.reduced.contacts
         moved = self.displacement
-        if contacts is not None: # they draw at the structure with what they lack in force
+        if contacts is not None:  # they draw at the structure with what they lack in force
             moved = contacts.reference * self.displacement - self.force
         x = self.modal @ shapes[0].T + moved @ shapes[1].T
         return np.asarray(x + self.load @ self.static[rows].T)
@@ -113,6 +113,8 @@ def reconstruct(
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
     )
     kernel.check(status, "contact motion")
+    scale = part.scale_at(sample)[:, np.newaxis]
+    x, v, f = scale * x, scale * v, scale * f
     coefficients = np.concatenate((response.modal, _loads(response, part)), axis=2)
     signals = _summed(segments, response, coefficients, _carriers(model, 0), sample)
     modal, load = np.split(signals, [response.modal.shape[2]], axis=1)

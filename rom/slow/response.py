@@ -62,7 +62,8 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
         return ModalResponse((), np.zeros((points, 0)), contacts, modal, contacts)
     orders = model.harmonics.orders
     effective = trajectory.effective(model)
-    P = model.harmonics.at(effective)
+    scale = trajectory.scale_at(trajectory.time)[:, np.newaxis]
+    P = scale[..., np.newaxis] * model.harmonics.at(effective / scale)
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
     modal, reaction = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
     if reduced.formulation == "paper":

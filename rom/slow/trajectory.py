@@ -35,6 +35,9 @@ class SlowTrajectory:
     discontinuity : (steps, modes) complex ndarray, optional
         What discontinuities of the forces add to the amplitudes at the start of each step.
         Default: nothing.
+    scale, scale_rate : (steps,) ndarray, optional
+        Limits and preloads relative to the model's at the start of each step, and their rate
+        [1/s]. Default: those of the model.
     """
 
     time: Floats
@@ -46,6 +49,8 @@ class SlowTrajectory:
     force_rate: Complexes
     force_response: ForceResponse | None = None
     discontinuity: Complexes | None = None
+    scale: Floats | None = None
+    scale_rate: Floats | None = None
 
     __repr__ = short_repr
 
@@ -72,6 +77,14 @@ class SlowTrajectory:
         last = self.frequency[-1] + self.frequency_rate[-1] * (self.time[-1] - self.time[-2])
         return np.vstack((self.frequency, last))
 
+    def scale_at(self, times: Floats) -> Floats:
+        """Limits and preloads relative to the model's at times inside, right of jumps (n,)."""
+        if self.scale is None or self.scale_rate is None:
+            return np.ones(times.size)
+        last = self.scale.size - 1
+        k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, last)
+        return np.asarray(self.scale[k] + self.scale_rate[k] * (times - self.time[k]))
+
     def between(self, start: float, end: float) -> SlowTrajectory:
         """The steps that overlap [start, end]."""
         steps = self.time.size - 1
@@ -87,7 +100,10 @@ class SlowTrajectory:
             self.force[within],
             self.force_rate[within],
             self.force_response,
-            None if self.discontinuity is None else self.discontinuity[within],
+            *(
+                None if each is None else each[within]
+                for each in (self.discontinuity, self.scale, self.scale_rate)
+            ),
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
@@ -101,6 +117,10 @@ class SlowTrajectory:
             *moving,
             self.angle[1:],
         )
+        if self.scale is not None and self.scale_rate is not None:
+            start["limit_scale"] = self.scale
+            end["limit_scale"] = self.scale + self.scale_rate * later[:, 0]
+            start["limit_scale_rate"] = end["limit_scale_rate"] = self.scale_rate
         return (
             rates(flow, start, self.amplitude_start),
             rates(flow, end, self.amplitude[1:]),
@@ -128,7 +148,12 @@ class SlowTrajectory:
         return segments
 
     def contact_segments(self, segments: np.ndarray, reaction: Complexes) -> np.ndarray:
-        """With effective amplitudes; `reaction` (steps + 1, orders, N_c) must outlive them."""
+        """With effective amplitudes; `reaction` (steps + 1, orders, N_c) must outlive them.
+
+        Amplitudes and reaction are divided by the scale of the limits, so that the motion is that
+        of unscaled ones times the scale. At a jump of the scale contacts need a few periods to
+        forget where they were.
+        """
         segments = segments.copy()
         modes = slice(0, self.amplitude.shape[1])
         moving = self.shift * self.force_rate
@@ -137,6 +162,15 @@ class SlowTrajectory:
         segments["amplitude_end"][:, modes] += self.shift * force_end
         segments["rate_start"][:, modes] += moving
         segments["rate_end"][:, modes] += moving
+        if self.scale is not None and self.scale_rate is not None:
+            reaction /= self.scale_at(self.time)[:, np.newaxis, np.newaxis]
+            ends = self.scale, self.scale + self.scale_rate * np.diff(self.time)
+            for side, scale in zip(("start", "end"), ends, strict=True):
+                growth = (self.scale_rate / scale)[:, np.newaxis]
+                amplitude, rate = f"amplitude_{side}", f"rate_{side}"
+                segments[rate] -= growth * segments[amplitude]
+                for name in (amplitude, rate):
+                    segments[name] /= scale[:, np.newaxis]
         segments["reaction_start"] = reaction.ctypes.data + reaction.strides[0] * np.arange(
             len(segments)
         )

@@ -16,7 +16,7 @@ from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
-from slipmode.runner.plan.settling import shortened
+from slipmode.runner.plan.settling import limit_scale_over, shortened
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
@@ -36,7 +36,7 @@ class Excited:
     modes : tuple of str
         Of "A" and "B".
     reduced : Reduced
-    law : Tanh or Coulomb
+    law : Friction
     force_patterns : tuple of (n,) ndarray
         Force on every DOF per unit of the scripted amplitude, of each mode.
     initial : tuple of complex
@@ -163,12 +163,14 @@ def _largest_force(excited: Excited, schedule: Schedule) -> Floats:
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
-    """Four times the amplitude at which the first contact slips.
+    """Four times the amplitude at which the first contact slips, or opens.
 
     Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
     friction_limit = limits(excited.law, excited.reduced.n_contacts)
     on_contacts = 2.0 * np.abs(excited.reduced.coupling)
+    if excited.reduced.contacts is not None:
+        on_contacts *= excited.reduced.contacts.reference
     slip = np.full(on_contacts.shape, np.inf)
     np.divide(
         np.broadcast_to(friction_limit, on_contacts.shape),
@@ -186,13 +188,18 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 
 
 def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
-    """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left."""
+    """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left.
+
+    Relative to the limits at their time: so the table is looked up.
+    """
     component = excited.component(model, _PATH_TOLERANCE)
     stretches = shortened(schedule, model, excited.modes, component.input_names)
-    rows, complete = [np.abs([excited.amplitude])], True
+    scale = limit_scale_over(stretches, component.input_names)
+    rows, complete = [np.abs([excited.amplitude]) / scale(np.zeros(1))], True
 
     def keep(outputs: Floats) -> None:
-        rows.append(np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)])
+        moduli = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
+        rows.append(moduli / scale(outputs[:, 0]))
 
     try:
         for outputs in component.trace(*stretches):

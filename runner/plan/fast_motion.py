@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.harmonics import left_out
+from slipmode.rom.contact.harmonics import left_out, mean_square
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
@@ -27,7 +27,8 @@ class Truncation:
     Attributes
     ----------
     contact : (orders,) ndarray
-        Of the contact displacement, at worst, relative to its RMS, for sums up to each of ORDERS.
+        Of what the contact problem has as unknown, the displacement or, of elastic contacts, the
+        lack of force, at worst, relative to its RMS, for sums up to each of ORDERS.
     elastic : (orders,) ndarray
         Of the wanted DOFs' displacement likewise; 0 without such DOFs.
     """
@@ -58,13 +59,13 @@ def measure_truncation(
     terms = contact_terms(
         reduced, excited.law, points, grid, 1e-3, combinations=combinations, highest=ORDERS[-1]
     )
-    whole = terms.left_out**2 + 2.0 * (np.abs(terms.P) ** 2).sum(axis=1)
+    whole = terms.left_out**2 + mean_square(terms.orders, terms.P)
     shapes = reduced.mode_shapes[rows], reduced.contact_shapes[rows]
     motion = np.sqrt(2.0 * points**2 @ shapes[0].T ** 2 + whole @ shapes[1].T ** 2)
     contact, elastic = [], []
     for order in ORDERS:
-        kept = [abs(n) + abs(m) <= order for n, m in terms.orders]
-        beyond = left_out(terms.P[:, kept], whole)
+        kept = [q for q, (n, m) in enumerate(terms.orders) if abs(n) + abs(m) <= order]
+        beyond = left_out([terms.orders[q] for q in kept], terms.P[:, kept], whole)
         moved = beyond @ np.abs(shapes[1]).T
         contact.append(_largest_part(beyond, np.sqrt(whole)))
         elastic.append(_largest_part(moved, motion))

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipmode.fmu import Component
-from slipmode.rom import Coulomb, Friction, Model, Reduced, SlipmodeError, Structure, Tanh, reduce
-from slipmode.rom.contact.laws import limits
+from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
     combination_resonances,
@@ -25,6 +24,7 @@ from slipmode.runner.plan.assumptions import check_assumptions
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
+from slipmode.runner.scene.contacts import check_scale, law_of
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
@@ -124,11 +124,18 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     modes, mode_decisions = _modes(scene)
     structure = scene.structure.build()
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
-    reduced = reduce(structure, [numbers[m] for m in modes], scene.model.formulation)
+    law = law_of(scene, structure.n_contacts)
+    check_scale(scene, law, structure.n_contacts)
+    reduced = reduce(
+        structure,
+        [numbers[m] for m in modes],
+        scene.model.formulation,
+        law=law if scene.contacts else None,
+    )
     excited = Excited(
         modes,
         reduced,
-        _law(scene, reduced.n_contacts),
+        law,
         tuple(_force_pattern(scene, mode, reduced, index) for index, mode in enumerate(modes)),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
         tuple(scene.initial.get(mode, 0.0) for mode in modes),
@@ -143,7 +150,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         frequencies = [f"frequency_{mode}" for mode in modes]
         straight = schedule.stretches()
         combinations = combination_resonances(
-            straight.inputs(frequencies), straight.at_ends(frequencies)
+            straight.inputs(frequencies), straight.at_ends(frequencies), even=reduced.even
         )
     seen = None
     if scene.model.amplitude is None:
@@ -232,18 +239,6 @@ def _other_modes(reduced: Reduced) -> Decision:
     return Decision("other modes", f"{responding.size} modelled, without an equation", reason)
 
 
-def _law(scene: Scene, contacts: int) -> Friction:
-    friction = scene.friction
-    law = (
-        Coulomb(friction.limit) if friction.alpha is None else Tanh(friction.limit, friction.alpha)
-    )
-    try:
-        limits(law, contacts)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"friction.{error}") from None
-    return law
-
-
 def _force_pattern(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:
     """Force on every DOF per unit of its amplitude; it must be able to move its mode."""
     if mode not in scene.forcing:
@@ -302,10 +297,11 @@ def _fast_motion(
     truncation = measure_truncation(excited, amplitude, combinations, dofs)
     order = truncation.order_within(tolerance) if scene.elastic else None
     missed = f"harmonics to order {ORDERS[-1]} miss"
+    what = "displacement" if excited.reduced.contacts is None else "slip"
     decisions = [
         _window_decision(
             *("contact motion", window, "marched"),
-            f"{missed} {truncation.contact[-1]:.2g} of the displacement, more of the velocity",
+            f"{missed} {truncation.contact[-1]:.2g} of the {what}, more of the velocity",
         )
         for window in scene.contact
     ]

@@ -8,14 +8,14 @@ that time may as well move faster: the amplitudes are steady ones all along.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, is_rate, rate_of
 
 _FORGOTTEN = 50.0  # decay times, also for a frequency to move by the width of a peak
 _BEATS = 3.0  # periods
@@ -46,9 +46,33 @@ def shortened(
     straight = schedule.stretches()
     lengths, inputs = straight.durations(), straight.inputs(names)
     shorter = np.minimum(lengths, _eventful(straight, model, modes))
-    rates = [k for k, name in enumerate(names) if "_rate_" in name]
+    rates = [k for k, name in enumerate(names) if is_rate(name)]
     inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
     return shorter, inputs
+
+
+def limit_scale_over(
+    stretches: tuple[Floats, Floats], names: Sequence[str]
+) -> Callable[[Floats], Floats]:
+    """Least scale of the limits around times (n,), as (n, 1), in stretches that follow t = 0.
+
+    At a jump it is the lesser of both sides; 1 if the limits are no input.
+    """
+    if LIMIT_SCALE not in names:
+        return lambda time: np.ones((time.size, 1))
+    lengths, inputs = stretches
+    ends = np.cumsum(lengths)
+    starts = np.append(0.0, ends[:-1])
+    begin, rate = (inputs[:, names.index(n)] for n in (LIMIT_SCALE, rate_of(LIMIT_SCALE)))
+    slack = 1e-9 * lengths
+
+    def scale(time: Floats) -> Floats:
+        around = [np.searchsorted(ends + s, time, side="left") for s in (slack, -slack)]
+        sides = [np.minimum(k, ends.size - 1) for k in around]
+        values = [begin[k] + rate[k] * np.clip(time - starts[k], 0.0, lengths[k]) for k in sides]
+        return np.asarray(np.minimum(*values)[:, np.newaxis])
+
+    return scale
 
 
 def _eventful(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:

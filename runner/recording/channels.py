@@ -7,7 +7,7 @@ same bytes in every message, so a numpy structured array *is* the wire format of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from google.protobuf.descriptor_pb2 import (
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.states import STATES
 from slipmode.rom.errors import SlipmodeError
 
 Mode = Literal["A", "B"]
@@ -31,6 +32,7 @@ Level = Literal["info", "warning", "error"]
 EVENTS = "/events"
 FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
 PHASES, TORUS = "/phases", "/torus"
+SHARE = "/contact_share"
 OTHER = "/other"  # in front of what other programs recorded, whose topics may be called like ours
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
@@ -80,11 +82,14 @@ class Channel:
         Columns of every batch of this channel, in order.
     description : str
         What the channel holds, for a reader of the file.
+    kind : str
+        What a message is called, where the topic does not tell its fields.
     """
 
     topic: str
     fields: tuple[Field, ...]
     description: str
+    kind: str = field(default="", compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,7 +99,7 @@ class Channel:
     @property
     def message_type(self) -> str:
         """Full name of the protobuf message, ``slipmode.Contact`` for ``/contact/0``."""
-        return f"slipmode.{self.topic.split('/')[1].capitalize()}"
+        return f"slipmode.{self.kind or self.topic.split('/')[1].capitalize()}"
 
     def descriptor(self) -> FileDescriptorSet:
         """Protobuf schema of a sample: field number j + 1 is column j."""
@@ -209,6 +214,36 @@ def contact(index: int, prefix: str = "") -> Channel:
     fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
     topic = f"{prefix}/contact/{index}"
     return Channel(topic, fields, f"Motion of contact {index}")
+
+
+def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
+    """Motion of elastic contact number `index`, and what it does.
+
+    x, v, f along its tangent, y, v_y, f_y along a second one; x_n, v_n along its normal, positive
+    closing; normal force N with its preload, clearance; state 0 stuck, 1 slipping, 2 open.
+
+    Parameters
+    ----------
+    tangents : int
+        Tangential directions of a frictional contact; 0 of a law without a normal.
+    """
+    named = list(contact(index).fields)
+    kind = "ElasticContact"
+    if tangents:
+        kind = "FrictionalContact"
+        if tangents == 2:
+            kind = "FrictionalContact2d"
+            named += [Field("y", "m"), Field("v_y", "m/s"), Field("f_y", "N")]
+        named += [Field("x_n", "m"), Field("v_n", "m/s"), Field("N", "N"), Field("gap", "m")]
+    named.append(Field("state", "1"))
+    words = f"Motion of contact {index}; state: 0 stuck, 1 slipping, 2 open"
+    return Channel(f"{prefix}/contact/{index}", tuple(named), words, kind)
+
+
+def contact_share(contacts: int) -> Channel:
+    """Part of a window, which ends there, that each elastic contact spends in each state."""
+    fields = tuple(Field(f"contact_{i}_{name}", "1") for i in range(contacts) for name in STATES)
+    return Channel(SHARE, fields, "Part of a window that each contact is stuck, slipping, open")
 
 
 def phases() -> Channel:

@@ -15,14 +15,23 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
+from slipmode.runner.scene.contacts import (
+    CONTACTS,
+    FRICTION,
+    STAND_IN,
+    read_contacts,
+    read_friction,
+)
+from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import (
+    ContactGroup,
     Forcing,
-    Friction,
     Log,
     MatrixFile,
     ModelOptions,
     Modes,
     Output,
+    RigidFriction,
     Run,
     Scene,
     TwoMass,
@@ -31,13 +40,14 @@ from slipmode.runner.scene.sections import (
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table, between
 
 __all__ = [
+    "ContactGroup",
     "Forcing",
-    "Friction",
     "Log",
     "MatrixFile",
     "ModelOptions",
     "Modes",
     "Output",
+    "RigidFriction",
     "Run",
     "Scene",
     "TwoMass",
@@ -53,7 +63,8 @@ _TWO_MASS_PARAMETERS = tuple(
 )
 _SECTIONS = {
     "structure": ("model", "matrices", "damping", *_TWO_MASS_PARAMETERS),
-    "friction": ("law", "limit", "alpha"),
+    "friction": FRICTION,
+    "limits": ("scale",),
     "modes": MODES,
     "forcing": MODES,
     "initial": MODES,
@@ -64,6 +75,9 @@ _SECTIONS = {
 }
 _FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
 _WINDOW = ("window", "samples_per_period")
+# [[contact]] and [[contacts]] look alike: whose key it is, and where it goes
+_OF_LAWS = dict.fromkeys(CONTACTS, "the laws of contacts are in [[contacts]]")
+_OF_WINDOWS = dict.fromkeys(_WINDOW, "windows of contact motion are [[contact]]")
 _LARGEST_STEP_COUNT = 1e7
 _AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
 
@@ -113,8 +127,9 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
-    root = Table(content, ("title", "contact", "elastic", *_SECTIONS))
+    root = Table(content, ("title", "contact", "contacts", "elastic", *_SECTIONS))
     section = {name: root.section(name, keys) for name, keys in _SECTIONS.items()}
+    groups = root.sections("contacts", CONTACTS, _OF_WINDOWS)
     modes = _modes(section["modes"])
     run = _run(section["run"])
     forcing = _forcing(section["forcing"], modes, run.duration)
@@ -122,18 +137,22 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
     contact, elastic = (
-        _windows(root.sections(name, _WINDOW), run.duration) for name in ("contact", "elastic")
+        _windows(root.sections(name, _WINDOW, _OF_LAWS), run.duration)
+        for name in ("contact", "elastic")
     )
     _refuse_overlap(contact, elastic)
+    _refuse_mixed_laws(root, groups)
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
-        friction=_friction(section["friction"]),
+        friction=read_friction(section["friction"]) if "friction" in root else None,
+        contacts=read_contacts(groups),
+        limit_scale=_limit_scale(section["limits"]),
         modes=modes,
         forcing=forcing,
         initial=initial,
         run=run,
-        model=_model(section["model"], modes),
+        model=_model(section["model"], modes, elastic=bool(groups)),
         contact=contact,
         elastic=elastic,
         output=_output(section["output"], contact, elastic),
@@ -172,15 +191,18 @@ def _exists(path: Path) -> bool:
     return True
 
 
-def _friction(table: Table) -> Friction:
-    law = cast(Literal["tanh", "coulomb"], table.choice("law", ("tanh", "coulomb")))
-    if law == "coulomb" and "alpha" in table:
-        raise table.error("alpha", 'goes with law = "tanh"; "coulomb" is not regularised')
-    return Friction(
-        law=law,
-        limit=table.number_or_numbers("limit", NON_NEGATIVE),
-        alpha=table.number("alpha", POSITIVE) if law == "tanh" else None,
-    )
+def _refuse_mixed_laws(root: Table, groups: list[Table]) -> None:
+    """Contacts are either all rigid or all elastic."""
+    if "friction" in root and groups:
+        raise root.error(
+            "contacts", f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
+        )
+    if "friction" not in root and not groups:
+        raise root.error("friction", "is missing: give [friction] or [[contacts]]")
+
+
+def _limit_scale(table: Table) -> Script | None:
+    return table.script("scale", POSITIVE) if "scale" in table else None
 
 
 def _modes(table: Table) -> Modes:
@@ -250,9 +272,11 @@ def _run(table: Table) -> Run:
     return run
 
 
-def _model(table: Table, modes: Modes) -> ModelOptions:
+def _model(table: Table, modes: Modes, elastic: bool) -> ModelOptions:
     n_modes = len(modes.numbers)
     formulation = table.choice("formulation", ("consistent", "paper"), default="consistent")
+    if elastic and formulation == "paper":
+        raise table.error("formulation", 'must be "consistent" with [[contacts]]')
     extent = table.choice("table", ("whole", "region"), default="whole")
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')

@@ -19,6 +19,8 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.script import Script
 
+LIMIT_SCALE = "limit_scale"
+
 _QUIET = Script.constant(0.0)
 _ALL = slice(None)
 _SAME = 1e-9  # of a step: communication points so near are one
@@ -79,7 +81,7 @@ class Schedule:
 
     def at_ends(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
         """Values at the end of steps, (steps, len(names)), left of jumps."""
-        rates = [name.replace("_", "_rate_") for name in names]
+        rates = [rate_of(name) for name in names]
         grown = self.inputs(rates, steps) * self.durations(steps)[:, np.newaxis]
         return np.asarray(self.inputs(names, steps) + grown)
 
@@ -124,10 +126,8 @@ class Schedule:
         return reached.min(axis=0), reached.max(axis=0)
 
     def _input(self, name: str, starts: Floats) -> Floats:
-        if name.startswith("limit_scale"):  # no scene scales the friction limits
-            return np.full(starts.size, float(name == "limit_scale"))
-        if "_rate_" in name:
-            return self.scripts[name.replace("_rate_", "_")].rate(starts)
+        if is_rate(name):
+            return self.scripts[name.replace("_rate", "")].rate(starts)
         return self.scripts[name].value(starts)
 
     @cached_property
@@ -168,12 +168,22 @@ class _Stretches:
     regular: NDArray[np.int64]
 
 
+def rate_of(name: str) -> str:
+    """What the rate of an input is called: force_rate_A of force_A, limit_scale_rate."""
+    return f"{name}_rate" if name == LIMIT_SCALE else name.replace("_", "_rate_")
+
+
+def is_rate(name: str) -> bool:
+    """Whether an input is the rate of another."""
+    return "_rate" in name
+
+
 def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
     """Steps of a scene for the modes in `natural`, {"A": omega_A, ...}.
 
     A mode without forcing of its own has zero force at its natural frequency.
     """
-    scripts: dict[str, Script] = {}
+    scripts = {LIMIT_SCALE: scene.limit_scale or Script.constant(1.0)}
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)
         scripts[f"force_{mode}"] = forcing.amplitude if forcing else _QUIET

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.contacts import ElasticLaw
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.script import Script
@@ -42,8 +43,8 @@ class MatrixFile:
 
 
 @dataclass(frozen=True)
-class Friction:
-    """The friction law: limit mu N [N], one for all contacts or one each; alpha [m/s]."""
+class RigidFriction:
+    """A rigid friction law: limit mu N [N], one for all contacts or one each; alpha [m/s]."""
 
     law: Literal["tanh", "coulomb"]
     limit: float | tuple[float, ...]
@@ -51,8 +52,16 @@ class Friction:
 
 
 @dataclass(frozen=True)
+class ContactGroup:
+    """Elastic contacts with one law, and the contact DOFs that they are on; None: on all."""
+
+    law: ElasticLaw
+    contacts: tuple[int, ...] | None
+
+
+@dataclass(frozen=True)
 class Modes:
-    """Numbers of the retained bonded modes, from 0 in ascending frequency; B is optional."""
+    """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional."""
 
     A: int
     B: int | None
@@ -149,6 +158,12 @@ class Scene:
 
     Attributes
     ----------
+    friction : RigidFriction or None
+        Of rigid contacts; None if they are elastic.
+    contacts : tuple of ContactGroup
+        Elastic contacts, group by group; empty if they are rigid.
+    limit_scale : Script or None
+        Limits and preloads over time, relative to those given; None: they stay.
     forcing : mapping of "A", "B" to Forcing
         The forced modes only.
     initial : mapping of "A", "B" to complex
@@ -168,7 +183,9 @@ class Scene:
 
     title: str
     structure: TwoMass | MatrixFile
-    friction: Friction
+    friction: RigidFriction | None
+    contacts: tuple[ContactGroup, ...]
+    limit_scale: Script | None
     modes: Modes
     forcing: Mapping[str, Forcing]
     initial: Mapping[str, complex]

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
@@ -49,17 +50,24 @@ class Table:
         The keys it may have; any other is refused at once.
     path : str
         Where the table is in the file, "forcing.A"; empty for the file itself.
+    elsewhere : Mapping of str to str
+        Keys of another table that could be meant, and what to say of them.
     """
 
-    def __init__(self, content: Mapping[str, Any], keys: Iterable[str], path: str = "") -> None:
+    def __init__(
+        self,
+        content: Mapping[str, Any],
+        keys: Iterable[str],
+        path: str = "",
+        elsewhere: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self._content = content
         self._path = path
         allowed = sorted(keys)
         for key in content:
             if key not in allowed:
-                raise self.error(
-                    key, f"unknown key; allowed: {', '.join(allowed)}{_hint(key, allowed)}"
-                )
+                hint = f"; {elsewhere[key]}" if key in elsewhere else _hint(key, allowed)
+                raise self.error(key, f"unknown key; allowed: {', '.join(allowed)}{hint}")
 
     def __contains__(self, key: str) -> bool:
         return key in self._content
@@ -72,11 +80,19 @@ class Table:
         """The table [key], empty if absent."""
         return self._table(self._full(key), self._content.get(key, {}), keys)
 
-    def sections(self, key: str, keys: Sequence[str]) -> list["Table"]:
+    def below(self, refusal: SlipmodeError) -> SlipmodeError:
+        """The refusal `key: message` of what was made from this table, with the full key."""
+        return SlipmodeError(f"{self._path}.{refusal}")
+
+    def sections(
+        self, key: str, keys: Sequence[str], elsewhere: Mapping[str, str] = MappingProxyType({})
+    ) -> list["Table"]:
         """The tables [[key]], in file order."""
         name = self._full(key)
         tables = _list(name, self._content.get(key, []), f"an array of tables, [[{name}]]")
-        return [self._table(f"{name}[{i}]", table, keys) for i, table in enumerate(tables)]
+        return [
+            self._table(f"{name}[{i}]", table, keys, elsewhere) for i, table in enumerate(tables)
+        ]
 
     def text(self, key: str, default: str | None = None) -> str:
         """A string of one line, without control characters."""
@@ -92,6 +108,10 @@ class Table:
             allowed = ", ".join(f'"{choice}"' for choice in choices)
             raise self.error(key, f"must be one of {allowed}; got {_shown(value)}")
         return str(value)
+
+    def is_one_of(self, key: str, choices: Sequence[str]) -> bool:
+        """Whether a value is one of a few strings."""
+        return self._content.get(key) in choices
 
     def boolean(self, key: str, default: bool | None = None) -> bool:
         """True or false."""
@@ -142,10 +162,16 @@ class Table:
         except SlipmodeError as error:
             raise self.error(key, str(error)) from error
 
-    def _table(self, name: str, value: Any, keys: Iterable[str]) -> "Table":
+    def _table(
+        self,
+        name: str,
+        value: Any,
+        keys: Iterable[str],
+        elsewhere: Mapping[str, str] = MappingProxyType({}),
+    ) -> "Table":
         if not isinstance(value, dict):
             raise SlipmodeError(f"{name}: must be a table, got {_shown(value)}")
-        return Table(value, keys, name)
+        return Table(value, keys, name, elsewhere)
 
     def _get(self, key: str, default: Any = None) -> Any:
         value = self._content.get(key, default)

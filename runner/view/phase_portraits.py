@@ -16,7 +16,7 @@ from slipmode.runner.view.envelope import DENSE_SAMPLES
 from slipmode.runner.view.tail import tails
 
 TIMELINE = "time"
-PHASE_PORTRAIT, TRAJECTORY, LOOP = "/phase_plane", "/trajectory", "/loop"
+PHASE_PORTRAIT, TRAJECTORY, LOOP, ORBIT = "/phase_plane", "/trajectory", "/loop", "/orbit"
 AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
 COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
@@ -78,7 +78,10 @@ class Portrait:
 
 
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
-    """Phase portraits of the modes, the contact trajectory and the first hysteresis loops."""
+    """Phase portraits of the modes, the contact trajectory, the first hysteresis loops.
+
+    And the orbits of these contacts in their planes, where they slide in two directions.
+    """
     by_topic = {channel.topic: channel for channel in channels}
     contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
 
@@ -107,6 +110,10 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
         title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
         found.append(Portrait(f"{LOOP}{topic}", title, x, y, False, _TAIL_SAMPLES))
+        if "y" in by_topic[topic].names:
+            title = title.replace("Hysteresis", "Orbit")
+            plane = axis(topic, "x", "x"), axis(topic, "y", "y")
+            found.append(Portrait(f"{ORBIT}{topic}", title, *plane, True, _TAIL_SAMPLES))
     return found
 
 

@@ -13,12 +13,22 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, PHASES, TORUS, Channel, Level
+from slipmode.runner.recording.channels import (
+    EVENTS,
+    FULL,
+    OTHER,
+    PHASES,
+    SHARE,
+    TORUS,
+    Channel,
+    Level,
+)
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
     COLORS,
     LOOP,
+    ORBIT,
     PHASE_PORTRAIT,
     TIMELINE,
     TRAJECTORY,
@@ -40,6 +50,8 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
 # The last word of a field's name tells its quantity; fields of one quantity share a plot.
 _QUANTITIES = {"re": "components", "im": "components", "abs": "amplitude"}
 _QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
+_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
+_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
 
 _SLOW_PLOTS = (
     ("/modes", "amplitude", "Modal amplitude"),
@@ -53,6 +65,9 @@ _MOTION_PLOTS = (
     ("/elastic", "displacement", "Elastic displacement"),
     ("/contact", "displacement", "Contact displacement"),
     ("/contact", "friction_force", "Friction force"),
+    ("/contact", "normal_force", "Normal force"),
+    ("/contact", "gap", "Gap"),
+    ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
 )
 
 
@@ -89,7 +104,7 @@ def series(channel: Channel) -> list[Series]:
     """Plots of a channel: one entity for each quantity, or for a number of other programs."""
     if channel.topic.startswith(OTHER):
         return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
-    if channel.topic in (PHASES, TORUS):  # shown together, not over time
+    if channel.topic in (PHASES, TORUS, SHARE):  # shown together, or told, not over time
         return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
@@ -105,6 +120,7 @@ def series(channel: Channel) -> list[Series]:
 
 
 def _quantity(name: str) -> str:
+    name = _ALONG.get(name, name)
     word = "x" if name.startswith("x_") else name.split("_")[-1]
     return _QUANTITIES.get(word, word)
 
@@ -201,7 +217,7 @@ def blueprint(
     motion = _plots(channels, _MOTION_PLOTS, window) + drawn(TRAJECTORY)
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row)
-        for row in map(drawn, (PHASE_PORTRAIT, f"{LOOP}/contact", f"{LOOP}{FULL}"))
+        for row in map(drawn, (PHASE_PORTRAIT, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT))
         if row
     ]
     if torus_view.has_torus(channels):

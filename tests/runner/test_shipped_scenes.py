@@ -19,11 +19,23 @@ PINNED = {
         "energy": 2.7295,
         "contact": (0.0170463, 0.000503824),
     },
+    "blade": {
+        "end": (1.55909e-4, 1.25566e-5),
+        "peak": (1.72028e-4, 1.26285e-5),
+        "energy": 2.01754,
+        "contact": (1.74435e-4, 1.73930e-4),
+    },
     "force-step": {
         "end": (2.90457, 1.25106),
         "peak": (8.53812, 3.47634),
         "energy": 1053.76,
         "contact": (0.752385, 0.120184),
+    },
+    "lap-joint": {
+        "end": (5.63626e-5,),
+        "peak": (7.33884e-5,),
+        "energy": 4.40353e-3,
+        "contact": (2.40556e-6, 2.21390e-6, 1.40413e-6, 1.20750e-6),
     },
     "one-mode": {
         "end": (3.12799,),
@@ -51,24 +63,35 @@ def shipped(request, shipped_scene):
     return shipped_scene(request.param)
 
 
+ELASTIC = {"blade": 2, "lap-joint": 4}  # and how many contacts
+
+
 def test_shipped_scenes_give_their_numbers(shipped):
     data = shipped.read()
     moduli = np.array([column(data, "/modes", f"{m}_abs") for m in shipped.plan.excited.modes])
-    contacts = [column(data, f"/contact/{i}", "x") for i in range(2)]
+    name = shipped.plan.scene.name
+    contacts = [column(data, f"/contact/{i}", "x") for i in range(ELASTIC.get(name, 2))]
     found = {
         "end": moduli[:, -1],
         "peak": moduli.max(axis=1),
         "energy": column(data, "/energy", "dissipated_energy")[-1],
         "contact": np.abs(contacts).max(axis=1),
     }
-    for name, pinned in PINNED[shipped.plan.scene.name].items():
-        assert found[name] == pytest.approx(pinned, rel=1e-3), name
+    for quantity, pinned in PINNED[name].items():
+        assert found[quantity] == pytest.approx(pinned, rel=1e-3), quantity
+    if name in ELASTIC:
+        stuck, slipping, open_ = data.channels["/contact_share"].values[0].reshape(-1, 3)[0]
+        assert 0.2 < stuck < 0.5
+        assert 0.2 < slipping < 0.6
+        assert 0.15 < open_ < 0.4
+        return
     assert max(np.abs(column(data, f"/contact/{i}", "f")).max() for i in range(2)) <= 2.0
 
 
 def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     scene, schedule = shipped.plan.scene, shipped.plan.schedule
-    slow, fast = {"/modes", "/forcing", "/energy"}, {"/contact/0", "/contact/1"}
+    slow, contacts = {"/modes", "/forcing", "/energy"}, ELASTIC.get(scene.name, 2)
+    fast = {f"/contact/{i}" for i in range(contacts)}
     fast |= {"/elastic"} if scene.output.elastic else set()
     with independent_reader(shipped.mcap) as reader:
         summary = reader.get_summary()
@@ -83,6 +106,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     fast |= {"/phases"} if two else set()
     points, samples = schedule.steps + 1, shipped.samples
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 2}
+    expected |= {"/events": 3, "/contact_share": 1} if scene.name in ELASTIC else {}
     expected |= {"/torus": 32 * 64} if two else {}
     assert counts.pop("/overview/modes") == points <= 4096
     assert counts == expected

@@ -189,7 +189,7 @@ REFUSED = [
     ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, dof"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
      "dof, frequency, phase, vector; did you mean amplitude?"),
-    ("[log]", "[logs]", "logs: unknown key; allowed: contact, elastic, forcing"),
+    ("[log]", "[logs]", "logs: unknown key; allowed: contact, contacts, elastic"),
     ("[forcing.B]", "[forcing.C]", "forcing.C: unknown key; allowed: A, B"),
     ("samples_per_period", "samples", "contact[0].samples: unknown key"),
     ("phase = 0.5", '"a\\nb" = 1', 'forcing.A."a\\nb": unknown key'),
@@ -206,7 +206,7 @@ REFUSED = [
     ("dof = 1", f"dof = 0x{'f' * 5000}", "forcing.B.dof: must be an integer (>= 0), got a huge"),
     ("mcap = true", "mcap = 1", "log.mcap: must be true or false, got 1"),
     ('title = "Both modes"', "title = 3", "title: must be a string, got 3"),
-    ("[run]", "[rum]", "rum: unknown key; allowed: contact, elastic, forcing"),
+    ("[run]", "[rum]", "rum: unknown key; allowed: contact, contacts, elastic"),
     ("[[contact]]", "[contact]", "contact: must be an array of tables, [[contact]]"),
     ("elastic = [0, 1]", "elastic = 0", "output.elastic: must be a list of integers, got 0"),
     ("elastic = [0, 1]", "elastic = [0.5]", "output.elastic[0]: must be an integer (>= 0)"),
@@ -342,7 +342,7 @@ def test_refuses_a_forcing_that_is_no_table():
 
 
 def test_shipped_scenes_load_and_their_structures_build():
-    names = {"one-mode", "two-mode", "sweep", "force-step", "beating"}
+    names = {"one-mode", "two-mode", "sweep", "force-step", "beating", "blade", "lap-joint"}
     assert set(shipped_scenes()) == names
     for name in names:
         scene = load_scene(name)
@@ -370,7 +370,7 @@ def test_loads_a_file(tmp_path):
 
 def test_a_missing_file_lists_the_shipped_scenes():
     with pytest.raises(
-        SlipmodeError, match=r"absent.toml': no such .*beating, force-step, one-mode"
+        SlipmodeError, match=r"absent.toml': no such .*beating, blade, force-step, lap"
     ):
         load_scene("absent.toml")
 

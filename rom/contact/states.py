@@ -1,0 +1,102 @@
+"""What elastic contacts do at an instant, told by their displacement, their force and the law.
+
+A frictional contact is open where its normal force would be negative, N0 + k_n (x_n - gap) <= 0,
+and slips where its tangential force is all that friction can hold, |f_t| >= mu N. Jenkins elements
+side by side, Iwan's among them, slip where all of them do (macro-slip); some may slide before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.elements import SLIDERS, Elements
+from slipmode.rom.short_repr import short_repr
+
+STUCK, SLIPPING, OPEN = 0, 1, 2
+STATES = ("stuck", "slipping", "open")
+
+_AT_LIMIT = 1.0 - 1e-9  # of what friction holds: rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ContactStates:
+    """Of each contact (element), which may be on several contact DOFs.
+
+    Attributes
+    ----------
+    state : (n, elements) ndarray of int
+        STUCK, SLIPPING or OPEN.
+    normal_force : (n, elements) ndarray
+        N, the preload in it [N]; NaN where the law has none.
+    gap : (n, elements) ndarray
+        Clearance, 0 where the contact touches [m]; NaN where the law has none.
+    """
+
+    state: NDArray[np.int8]
+    normal_force: Floats
+    gap: Floats
+
+    __repr__ = short_repr
+
+    def shares(self) -> Floats:
+        """Part of the samples in each of STATES, (elements, 3)."""
+        return np.stack([np.mean(self.state == k, axis=0) for k in range(len(STATES))], axis=-1)
+
+
+def contact_states(
+    elements: Elements, displacement: Floats, force: Floats, scale: Floats | float = 1.0
+) -> ContactStates:
+    """States at instants of a motion.
+
+    Parameters
+    ----------
+    elements : Elements
+    displacement, force : (n, N_c) ndarray
+        x_c [m] and f [N]; along a normal f is N - N0, as in `Motion` and `FullMotion`.
+    scale : (n,) ndarray or float
+        Of limits and preloads.
+    """
+    shape = (len(displacement), len(elements.element))
+    state = np.zeros(shape, dtype=np.int8)
+    normal_force, gap = np.full(shape, np.nan), np.full(shape, np.nan)
+    for k, element in enumerate(elements.element):
+        if element["law"] == SLIDERS:
+            column = element["column"][0]
+            held = scale * elements.limit[column]
+            state[:, k] = np.where(np.abs(force[:, column]) >= held * _AT_LIMIT, SLIPPING, STUCK)
+            continue
+        *tangential, normal = element["column"][: element["tangents"] + 1].tolist()
+        preload, stiffness = scale * element["preload"], element["normal_stiffness"]
+        pressed = preload + stiffness * (displacement[:, normal] - element["gap"])
+        N = np.maximum(pressed, 0.0)
+        held = element["friction"] * N
+        slips = np.linalg.norm(force[:, tangential], axis=1) >= held * _AT_LIMIT
+        state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
+        normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness
+    return ContactStates(state, normal_force, gap)
+
+
+def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:
+    """Energy in the springs of contacts at a motion (n, N_c), less that at rest (n,) [J].
+
+    NaN where sliders in parallel do not tell it by their force alone.
+    """
+    stored = np.zeros(len(displacement))
+    for element in elements.element:
+        if element["law"] == SLIDERS:
+            stiffness = elements.slider[element["first_slider"], 1]
+            alone = element["sliders"] == 1
+            f = force[:, element["column"][0]]
+            stored += 0.5 * f**2 / stiffness if alone else np.nan
+            continue
+        *tangential, normal = element["column"][: element["tangents"] + 1].tolist()
+        stored += 0.5 * np.sum(force[:, tangential] ** 2, axis=1) / element["tangential_stiffness"]
+        x, preload = displacement[:, normal], element["preload"]
+        pressed = preload + element["normal_stiffness"] * (x - element["gap"])
+        squares = np.maximum(pressed, 0.0) ** 2 - preload**2
+        stored += 0.5 * squares / element["normal_stiffness"] - preload * x
+    return stored

@@ -1,0 +1,154 @@
+"""Elastic contacts in scenes: what [[contacts]] and [limits] say, how they are refused."""
+
+import numpy as np
+import pytest
+
+from slipmode import rom
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.scene.contacts import check_scale, law_of
+from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.scene.script import Script
+
+pytestmark = pytest.mark.quick
+
+START = """
+[structure]
+model = "two-mass"
+[modes]
+A = 0
+[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 0.98
+[run]
+duration = 100
+step = 1
+[[contact]]
+window = [90, 95]
+"""
+JENKINS = """
+[[contacts]]
+law = "jenkins"
+limit = [2.0, 1.0]
+stiffness = 30.0
+"""
+FRICTIONAL = """
+[[contacts]]
+law = "frictional"
+mu = 0.5
+preload = 1.0
+tangential_stiffness = 20.0
+normal_stiffness = 30.0
+"""
+COULOMB = """
+[friction]
+law = "coulomb"
+limit = 2.0
+"""
+
+
+def law(text):
+    return law_of(parse_scene(START + text, "."), 2)
+
+
+def refusal_of(text):
+    with pytest.raises(SlipmodeError) as refusal:
+        make_plan(parse_scene(START + text, "."))
+    message = str(refusal.value)
+    assert "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (JENKINS, rom.Jenkins((2.0, 1.0), 30.0)),
+        (FRICTIONAL, rom.FrictionalContact(0.5, 1.0, 20.0, 30.0)),
+        (
+            '[[contacts]]\nlaw = "iwan"\nforce = 2\nstiffness = 30\nchi = -0.5\nbeta = 0.1',
+            rom.Iwan(2.0, 30.0, -0.5, 0.1),
+        ),
+        (
+            '[[contacts]]\nlaw = "sliders"\nlimit = [1, 2]\nstiffness = [3, 4]\ncontacts = [0, 1]',
+            rom.Contacts([(rom.Sliders((1.0, 2.0), (3.0, 4.0)), (0, 1))]),
+        ),
+    ],
+)
+def test_laws_are_those_of_python(text, expected):
+    assert law(text) == expected
+
+
+def test_groups_have_their_laws_on_their_contact_dofs():
+    first = JENKINS.replace("[2.0, 1.0]", "2.0") + "contacts = [1]\n"
+    second = JENKINS.replace("[2.0, 1.0]", "3.0") + "contacts = [0]\n"
+    expected = [(rom.Jenkins(2.0, 30.0), (1,)), (rom.Jenkins(3.0, 30.0), (0,))]
+    assert law(first + second) == rom.Contacts(expected)
+    np.testing.assert_array_equal(law(first + second).elements(2).limit, [3.0, 2.0])
+
+
+def test_limits_are_scripted():
+    scene = parse_scene(START + JENKINS + "[limits]\nscale = [[0, 1.0], [50, 0.5]]", ".")
+    assert scene.limit_scale == Script((0.0, 50.0), (1.0, 0.5))
+    assert parse_scene(START + JENKINS, ".").limit_scale is None
+
+
+REFUSED = [
+    ("", "friction: is missing: give [friction] or [[contacts]]"),
+    (JENKINS + COULOMB, 'contacts: are elastic, [friction] is rigid: give one of both; law = "j'),
+    (COULOMB.replace("coulomb", "jenkins"), "friction.law: is an elastic law: use a group [["),
+    (JENKINS.replace("jenkins", "coulomb"), "contacts[0].law: is a rigid law and goes in [fri"),
+    (JENKINS.replace("jenkins", "spring"), 'contacts[0].law: must be one of "jenkins", "iwan", "'),
+    (JENKINS.replace("limit", "limits", 1), "contacts[0].limits: unknown key; allowed: beta, chi"),
+    (JENKINS + "window = [1, 2]", "contacts[0].window: unknown key; allowed: beta, chi, contacts"),
+    (JENKINS + "mu = 1", 'contacts[0].mu: is no parameter of law = "jenkins"; it has limit, st'),
+    (JENKINS.replace("stiffness = 30.0", ""), "contacts[0].stiffness: is missing"),
+    (JENKINS.replace("30.0", "0"), "contacts[0].stiffness: must be > 0, got 0"),
+    (JENKINS.replace("2.0", "-2.0"), "contacts[0].limit[0]: must be >= 0, got -2.0"),
+    (JENKINS.replace("2.0", "nan"), "contacts[0].limit[0]: must be >= 0, got NaN"),
+    (JENKINS.replace("1.0]", "1.0, 3.0]"), "contacts[0].limit: must be one number or 2 numbers"),
+    (JENKINS + "contacts = [0]", "contacts[0].limit: must be one number or 1 numbers"),
+    (JENKINS.replace("[2.0, 1.0]", "2") + "contacts = [0]", "contacts: every contact DOF, 0 to 1"),
+    (JENKINS + "contacts = [0, 0]", "contacts: every contact DOF, 0 to 1, must be in one group"),
+    (JENKINS + "contacts = [-1, 0]", "contacts[0].contacts[0]: must be an integer (>= 0), got -1"),
+    (JENKINS + JENKINS, "contacts[0].contacts: is missing: of several groups each says"),
+    (FRICTIONAL.replace("0.5", "-0.5"), "contacts[0].mu: must be >= 0, got -0.5"),
+    (FRICTIONAL.replace("= 1.0", "= -1"), "contacts[0].preload: must be >= 0, got -1"),
+    (FRICTIONAL.replace("30.0", "0.0"), "contacts[0].normal_stiffness: must be > 0, got 0.0"),
+    (FRICTIONAL + "gap = 0.1", "contacts[0].gap: must be 0 where there is a preload"),
+    (FRICTIONAL + "tangents = 3", "contacts[0].tangents: must be 1 or 2, got 3"),
+    (FRICTIONAL + "tangents = 2", "contacts[0].contacts: a frictional contact has 3 directions"),
+    (FRICTIONAL.replace("preload = 1.0", "preload = 0.0\ngap = 0.1"), "contacts[0].gap: all cont"),
+    (JENKINS + '[model]\nformulation = "paper"', 'model.formulation: must be "consistent" with'),
+    (JENKINS + "[limits]\nscale = 0", "limits.scale: must be > 0, got 0"),
+    (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
+    (JENKINS + "[limits]\nscales = 1", "limits.scales: unknown key; allowed: scale"),
+    (COULOMB.replace("coulomb", "tanh") + "alpha = 1\n[limits]\nscale = 2", "limits.scale: the"),
+    ("[[contact]]\nlaw = 3\n" + JENKINS, "contact[1].law: unknown key; allowed: samples_per_peri"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), REFUSED)
+def test_refuses_in_one_line_that_names_the_key(text, message):
+    assert refusal_of(text).startswith(message)
+
+
+def test_refuses_contacts_that_are_no_tables():
+    with pytest.raises(SlipmodeError, match="contacts: must be an array of tables"):
+        parse_scene("contacts = 3\n" + START, ".")
+
+
+def test_a_key_of_the_other_section_is_shown_its_place():
+    message = refusal_of(JENKINS + "window = [1, 2]")
+    assert message.endswith("windows of contact motion are [[contact]]")
+    assert refusal_of("[[contact]]\nlaw = 3\n" + JENKINS).endswith("contacts are in [[contacts]]")
+
+
+def test_a_gap_does_not_scale():
+    groups = (FRICTIONAL + "contacts = [0, 1]") + (
+        FRICTIONAL.replace("preload = 1.0", "preload = [0.0, 0.0]\ngap = [0.0, 0.1]")
+        + "contacts = [2, 3, 4, 5]"
+    )
+    scene = parse_scene(START + groups + "\n[limits]\nscale = 2", ".")
+    with pytest.raises(SlipmodeError, match=r"limits\.scale: .* contacts\[1\]\.gap is a length"):
+        check_scale(scene, law_of(scene, 6), 6)
