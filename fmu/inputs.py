@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom import Model, SlipmodeError, Tanh, kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.laws import is_homogeneous
+from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal

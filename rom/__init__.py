@@ -14,11 +14,11 @@ method assumes.
 import logging
 from importlib.metadata import version
 
-from slipmode.rom.contact.contacts import Contacts
-from slipmode.rom.contact.frictional_contact import FrictionalContact
-from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
-from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Contacts
+from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics

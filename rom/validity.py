@@ -18,8 +18,8 @@ from typing import Literal
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.contact.laws import Friction, Tanh, limits
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
 from slipmode.rom.reduction.force_response import ForceResponse, Forces

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.elements import SLIDERS, Elements
-from slipmode.rom.contact.states import STATES, ContactStates, contact_states
+from slipmode.rom.laws.elements import SLIDERS, Elements
+from slipmode.rom.laws.states import STATES, ContactStates, contact_states
 from slipmode.runner.recording import channels
 
 

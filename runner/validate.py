@@ -12,11 +12,11 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.elements import Elements
-from slipmode.rom.contact.states import stored_energy
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import Excitation, FullMotion, State, integrate
 from slipmode.rom.full.convergence import relative_rms
+from slipmode.rom.laws.elements import Elements
+from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.motion import Motion, reconstruct
 from slipmode.rom.structure.matrices import as_dense

@@ -14,7 +14,7 @@ from slipmode.fmu.description.xml_writer import literal
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.fmu.variables.variable import Causality, Variable
 from slipmode.rom import Model
-from slipmode.rom.contact.directions import law_words
+from slipmode.rom.laws.directions import law_words
 
 _STYLE = (
     "body { font-family: sans-serif; max-width: 60em; margin: 2em auto; line-height: 1.4 } "

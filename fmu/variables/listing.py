@@ -15,8 +15,8 @@ from slipmode.fmu.inputs import place
 from slipmode.fmu.variables.quantities import Quantity
 from slipmode.fmu.variables.variable import Causality, Kind, Type, Variable
 from slipmode.rom import Model, SlipmodeError, kernel
-from slipmode.rom.contact.directions import ContactDirection, contact_directions
-from slipmode.rom.contact.laws import is_homogeneous
+from slipmode.rom.laws.directions import ContactDirection, contact_directions
+from slipmode.rom.laws.friction import is_homogeneous
 
 EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
 

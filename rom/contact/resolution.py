@@ -11,10 +11,10 @@ from itertools import pairwise
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import round_up

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.contacts import ElasticLaws
 from slipmode.rom.contact.harmonics import left_out
-from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import ElasticLaws
+from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import (
     CARRIERS,
     CombinationResonance,

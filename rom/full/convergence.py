@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.contacts import Elastic
-from slipmode.rom.contact.laws import Friction
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 

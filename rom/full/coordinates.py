@@ -10,9 +10,9 @@ import scipy.linalg
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.contacts import Elastic, ElasticLaws
-from slipmode.rom.contact.elements import address
-from slipmode.rom.contact.laws import Friction, limits
+from slipmode.rom.laws.contacts import Elastic, ElasticLaws
+from slipmode.rom.laws.elements import address
+from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure

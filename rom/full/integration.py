@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.contacts import Elastic, ElasticLaws
-from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import FullMotion, Record, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
+from slipmode.rom.laws.contacts import Elastic, ElasticLaws
+from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.structure.structure import Structure
 
 

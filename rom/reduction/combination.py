@@ -50,7 +50,9 @@ def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]
         for m in (span if modes == 2 else (0,))
         if (n, m) > (0, 0) or (even and n == m == 0)
     ]
-    wanted = [(n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)]
+    wanted = [
+        (n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)
+    ]
     return sorted(wanted, key=_rank)
 
 

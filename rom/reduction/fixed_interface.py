@@ -62,9 +62,7 @@ def lowest_modes(K: Matrix, M: Matrix, count: int, shift: float = 0.0) -> tuple[
     """
     size = K.shape[0]
     if not scipy.sparse.issparse(K) or size <= _DENSE_SIZE or count >= size - 1:
-        squares, phi = scipy.linalg.eigh(
-            as_dense(K), as_dense(M), subset_by_index=(0, count - 1)
-        )
+        squares, phi = scipy.linalg.eigh(as_dense(K), as_dense(M), subset_by_index=(0, count - 1))
     else:
         from scipy.sparse.linalg import eigsh  # takes a while to import
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.elements import Elements
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
 
 Formulation = Literal["consistent", "paper"]

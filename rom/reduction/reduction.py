@@ -8,8 +8,8 @@ from typing import get_args
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector

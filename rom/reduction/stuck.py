@@ -17,8 +17,8 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.elements import Elements
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import Elements
 from slipmode.rom.reduction.fixed_interface import lowest_modes
 from slipmode.rom.reduction.nonresonant import highest_response, responding
 from slipmode.rom.reduction.reduced import Reduced

@@ -10,8 +10,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from slipmode.rom.contact.law_record import record_of
-from slipmode.rom.contact.laws import Friction
+from slipmode.rom.laws.friction import Friction
+from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.contact.contacts import ElasticLaws
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.law_record import law_of, record_of
-from slipmode.rom.contact.laws import Friction, limits
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
+from slipmode.rom.laws.contacts import ElasticLaws
+from slipmode.rom.laws.friction import Friction, limits
+from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.accuracy import Accuracy

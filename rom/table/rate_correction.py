@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.contact.laws import Friction
 from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.refinement import amplitude_pairs

@@ -14,11 +14,11 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.laws import Friction, check_law
 from slipmode.rom.contact.resolution import choose_resolution, least_force
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
     Order,

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.laws import limits
+from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr

@@ -22,8 +22,8 @@ from google.protobuf.descriptor_pb2 import (
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.states import STATES
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.states import STATES
 
 Mode = Literal["A", "B"]
 MODES: tuple[Mode, ...] = ("A", "B")

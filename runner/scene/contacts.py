@@ -9,10 +9,10 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Tanh
-from slipmode.rom.contact.contacts import ElasticLaw
-from slipmode.rom.contact.law_record import LAWS
-from slipmode.rom.contact.laws import is_homogeneous, limits
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import ElasticLaw
+from slipmode.rom.laws.friction import is_homogeneous, limits
+from slipmode.rom.laws.law_record import LAWS
 from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
 

@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.contacts import ElasticLaw
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.script import Script
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slipmode.rom.contact.states import OPEN, SLIPPING, STUCK
+from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK
 from slipmode.rom.structure.structure import load_structure
 from slipmode.runner.run import run
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes

@@ -7,8 +7,8 @@ import scipy.linalg
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.contact.frictional_contact import FrictionalContact
-from slipmode.rom.contact.joint_laws import Jenkins
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.joint_laws import Jenkins
 
 ELEMENTS, AXIAL = 12, 400.0  # Euler-Bernoulli, L = EI = rho A = 1, EA
 TIP = 3 * ELEMENTS - 2  # transverse DOF of the last node

@@ -38,7 +38,12 @@ def _quadrilateral(stiffness_of, mass_of, nx, ny, lx, ly, per_node):
     for xi in (-g, g):
         for eta in (-g, g):
             N = 0.25 * np.array(
-                [(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)]
+                [
+                    (1 - xi) * (1 - eta),
+                    (1 + xi) * (1 - eta),
+                    (1 + xi) * (1 + eta),
+                    (1 - xi) * (1 + eta),
+                ]
             )
             dx = 0.5 / hx * np.array([-(1 - eta), 1 - eta, 1 + eta, -(1 + eta)])
             dy = 0.5 / hy * np.array([-(1 - xi), -(1 + xi), 1 + xi, 1 - xi])
@@ -71,7 +76,9 @@ def blade(nx, ny, lx=1.0, ly=0.2, E=1.0, nu=0.3):
 
 def plate(nx, ny, lx=1.0, ly=0.6, thickness=0.05, nu=0.3):
     """Mindlin plate: deflection and two rotations a node; shear springs softened against locking."""
-    bending = thickness**3 / 12 / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    bending = (
+        thickness**3 / 12 / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    )
     size = max(lx / nx, ly / ny)
     shear = 5 / 6 * thickness / 2 / (1 + nu) / (1 + (size / thickness) ** 2)
 
@@ -197,7 +204,9 @@ def _drawn(seed: int, rng: np.random.Generator) -> Member | None:
     hold = share * stiffness  # limit against the elastic force there
     if frictional:
         mu = float(rng.uniform(0.2, 0.6))
-        law = rom.FrictionalContact(mu, hold / mu * 0.5, stiffness, stiffness * rng.uniform(0.5, 2))
+        law = rom.FrictionalContact(
+            mu, hold / mu * 0.5, stiffness, stiffness * rng.uniform(0.5, 2)
+        )
     else:
         law = rom.Jenkins(hold, stiffness)
     name = f"{seed}: {kind}, {count} {'frictional' if frictional else 'Jenkins'}, k {ratio:.2g}, "

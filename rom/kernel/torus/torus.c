@@ -7,9 +7,9 @@
  * compared with those a period before; the march ends when they repeat.
  */
 #include "base/check.h"
-#include "torus/elastic.h"
+#include "torus/fixed_point/elastic.h"
 #include "torus/iteration.h"
-#include "torus/soft.h"
+#include "torus/fixed_point/soft.h"
 #include "torus/torus_check.h"
 
 /* Half a period to forget the start and a whole one are marched in larger steps. */

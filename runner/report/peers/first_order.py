@@ -12,7 +12,7 @@ from scipy.integrate import odeint, solve_ivp
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.laws import limits
+from slipmode.rom.laws.friction import limits
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
 

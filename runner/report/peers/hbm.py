@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from slipmode import rom
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.laws import limits
+from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case

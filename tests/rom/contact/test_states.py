@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.states import OPEN, SLIPPING, STUCK, contact_states, stored_energy
+from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK, contact_states, stored_energy
 
 pytestmark = pytest.mark.quick
 

@@ -56,7 +56,9 @@ class Elements:
         for element in self.element:
             if element["law"] == SLIDERS:
                 first = element["first_slider"]
-                limit[element["column"][0]] = self.slider[first : first + element["sliders"], 0].sum()
+                limit[element["column"][0]] = self.slider[
+                    first : first + element["sliders"], 0
+                ].sum()
             else:
                 tangential, normal = np.split(element["column"][: element["tangents"] + 1], [-1])
                 limit[tangential] = element["friction"] * element["preload"]
@@ -122,7 +124,9 @@ def checked(
     fine = given.ndim <= 1 and given.size > 0 and fits(given) and bool(np.all(given >= 0))
     if not fine or (positive and not given.all()):
         zero = "" if positive else "0 or "
-        raise SlipmodeError(f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}")
+        raise SlipmodeError(
+            f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}"
+        )
     return tuple(given.tolist()) if given.ndim else float(given)
 
 

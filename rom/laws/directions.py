@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.contact.contacts import Contacts
-from slipmode.rom.contact.frictional_contact import FrictionalContact
-from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
-from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
+from slipmode.rom.laws.contacts import Contacts
+from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 
 _LAW_NAMES: dict[type[Any], str] = {
     Tanh: "tanh",

@@ -1,11 +1,11 @@
-#include "torus/soft.h"
+#include "torus/fixed_point/soft.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "torus/iteration.h"
-#include "torus/periodic/fixed_point.h"
+#include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
 #define SOFTEST 0.5 /* relaxation below which passes are slow */

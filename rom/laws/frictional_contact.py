@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom import kernel
-from slipmode.rom.contact.elements import FRICTIONAL, Elements, checked, per_contact
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import FRICTIONAL, Elements, checked, per_contact
 from slipmode.rom.short_repr import short_repr
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from slipmode.rom.contact.contacts import Contacts
-from slipmode.rom.contact.frictional_contact import FrictionalContact
-from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
-from slipmode.rom.contact.laws import Coulomb, Friction, Tanh
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Contacts
+from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 
 LAWS: dict[str, type[Any]] = {
     "tanh": Tanh,

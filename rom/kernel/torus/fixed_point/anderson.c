@@ -1,4 +1,4 @@
-#include "torus/periodic/anderson.h"
+#include "torus/fixed_point/anderson.h"
 
 #include <math.h>
 #include <string.h>

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.contacts import Elastic
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
 from slipmode.rom.short_repr import short_repr
 

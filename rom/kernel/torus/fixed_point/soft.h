@@ -2,7 +2,7 @@
 #ifndef SLIPMODE_TORUS_SOFT_H
 #define SLIPMODE_TORUS_SOFT_H
 
-#include "torus/elastic.h"
+#include "torus/fixed_point/elastic.h"
 #include "torus/group.h"
 
 /* Whether relaxed passes from response to response may take too long, or diverge. */

@@ -4,7 +4,7 @@
  * by period of mode A. What the modes respond to the harmonics of one period draws the contacts in
  * the next: a fixed point, which Anderson's acceleration finds also where plain passes diverge.
  */
-#include "torus/elastic.h"
+#include "torus/fixed_point/elastic.h"
 
 #include <stdlib.h>
 
@@ -13,7 +13,7 @@
 #include "base/exact_sum.h"
 #include "contact/elastic/solve.h"
 #include "torus/grid.h"
-#include "torus/periodic/fixed_point.h"
+#include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
 
 _SLIDERS = 30  # of Iwan's distribution

@@ -1,4 +1,4 @@
-#include "torus/periodic/fixed_point.h"
+#include "torus/fixed_point/search.h"
 
 #include <math.h>
 #include <string.h>

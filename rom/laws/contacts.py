@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipmode.rom.contact.elements import Elements, joined
-from slipmode.rom.contact.frictional_contact import FrictionalContact
-from slipmode.rom.contact.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import Elements, joined
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.short_repr import short_repr
 
 ElasticLaw = Jenkins | Iwan | Sliders | FrictionalContact

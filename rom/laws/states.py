@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.elements import SLIDERS, Elements
+from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.short_repr import short_repr
 
 STUCK, SLIPPING, OPEN = 0, 1, 2

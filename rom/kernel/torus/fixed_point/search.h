@@ -2,7 +2,7 @@
 #ifndef SLIPMODE_FIXED_POINT_H
 #define SLIPMODE_FIXED_POINT_H
 
-#include "torus/periodic/anderson.h"
+#include "torus/fixed_point/anderson.h"
 
 #define SM_ALMOST 1e-3 /* residual that is left to means over several periods */
 /* Parts of the amplitudes through which points that do not settle are led up from below. */
