@@ -8,6 +8,7 @@ from native import CORE, WARNINGS, compile_all, run
 
 GROUPS = (
     "friction",
+    "elastic",
     "torus",
     "torus-growth",
     "motion",

@@ -7,6 +7,7 @@
 #include <string.h>
 
 void check_friction(void);
+void check_elastic(void);
 void check_torus(void);
 void check_torus_growth(void);
 void check_harmonics(void);
@@ -29,6 +30,7 @@ static const struct {
     const char *name;
     void (*run)(void);
 } GROUPS[] = {{"friction", check_friction},
+              {"elastic", check_elastic},
               {"torus", check_torus},
               {"torus-growth", check_torus_growth},
               {"motion", check_motion},
