@@ -29,7 +29,8 @@ def slipmode_without(packages, *arguments):
     """A command where these packages are not installed."""
     blocked = "".join(f"sys.modules[{name!r}] = None\n" for name in packages)
     code = "from slipmode.runner.cli import main\nsys.exit(main(sys.argv[1:]))"
-    return python(f"import sys\n{blocked}{code}", *arguments)
+    quiet = "import os\nos.environ['TQDM_DISABLE'] = '1'\n"  # no bar where the machine is slow
+    return python(f"import sys\n{quiet}{blocked}{code}", *arguments)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Contacts
+from slipmode.rom.laws.contacts import Contacts, ElasticLaw
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
@@ -36,6 +36,13 @@ def record_of(law: Friction) -> dict[str, Any]:
     return {"law": name} | plain
 
 
+def _group(record: Any, columns: Any) -> tuple[ElasticLaw, Any]:
+    law = law_of(record)
+    if not isinstance(law, ElasticLaw):
+        raise SlipmodeError(f"law: {record['law']} is rigid, and has no place in a group")
+    return law, columns
+
+
 def law_of(record: Any) -> Friction:
     """The law that a record is of.
 
@@ -50,7 +57,7 @@ def law_of(record: Any) -> Friction:
     name = values.pop("law", None)
     try:
         if name == _GROUPS:
-            return Contacts([(law_of(each), columns) for each, columns in values["groups"]])
+            return Contacts([_group(*group) for group in values["groups"]])
         return LAWS[name](**values)  # type: ignore[no-any-return]
     except (KeyError, TypeError, ValueError):
         raise SlipmodeError("law: is no such entry of a model") from None

@@ -103,7 +103,11 @@ def _modes_in_reach(K: Matrix, M: Matrix, modes: tuple[int, ...]) -> tuple[Float
     size, count = K.shape[0], max(16, max(modes) + 2)
     while True:
         count = min(count, size)
-        squares, shapes = lowest_modes(K, M, count)
+        try:
+            squares, shapes = lowest_modes(K, M, count)
+        except RuntimeError:  # rigid-body modes
+            stiffest = K.diagonal().max() / M.diagonal().max()
+            squares, shapes = lowest_modes(K, M, count, -_RIGID * stiffest)
         squares = np.maximum(squares, 0.0)
         highest = highest_response(float(np.sqrt(squares[max(modes)])))
         if count == size or squares[-1] >= highest**2 or count >= 128:
@@ -130,5 +134,10 @@ def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
     if isinstance(K, np.ndarray):
         held = np.block([[K, border], [border.T, corner]])
         return np.asarray(np.linalg.solve(held, loads)[: len(W)])
-    bordered = scipy.sparse.block_array([[K, border], [border.T, None]], format="csc")
+    edge = as_csc(border)
+    bordered = as_csc(
+        scipy.sparse.vstack(
+            (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, corner)))
+        )
+    )
     return as_dense(solve(bordered, loads))[: len(W)]

@@ -100,10 +100,9 @@ class SlowTrajectory:
             self.force[within],
             self.force_rate[within],
             self.force_response,
-            *(
-                None if each is None else each[within]
-                for each in (self.discontinuity, self.scale, self.scale_rate)
-            ),
+            None if self.discontinuity is None else self.discontinuity[within],
+            None if self.scale is None else self.scale[within],
+            None if self.scale_rate is None else self.scale_rate[within],
         )
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
+from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
     combination_resonances,
@@ -130,7 +131,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         structure,
         [numbers[m] for m in modes],
         scene.model.formulation,
-        law=law if scene.contacts else None,
+        law=None if isinstance(law, RigidFriction) else law,
     )
     excited = Excited(
         modes,

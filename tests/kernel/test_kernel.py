@@ -10,6 +10,7 @@ GROUPS = (
     "friction",
     "frictional-contact",
     "full",
+    "elastic",
     "torus",
     "torus-growth",
     "motion",

@@ -9,6 +9,7 @@
 void check_friction(void);
 void check_frictional_contact(void);
 void check_full(void);
+void check_elastic(void);
 void check_torus(void);
 void check_torus_growth(void);
 void check_harmonics(void);
@@ -34,6 +35,7 @@ static const struct {
 } GROUPS[] = {{"friction", check_friction},
               {"frictional-contact", check_frictional_contact},
               {"full", check_full},
+              {"elastic", check_elastic},
               {"torus", check_torus},
               {"torus-growth", check_torus_growth},
               {"motion", check_motion},

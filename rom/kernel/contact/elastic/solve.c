@@ -8,6 +8,7 @@
 #define MOST_NEWTON 40
 #define HALVINGS 6
 #define MOST_PIECES 65536
+#define MOST_TRIES 1000
 #define MOST_CREEP 400
 #define MOST_HELD 4.0
 #define STARTS 5
@@ -209,7 +210,8 @@ static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *
     double *part_u = s->piece, *start_u = part_u + n;
     for (size_t i = 0; i < n; i++) start_u[i] = u[i] + s->residual[i];
     memcpy(x, s->start, n * sizeof(double));
-    while (done < 1.0) {
+    for (int tries = 0; done < 1.0; tries++) {
+        if (tries == MOST_TRIES) return SM_NOT_CONVERGED;
         const double to = fmin(1.0, done + piece);
         for (size_t i = 0; i < n; i++) part_u[i] = start_u[i] + to * (u[i] - start_u[i]);
         const sm_status status = newton(s, part_u, memory, x);
@@ -249,11 +251,11 @@ static sm_status creep(sm_elastic_solver *s, const double *u, const double *memo
 /* x = u, as if all stuck, but with contacts moved in their normal direction. */
 static void elsewhere(sm_elastic_solver *s, const double *u, double normal, double *x) {
     const sm_elastic *elastic = s->elastic;
-    const double far = normal * tolerated(s, u, u) / TOLERANCE;
+    const double moved = normal * tolerated(s, u, u) / TOLERANCE;
     memcpy(x, u, (size_t)s->contacts * sizeof(double));
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        if (element->law == SM_FRICTIONAL) x[element->column[element->tangents]] += far;
+        if (element->law == SM_FRICTIONAL) x[element->column[element->tangents]] += moved;
     }
 }
 

@@ -220,7 +220,8 @@ static sm_status march(problem *t, const double *amplitude) {
         t->phase[p] = re * c - im * s;
         t->phase[t->lines + p] = re * s + im * c;
     }
-    return sm_all_finite(t->Y, per_point(t)) ? SM_OK : SM_NOT_FINITE;
+    return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
+                                                                               : SM_NOT_FINITE;
 }
 
 /* change = H Y - response; the largest of it [m]. */

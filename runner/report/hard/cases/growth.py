@@ -11,6 +11,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.laws.friction import limits
 from slipmode.runner.report.hard.cases.contacts import many_contacts
 from slipmode.runner.report.hard.hard_case import HardCase
 
@@ -32,7 +33,7 @@ def cost(contacts: int, alpha: float | None = None) -> float:
     Under tanh friction with `alpha` [m/s]; None: exact Coulomb friction.
     """
     case = many_contacts(contacts)
-    law = case.law if alpha is None else rom.Tanh(case.law.limit, alpha)
+    law = case.law if alpha is None else rom.Tanh(limits(case.law, contacts).tolist(), alpha)
     reduced = rom.reduce(case.structure, (0,), carrier=case.frequency)
     amplitudes = np.linspace(0.25, 4.0, _POINTS)[:, np.newaxis]
     grid = Discretisation(_STEPS, 1)

@@ -1,0 +1,324 @@
+/* Elastic contacts: their solver on random systems, what is refused, random torus and motion. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "contact/elastic/solve.h"
+#include "driver.h"
+#include "elastic_fixture.h"
+
+#define STEPS 60
+
+/* The record's own addresses: a struct that is returned moves. */
+static void connect(joints *j) {
+    j->elastic.element = j->element;
+    j->elastic.slider = j->slider;
+    j->elastic.reference = j->reference;
+    j->contact.elastic = &j->elastic;
+}
+
+static joints connected(int elements, int modes, int laws, double mu, double coupling,
+                        joints *place) {
+    *place = new_joints(elements, modes, laws, mu, coupling);
+    connect(place);
+    return *place;
+}
+
+/* |x - R y - u| at most, y found anew from the law. */
+static double residual_of(const joints *j, const double *u, const double *x,
+                          const double *memory) {
+    const size_t n = (size_t)j->contact.contacts;
+    double *y = new_doubles(n), *next = new_doubles(sm_elastic_memory(&j->elastic)), most = 0.0;
+    for (int e = 0; e < j->elastic.elements; e++) {
+        const sm_element *element = &j->element[e];
+        sm_element_force at;
+        sm_element_evaluate(&j->elastic, element, 1.0, x, memory, &at, next);
+        memory += sm_element_memory(element);
+        for (int k = 0; k < sm_element_columns(element); k++) {
+            const int32_t i = element->column[k];
+            y[i] = j->reference[i] * x[i] - at.force[k];
+        }
+    }
+    for (size_t i = 0; i < n; i++) {
+        double sum = x[i] - u[i];
+        for (size_t k = 0; k < n; k++) sum -= j->flexibility[i * n + k] * y[k];
+        most = fmax(most, fabs(sum));
+    }
+    free(y);
+    free(next);
+    return most;
+}
+
+static double largest(const double *values, size_t count) {
+    double most = 0.0;
+    for (size_t k = 0; k < count; k++) most = fmax(most, fabs(values[k]));
+    return most;
+}
+
+/* Steps of a motion with leaps, and with u exactly 0, that are not solved. */
+static int unsolved_steps(const joints *j) {
+    const size_t n = (size_t)j->contact.contacts, remembered = sm_elastic_memory(&j->elastic);
+    double *block = new_doubles(sm_elastic_solver_size(&j->elastic, (int)n));
+    double *u = new_doubles(n), *last = new_doubles(n), *x = new_doubles(n);
+    double *before = new_doubles(n), *memory = new_doubles(remembered), constant = 0.0;
+    const double size = pow(10.0, 3.0 * random_number() - 2.5), turn = 0.02 + random_number();
+    int unsolved = 0;
+    sm_elastic_solver solver;
+    sm_elastic_solver_place(&solver, &j->elastic, (int)n, j->flexibility, block);
+    for (int e = 0; e < j->elastic.elements; e++) {
+        const sm_element *element = &j->element[e];
+        if (element->law == SM_FRICTIONAL)
+            constant = fmax(constant,
+                            fmax(element->preload / element->normal_stiffness, element->gap));
+    }
+    for (int k = 0; k < STEPS; k++) {
+        const int leap = random_below(40);
+        for (size_t i = 0; i < n; i++) {
+            u[i] = size * (sin(turn * (1.0 + (double)(i % 3)) * k) + 0.3 * sin(2.7 * turn * k));
+            if (leap == 0) u[i] = 5.0 * size * (random_number() - 0.5);
+            if (leap == 1) u[i] = 0.0;
+            before[i] = x[i];
+            x[i] += u[i] - last[i];
+        }
+        const double scale = fmax(largest(u, n), largest(x, n));
+        if (sm_elastic_solve(&solver, u, memory, x) != SM_OK) {
+            unsolved++;
+            memcpy(x, before, n * sizeof(double));
+            continue;
+        }
+        const double allowed = 1e-10 * fmax(scale, largest(x, n)) + 1e-14 * constant;
+        CHECK(residual_of(j, u, x, memory) <= allowed);
+        memcpy(memory, solver.next, remembered * sizeof(double));
+        memcpy(last, u, n * sizeof(double));
+    }
+    free(block);
+    free(u);
+    free(last);
+    free(x);
+    free(before);
+    free(memory);
+    return unsolved;
+}
+
+/* Unique solutions are found, all; where strong friction on soft structures jams, nearly all. */
+static void check_solver(void) {
+    const struct {
+        int laws;
+        double mu, coupling;
+        int most;
+    } cases[] = {{ONLY_SLIDERS, 0.0, 1.0, 0}, {ANY_LAW, 0.3, 0.5, 0}, {ANY_LAW, 2.0, 0.9, 3}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        int unsolved = 0;
+        for (int k = 0; k < 150; k++) {
+            joints j;
+            connected(1 + random_below(6), 1, cases[c].laws, cases[c].mu, cases[c].coupling, &j);
+            CHECK_STATUS(sm_contact_check(&j.contact), SM_OK);
+            unsolved += unsolved_steps(&j);
+            free_joints(&j);
+        }
+        CHECK(unsolved <= cases[c].most);
+    }
+}
+
+static sm_status check_call(void *arguments) {
+    return sm_contact_check(&((joints *)arguments)->contact);
+}
+
+static void check_refusals(void) {
+    joints j;
+    do { /* with a gap, so that values of a slider, a preload and a gap are all there */
+        connected(5, 2, ANY_LAW, 0.5, 0.5, &j);
+        if (j.element[0].law == SM_FRICTIONAL && j.element[1].law == SM_SLIDERS) break;
+        free_joints(&j);
+    } while (1);
+    const size_t n = (size_t)j.contact.contacts;
+    sm_element *f = &j.element[0], *s = &j.element[1];
+    CHECK_STATUS(check_call(&j), SM_OK);
+    CHECK_REFUSES(const sm_elastic *, j.contact.elastic, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, j.contact.stiffness, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, j.contact.coupling, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, j.contact.mass, j.stiffness, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const sm_element *, j.elastic.element, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, j.elastic.slider, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const double *, j.elastic.reference, NULL, check_call(&j), SM_BAD_ARGUMENT);
+    const int32_t elements[] = {0, -1, 4, 6, INT32_MAX};
+    for (size_t k = 0; k < sizeof elements / sizeof *elements; k++) {
+        if (elements[k] == 6) continue; /* one past the end is for the sanitizer: n stops it */
+        CHECK_REFUSES(int32_t, j.elastic.elements, elements[k], check_call(&j), SM_BAD_ARGUMENT);
+    }
+    CHECK_REFUSES(int32_t, j.elastic.sliders, -1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, j.elastic.sliders, 0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, j.elastic.sliders, INT32_MAX, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->law, 2, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->column[0], -1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->column[0], (int32_t)n, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->column[0], f->column[1], check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->column[0], s->column[0], check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->tangents, 0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, f->tangents, 3, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, s->sliders, 0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, s->sliders, INT32_MAX, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, s->first_slider, -1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, s->first_slider, INT32_MAX, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f->friction, -0.1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f->preload, -0.1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f->gap, -0.1, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f->tangential_stiffness, 0.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f->normal_stiffness, -1.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, j.slider[0], -1.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, j.slider[1], 0.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, j.reference[0], -1.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, j.stiffness[0], 1.0, check_call(&j), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, j.stiffness[1], j.stiffness[1] + 1e3, check_call(&j), SM_BAD_ARGUMENT);
+    double *const numbers[] = {&f->friction, &f->preload, &f->gap, &f->tangential_stiffness,
+                               &f->normal_stiffness};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
+        CHECK_REFUSES_NOT_FINITE(numbers[k], 1, check_call, &j);
+    CHECK_REFUSES_NOT_FINITE(j.slider, 2 * (size_t)j.elastic.sliders, check_call, &j);
+    CHECK_REFUSES_NOT_FINITE(j.reference, n, check_call, &j);
+    CHECK_REFUSES_NOT_FINITE(j.stiffness, n * n, check_call, &j);
+    CHECK_REFUSES_NOT_FINITE(j.coupling, 4 * n, check_call, &j);
+    free_joints(&j);
+}
+
+/* Something of it wrong, or extreme, every other time. */
+static void spoil_joints(joints *j) {
+    const double wrong[] = {0.0, -1.0, NAN, INFINITY, 1e300, -1e300, 1e-300, 5e-324, 1e12};
+    const double value = wrong[random_below((int)(sizeof wrong / sizeof *wrong))];
+    const int32_t number = (int32_t[]){-1, 0, 2, 7, INT32_MAX, INT32_MIN}[random_below(6)];
+    sm_element *element = &j->element[random_below(j->elastic.elements)];
+    const size_t n = (size_t)j->contact.contacts;
+    switch (random_below(20)) {
+    case 0: element->friction = value; break;
+    case 1: element->preload = value; break;
+    case 2: element->gap = value; break;
+    case 3: element->tangential_stiffness = value; break;
+    case 4: element->normal_stiffness = value; break;
+    case 5: element->column[random_below(3)] = number; break;
+    case 6: element->sliders = number; break;
+    case 7: element->first_slider = number; break;
+    case 8: element->tangents = number; break;
+    case 9: element->law = number; break;
+    case 10: j->reference[random_below((int)n)] = value; break;
+    case 11: j->stiffness[(n + 1) * (size_t)random_below((int)n)] = value; break;
+    case 12: j->coupling[random_below(2 * (int)n)] = value; break;
+    case 13: if (j->elastic.sliders) j->slider[random_below(2 * j->elastic.sliders)] = value; break;
+    default: break;
+    }
+}
+
+static void check_response(sm_status status, const double *values, size_t count) {
+    CHECK(status >= SM_OK && status <= SM_STEP_TOO_SMALL);
+    if (status == SM_OK) CHECK_FINITE(values, count);
+}
+
+static int random_torus(void) {
+    joints j;
+    connected(1 + random_below(4), 1 + random_below(2), ANY_LAW, 0.6, 0.7, &j);
+    const size_t points = (size_t)random_below(3), n = (size_t)j.contact.contacts;
+    const size_t modes = (size_t)j.contact.modes;
+    const int32_t orders[] = {1, 0, 0, 1, 0, 0, 2, 0}, count = 4;
+    const double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1};
+    double *H = new_doubles(4 * n * n * 2);
+    for (size_t k = 0; k < 4 * n * n * 2; k++) H[k] = 0.02 * (random_number() - 0.5);
+    const sm_modal_response response = {count, orders, H};
+    double *amplitudes = new_doubles(points * modes), *P = new_doubles(points * 4 * n * 2);
+    double *residual = new_doubles(points), *square = new_doubles(points * n);
+    int32_t *marched = malloc((points + 1) * sizeof *marched);
+    for (size_t k = 0; k < points * modes; k++) amplitudes[k] = 3.0 * random_number();
+    if (random_below(2)) j.contact.response = &response;
+    spoil_joints(&j);
+    const sm_status status = sm_torus_harmonics(
+        &j.contact, rates, 4 + random_below(9), 1 << random_below(4), 1e-3, smallest,
+        1 + random_below(6), points, amplitudes, count, orders, P, square, residual, marched);
+    check_response(status, P, points * 4 * n * 2);
+    check_response(status, square, points * n);
+    for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
+    free_joints(&j);
+    free(H);
+    free(amplitudes);
+    free(P);
+    free(residual);
+    free(square);
+    free(marched);
+    return status == SM_OK;
+}
+
+static int random_motion(void) {
+    joints j;
+    connected(1 + random_below(4), 1 + random_below(2), ANY_LAW, 0.6, 0.7, &j);
+    const size_t n = (size_t)j.contact.contacts;
+    const sm_segment g = {.start = 1.0,
+                          .duration = 2.0,
+                          .amplitude_start = {1.0, 0.0, 0.0, 1.0},
+                          .amplitude_end = {0.5, 2.0, 0.3, 0.0},
+                          .angle = {0.1, 0.2},
+                          .frequency = {1.0, 1.7}};
+    const double times[] = {1.5, 2.0, 3.0};
+    double *x = new_doubles(9 * n), *from = new_doubles(n);
+    if (random_below(8) == 0) from[random_below((int)n)] = random_below(2) ? NAN : 1e200;
+    spoil_joints(&j);
+    const sm_status status = sm_contact_motion(&j.contact, 1, &g, from, 4 + random_below(60), 3,
+                                               times, x, x + 3 * n, x + 6 * n);
+    check_response(status, x, 9 * n);
+    free_joints(&j);
+    free(x);
+    free(from);
+    return status == SM_OK;
+}
+
+/* Outputs, runs and states of a component have the sizes that it says, and continue exactly. */
+static void check_component_of(int laws) {
+    joints j;
+    connected(3, 2, laws, 0.5, 0.5, &j);
+    const size_t n = (size_t)j.contact.contacts, outputs = SM_OUTPUTS_FIXED + 3 * n + 1;
+    table t = new_table(2, 4, 4);
+    const sm_slow_flow flow = flow_over(&t);
+    double *modes_out = new_doubles(4), *contacts_out = new_doubles(n);
+    for (size_t i = 0; i < n; i++) contacts_out[i] = 0.1 * (double)i;
+    const sm_motion motion = {.wanted = 1, .elastic = 1, .modes_out = modes_out,
+                              .contacts_out = contacts_out, .steps_per_period = 32,
+                              .memory_periods = 4.0};
+    sm_component *c, *twin;
+    CHECK_STATUS(sm_component_create(&flow, &j.contact, &motion, 1e-6, &c), SM_OK);
+    CHECK_STATUS(sm_component_create(&flow, &j.contact, &motion, 1e-6, &twin), SM_OK);
+    free_joints(&j); /* the component has all that it needs */
+    CHECK(sm_component_output_count(c) == outputs);
+    const size_t count = sm_component_state_count(c);
+    double *state = new_doubles(count), *rows = new_doubles(3 * outputs), *row = new_doubles(outputs);
+    const sm_inputs inputs[] = {resonant_inputs(), resonant_inputs(), resonant_inputs()};
+    const double durations[] = {0.1, 30.0, 0.7};
+    size_t done;
+    CHECK_STATUS(sm_component_run(c, 2, durations, inputs, rows, &done), SM_OK);
+    CHECK_STATUS(sm_component_get_state(c, state), SM_OK);
+    CHECK_STATUS(sm_component_set_state(twin, state), SM_OK);
+    CHECK_STATUS(sm_component_step(c, durations[2]), SM_OK);
+    CHECK_STATUS(sm_component_outputs(c, row), SM_OK);
+    CHECK_STATUS(sm_component_run(twin, 1, durations + 2, inputs, rows, &done), SM_OK);
+    CHECK_FINITE(row, outputs);
+    CHECK(memcmp(row, rows, outputs * sizeof(double)) == 0);
+    CHECK(largest(row + SM_OUTPUTS_FIXED, n) > 1e-3);
+    state[count - 1] = NAN;
+    CHECK_STATUS(sm_component_set_state(twin, state), SM_NOT_FINITE);
+    sm_component_free(c);
+    sm_component_free(twin);
+    free_table(&t);
+    free(modes_out);
+    free(contacts_out);
+    free(state);
+    free(rows);
+    free(row);
+}
+
+void check_elastic(void) {
+    int tori = 0, motions = 0;
+    check_refusals();
+    check_solver();
+    check_component_of(ONLY_SLIDERS);
+    check_component_of(ONLY_FRICTIONAL);
+    for (int k = 0; k < 300; k++) {
+        tori += random_torus();
+        motions += random_motion();
+    }
+    CHECK(tori > 100 && tori < 300 && motions > 100 && motions < 300);
+}
