@@ -8,6 +8,7 @@ nu^4 m m^T / (omega^2 - nu^2 + i gamma nu) per displacement, m = phi^T M X.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +61,7 @@ def highest_response(carrier: float) -> float:
     return _FAR * RESPONSE_ORDER * carrier
 
 
-def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Floats]:
+def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, Any]:
     """The arrays of nonresonant modes where there are none."""
     return {
         "carried_mass": np.zeros((n_contacts, n_contacts)),

@@ -13,6 +13,8 @@ holds for the harmonics of one holds for those of the other. Bonded contacts are
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse
 
@@ -134,10 +136,7 @@ def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
     if isinstance(K, np.ndarray):
         held = np.block([[K, border], [border.T, corner]])
         return np.asarray(np.linalg.solve(held, loads)[: len(W)])
-    edge = as_csc(border)
-    bordered = as_csc(
-        scipy.sparse.vstack(
-            (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, corner)))
-        )
-    )
+    edge: Any = as_csc(border)
+    rows = (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, corner)))
+    bordered = as_csc(scipy.sparse.vstack(rows))
     return as_dense(solve(bordered, loads))[: len(W)]

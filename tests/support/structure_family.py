@@ -75,7 +75,7 @@ def blade(nx, ny, lx=1.0, ly=0.2, E=1.0, nu=0.3):
 
 
 def plate(nx, ny, lx=1.0, ly=0.6, thickness=0.05, nu=0.3):
-    """Mindlin plate: deflection and two rotations a node; shear springs softened against locking."""
+    """Mindlin plate: deflection, two rotations a node; shear softened against locking."""
     bending = (
         thickness**3 / 12 / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
     )
@@ -118,7 +118,7 @@ def _body(rng):
 def _projected(M, K, W, force_rows, reference):
     """The body on its lowest stuck modes and what static forces at the contacts do."""
     stuck = K + (W * reference) @ W.T
-    squares, shapes = scipy.linalg.eigh(stuck, M, subset_by_index=(0, KEPT - 1))
+    _, shapes = scipy.linalg.eigh(stuck, M, subset_by_index=(0, KEPT - 1))
     held = stuck + 1e-9 * np.trace(stuck) / np.trace(M) * M
     static = np.linalg.solve(held, W)
     static -= shapes @ (shapes.T @ M @ static)
