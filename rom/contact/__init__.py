@@ -1,6 +1,5 @@
-"""The contact problem: friction laws and the periodic motion that they let the contacts have.
+"""The contact problem: the periodic motion that the laws of rom/laws let the contacts have.
 
-laws.py              g(v): Tanh, Eq. (28), and Coulomb
 torus.py             Eqs. (13), (14), (20): harmonics P_nm and friction terms S_j = Q_j |a_j|.
                      Start here; the march by characteristics is rom/kernel/torus/torus.c.
 resolution.py        steps and phase lines of that march, from the tolerance

@@ -125,7 +125,7 @@ def checked(
     if not fine or (positive and not given.all()):
         zero = "" if positive else "0 or "
         raise SlipmodeError(
-            f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}"
+            f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {given.tolist()}"
         )
     return tuple(given.tolist()) if given.ndim else float(given)
 

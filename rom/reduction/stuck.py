@@ -137,6 +137,6 @@ def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
         held = np.block([[K, border], [border.T, corner]])
         return np.asarray(np.linalg.solve(held, loads)[: len(W)])
     edge: Any = as_csc(border)
-    rows = (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, corner)))
+    rows = (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, as_csc(corner))))
     bordered = as_csc(scipy.sparse.vstack(rows))
     return as_dense(solve(bordered, loads))[: len(W)]

@@ -4,8 +4,8 @@ import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
 
-import elastic_contacts
 import pytest
+from elastic import cantilever as elastic_contacts
 from native import run
 
 from slipmode import fmu, rom

@@ -1,8 +1,8 @@
 """Full-order integration with elastic contacts: closed forms, order, continuation."""
 
-import frictional_beam
 import numpy as np
 import pytest
+from elastic import frictional_beam
 
 from slipmode import rom
 from slipmode.rom import full

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from support.frictional_beam import matrices
+from elastic.frictional_beam import matrices
 
 from slipmode import rom
 
