@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from elastic import cantilever as elastic_contacts
 from fuzz import mutated_model, mutated_scene
 
 from slipmode import rom
@@ -187,6 +188,7 @@ def test_no_model_file_raises_anything_but_a_refusal(count, tmp_path):
     models = [
         rom.tabulate(reduced, rom.Tanh(2.0, 0.1), (4.0,), 1e-1, harmonics=5),
         rom.tabulate(rom.reduce(rom.two_mass()), rom.Coulomb((2.0, 1.0)), (2.0, 1.0), 1e-1),
+        elastic_contacts.model("mixed", (0,)),
     ]
     whole = []
     for model in models:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import MISSING, Field, fields
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Contacts, ElasticLaw
+from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
@@ -36,28 +36,64 @@ def record_of(law: Friction) -> dict[str, Any]:
     return {"law": name} | plain
 
 
-def _group(record: Any, columns: Any) -> tuple[ElasticLaw, Any]:
-    law = law_of(record)
-    if not isinstance(law, ElasticLaw):
-        raise SlipmodeError(f"law: {record['law']} is rigid, and has no place in a group")
-    return law, columns
-
-
 def law_of(record: Any) -> Friction:
     """The law that a record is of.
 
     Raises
     ------
     SlipmodeError
-        If there is no such law, or a parameter is missing, unknown or refused.
+        Naming `law`, if there is no such law, or a parameter is missing, unknown or refused.
     """
-    if not isinstance(record, Mapping):
-        raise SlipmodeError("law: is no such entry of a model")
-    values = dict(record)
-    name = values.pop("law", None)
+    if not (isinstance(record, Mapping) and record.get("law") == _GROUPS):
+        return _single_law(record)
+    groups = record.get(_GROUPS)
+    if set(record) != {"law", _GROUPS} or not isinstance(groups, list):
+        raise SlipmodeError("law: must have groups of contacts, and nothing else")
+    return _made(Contacts, [_group(group) for group in groups])  # type: ignore[no-any-return]
+
+
+def _group(group: Any) -> tuple[Any, list[int]]:
+    if not (isinstance(group, list) and len(group) == 2 and isinstance(group[1], list)):
+        raise SlipmodeError("law: a group must be a law and its contact DOFs")
+    law, columns = _single_law(group[0]), group[1]
+    if isinstance(law, Tanh | Coulomb):
+        raise SlipmodeError("law: a group must be of elastic contacts")
+    if not all(type(column) is int for column in columns):
+        raise SlipmodeError("law: the contact DOFs of a group must be integers")
+    return law, columns
+
+
+def _single_law(record: Any) -> Any:
+    name = record.get("law") if isinstance(record, Mapping) else None
+    if not (isinstance(name, str) and name in LAWS):
+        raise SlipmodeError(f"law: must be one of {', '.join(LAWS)} or {_GROUPS}")
+    kind, values = LAWS[name], {key: value for key, value in record.items() if key != "law"}
+    known = {field.name: field for field in fields(kind)}
+    if unknown := sorted(set(values) - set(known)):
+        raise SlipmodeError(f"law: {name} has no parameter {unknown[0]!r}")
+    missing = [key for key, f in known.items() if f.default is MISSING and key not in values]
+    if missing:
+        raise SlipmodeError(f"law: {name} needs {missing[0]}")
+    for key, value in values.items():
+        if not _is_parameter(value, known[key]):
+            raise SlipmodeError(f"law: {key} of {name} is no such parameter")
+    return _made(kind, **values)
+
+
+def _is_parameter(value: Any, field: Field[Any]) -> bool:
+    """Whether a value is of the type that the field says: int, float or numbers in a list."""
+    words = str(field.type)
+    if words == "int":
+        return type(value) is int
+    if isinstance(value, list) and "Sequence" in words:
+        return all(type(entry) in (int, float) for entry in value)
+    return "float" in words.split(" | ") and type(value) in (int, float)
+
+
+def _made(kind: type[Any], *values: Any, **named: Any) -> Any:
     try:
-        if name == _GROUPS:
-            return Contacts([_group(*group) for group in values["groups"]])
-        return LAWS[name](**values)  # type: ignore[no-any-return]
-    except (KeyError, TypeError, ValueError):
-        raise SlipmodeError("law: is no such entry of a model") from None
+        return kind(*values, **named)
+    except SlipmodeError as error:
+        raise SlipmodeError(f"law: {error}") from None
+    except OverflowError:
+        raise SlipmodeError("law: a parameter is too large") from None

@@ -14,14 +14,13 @@ import numpy as np
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
-from slipmode.rom.laws.contacts import ElasticLaws
-from slipmode.rom.laws.friction import Friction, limits
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
-from slipmode.rom.table.model_content import check_arrays, check_header
+from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 
 FORMAT = 14  # of the file; raised whenever tables computed before must not be used any more
 
@@ -120,13 +119,9 @@ class Model:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
         try:
             check_header(header)
+            law = law_of(header.get("law"))
             check_arrays(header, content)
-            law = law_of(header["law"])
-            elastic = None
-            if isinstance(law, ElasticLaws):
-                elastic = law.elements(content["stiffness"].shape[0])
-            else:
-                limits(law, content["stiffness"].shape[0])
+            elastic = check_contacts(law, content["stiffness"])
         except SlipmodeError as error:
             raise SlipmodeError(f"{path}: {error}") from None
         reduced = Reduced(

@@ -8,13 +8,17 @@ from typing import Any, get_args
 
 import numpy as np
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.elements import Elements
+from slipmode.rom.laws.friction import Coulomb, Friction, Tanh, limits
 from slipmode.rom.reduction.combination import MOST
 from slipmode.rom.reduction.reduced import Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 
 _LARGEST_ORDER = 100  # of a harmonic; a table has far lower ones
+_ALL_OF_IT = 1.0 + 1e-6  # of a contact's flexibility
 
 
 def check_header(header: Mapping[str, Any]) -> None:
@@ -82,6 +86,35 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
             raise SlipmodeError("region: does not fit the cells of a table for two modes")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
+
+
+def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
+    """Refuse a law that is not of contacts with this stiffness (N_c, N_c), after `check_arrays`.
+
+    Returns
+    -------
+    Elements or None
+        Of elastic contacts, whose stiffness is less than nothing: the structure's flexibility, at
+        most that of their own springs.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming `law`.
+    """
+    own, contacts = np.diag(stiffness), len(stiffness)
+    try:
+        elements = None if isinstance(law, Tanh | Coulomb) else law.elements(contacts)
+        limits(law, contacts)
+    except SlipmodeError as error:
+        raise SlipmodeError(f"law: {error}") from None
+    if elements is None:
+        fits = bool(np.all(own > 0.0))
+    else:
+        fits = bool(np.all(own <= 0.0) and np.all(-own * elements.reference <= _ALL_OF_IT))
+    if not fits:
+        raise SlipmodeError("law: does not fit the stiffness of the contacts")
+    return elements
 
 
 # The axes of each array: n DOFs, m modes, c contacts, p nonresonant modes, q all, a and b nodes,

@@ -25,7 +25,7 @@ def swapped(structure):
     i = next(i for i in range(len(size) - 1) if size[i] == size[i + 1])
     fields[i], fields[i + 1] = fields[i + 1], fields[i]
     if isinstance(structure, np.dtype):
-        return np.dtype(fields)
+        return np.dtype(fields, align=structure.isalignedstruct)
     return type("Swapped", (ctypes.Structure,), {"_fields_": fields})
 
 

@@ -103,12 +103,23 @@ def _other_array(array, random):
             return np.empty((0, *array.shape[1:]), array.dtype)
 
 
+def _inside(value, random):
+    """A record somewhere inside a value of lists and records, or None."""
+    if isinstance(value, dict) and ("groups" not in value or random.random() < 0.3):
+        return value
+    entries = value["groups"] if isinstance(value, dict) else value
+    if not isinstance(entries, list) or not entries:
+        return None
+    return _inside(entries[random.integers(len(entries))], random)
+
+
 def _other_header(header, random):
     header = json.loads(json.dumps(header))
-    accuracy = header.get("accuracy")
-    owner = accuracy if isinstance(accuracy, dict) and random.random() < 0.2 else header
+    chosen = _inside(header.get(str(random.choice(["accuracy", "law"]))), random)
+    owner = header if chosen is None or random.random() < 0.6 else chosen
     key = str(random.choice(list(owner) or ["none"]))
     values = (None, -1, 0, 3, 10**30, 1e-300, "x", [], [0, 1], [[0, 1]], [[0, 5, 10**6]], {}, True)
+    values += (float("nan"), 10**400, [1.0, 2.0, 3.0, 4.0], "coulomb", "jenkins", [[{}, [0]]], 1.5)
     if random.random() < 0.2:
         owner.pop(key, None)
     else:

@@ -1,6 +1,7 @@
 """Models on disk: nothing is lost, no damage goes unnoticed, the cache repairs itself."""
 
 import dataclasses
+import json
 import struct
 import threading
 import zipfile
@@ -8,10 +9,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from elastic import cantilever as elastic_contacts
 
 from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
+from slipmode.rom.table.model import digest
 
 pytestmark = pytest.mark.quick
 
@@ -39,12 +42,16 @@ def empty_cache(tmp_path, monkeypatch):
     return folder
 
 
+def assert_same_part(first, second):
+    for field in dataclasses.fields(first):
+        values = [getattr(part, field.name) for part in (first, second)]
+        np.testing.assert_array_equal(*values)
+        assert np.asarray(values[0]).dtype == np.asarray(values[1]).dtype
+
+
 def assert_same_model(first, second):
-    for part in ("reduced", "table"):
-        for field in dataclasses.fields(getattr(first, part)):
-            values = [getattr(getattr(model, part), field.name) for model in (first, second)]
-            np.testing.assert_array_equal(*values)
-            assert np.asarray(values[0]).dtype == np.asarray(values[1]).dtype
+    assert_same_part(first.reduced, second.reduced)
+    assert_same_part(first.table, second.table)
     assert first.accuracy == second.accuracy
     assert first.hash == second.hash
 
@@ -73,6 +80,19 @@ def test_what_is_saved_loads_to_the_last_bit(law, formulation, tmp_path):
     np.testing.assert_array_equal(np.broadcast_to(law.limit, 2), loaded.law.limit)
     amplitudes = np.linspace(0, 2, 101)[:, np.newaxis]
     np.testing.assert_array_equal(loaded.table(amplitudes), model.table(amplitudes))
+
+
+@pytest.mark.parametrize("name", elastic_contacts.LAWS)
+def test_models_with_elastic_contacts_load_to_the_last_bit(name, tmp_path):
+    model = elastic_contacts.model(name, (0,))
+    model.save(tmp_path / "model.rom")
+    loaded = Model.load(tmp_path / "model.rom")
+    assert_same_part(loaded.table, model.table)
+    assert loaded.law == model.law
+    assert loaded.hash == model.hash
+    for field in dataclasses.fields(model.reduced.contacts):
+        values = [getattr(m.reduced.contacts, field.name) for m in (loaded, model)]
+        np.testing.assert_array_equal(*values)
 
 
 def test_two_mode_models_load_to_the_last_bit(two_mode_model, tmp_path):
@@ -204,6 +224,107 @@ def test_a_changed_array_is_refused(saved):
     values.flat[7] = np.nextafter(values.flat[7], 1.0)
     rewritten(saved, values=values)
     assert "damaged" in refusal_of(saved)
+
+
+JENKINS = {"law": "jenkins", "limit": 2.0, "stiffness": 3.0}
+SURFACE = {
+    **{"law": "frictional", "mu": 0.3, "preload": 1.0, "tangential_stiffness": 3.0},
+    **{"normal_stiffness": 4.0, "gap": 0.0, "tangents": 1},
+}
+
+
+def with_law(path, law):
+    """The file with another law, and the hash of that; None leaves it out."""
+    with np.load(path) as archive:
+        content = {name: archive[name] for name in archive.files}
+    header = json.loads(str(content.pop("header")))
+    del header["hash"], header["law"]
+    if law is not None:
+        header["law"] = law
+    stored = json.dumps(header | {"hash": digest(header, content)})
+    rewritten(path, header=np.array(stored))
+
+
+@pytest.mark.parametrize(
+    ("law", "complaint"),
+    [
+        (None, "must be one of tanh, coulomb, jenkins"),
+        ("tanh", "must be one of"),
+        ({"law": "glue"}, "must be one of"),
+        ({"law": ["tanh"]}, "must be one of"),
+        ({"limit": 2.0, "alpha": 0.1}, "must be one of"),
+        ({"law": "tanh", "limit": 2.0}, "tanh needs alpha"),
+        ({"law": "tanh", "limit": 2.0, "alpha": 0.1, "mu": 1.0}, "tanh has no parameter 'mu'"),
+        ({"law": "tanh", "limit": "2", "alpha": 0.1}, "limit of tanh is no such parameter"),
+        ({"law": "tanh", "limit": 2.0, "alpha": [0.1]}, "alpha of tanh is no such parameter"),
+        ({"law": "tanh", "limit": -2.0, "alpha": 0.1}, "limit: must be 0 or"),
+        ({"law": "tanh", "limit": 2.0, "alpha": float("nan")}, "alpha: must be"),
+        (
+            {"law": "tanh", "limit": [2.0, 1.0, 1.0], "alpha": 0.1},
+            "limit: must be one number or 2",
+        ),
+        ({"law": "coulomb", "limit": 10**400}, "too large"),
+        (JENKINS, "does not fit the stiffness of the contacts"),
+    ],
+)
+def test_a_law_that_is_none_is_refused(saved, law, complaint):
+    with_law(saved, law)
+    assert f"{saved}: law: " in refusal_of(saved)
+    assert complaint in refusal_of(saved)
+
+
+@pytest.mark.parametrize(
+    ("law", "complaint"),
+    [
+        (None, "must be one of"),
+        (JENKINS | {"stiffness": 3e9}, "does not fit the stiffness"),
+        (JENKINS | {"stiffness": 0.0}, "stiffness: must be"),
+        (JENKINS | {"limit": [1.0, 2.0]}, "limit: must be one number or 4 numbers"),
+        (JENKINS | {"limit": True}, "limit of jenkins is no such parameter"),
+        (SURFACE | {"mu": -0.1}, "mu: must be"),
+        (SURFACE | {"tangents": 3}, "tangents: must be 1 or 2"),
+        (SURFACE | {"tangents": 2}, "must be a multiple; got 4"),
+        (SURFACE | {"tangents": 1.0}, "tangents of frictional is no such parameter"),
+        (SURFACE | {"gap": 0.1}, "gap: must be 0 where there is a preload"),
+        (
+            {"law": "iwan", "force": [1.0], "stiffness": 2.0, "chi": 0.0, "beta": 0.0},
+            "force of iwan is no such parameter",
+        ),
+        (
+            {"law": "iwan", "force": 1.0, "stiffness": 2.0, "chi": 0.5, "beta": 0.0},
+            "chi: must be above -1",
+        ),
+        ({"law": "sliders", "limit": [1.0], "stiffness": [1.0, 2.0]}, "stiffness: must be 1"),
+        ({"law": "groups"}, "must have groups of contacts"),
+        ({"law": "groups", "groups": [], "mu": 1.0}, "must have groups of contacts"),
+        ({"law": "groups", "groups": []}, "must have at least one group"),
+        ({"law": "groups", "groups": [JENKINS]}, "a group must be a law and its contact DOFs"),
+        ({"law": "groups", "groups": [[JENKINS, [0, 1, 2]]]}, "one group; missing: [3]"),
+        ({"law": "groups", "groups": [[JENKINS, [0, 1, 2, 3, 3]]]}, "doubled: [3]"),
+        ({"law": "groups", "groups": [[JENKINS, [0, 1, 2, 4]]]}, "not there: [4]"),
+        ({"law": "groups", "groups": [[JENKINS, [0, 1, 2, 0.5]]]}, "must be integers"),
+        ({"law": "groups", "groups": [[{"law": "coulomb", "limit": 1.0}, [0]]]}, "elastic"),
+        ({"law": "groups", "groups": [[{"law": "groups", "groups": []}, [0]]]}, "must be one of"),
+    ],
+)
+def test_an_elastic_law_that_is_none_is_refused(law, complaint, tmp_path):
+    path = tmp_path / "elastic.rom"
+    elastic_contacts.model("Jenkins", (0,)).save(path)
+    with_law(path, law)
+    assert f"{path}: law: " in refusal_of(path)
+    assert complaint in refusal_of(path)
+
+
+def test_a_rigid_law_of_elastic_contacts_is_refused(tmp_path):
+    path = tmp_path / "elastic.rom"
+    elastic_contacts.model("Jenkins", (0,)).save(path)
+    with_law(path, {"law": "coulomb", "limit": 2.0})
+    assert "rate_correction: is missing" in refusal_of(path)  # tables of rigid laws have one
+    with np.load(path) as archive:
+        nodes = archive["node_a"].size
+    rewritten(path, rate_correction=np.zeros((nodes, 1, 4, 2)))
+    with_law(path, {"law": "coulomb", "limit": 2.0})
+    assert "law: does not fit the stiffness of the contacts" in refusal_of(path)
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
