@@ -45,7 +45,7 @@ def law_of(record: Any) -> Friction:
         Naming `law`, if there is no such law, or a parameter is missing, unknown or refused.
     """
     if not (isinstance(record, Mapping) and record.get("law") == _GROUPS):
-        return _single_law(record)
+        return _single_law(record)  # type: ignore[no-any-return]
     groups = record.get(_GROUPS)
     if set(record) != {"law", _GROUPS} or not isinstance(groups, list):
         raise SlipmodeError("law: must have groups of contacts, and nothing else")

@@ -162,7 +162,10 @@ static sm_status march_elastic(sm_march *march, const sm_contact *contact,
         const sm_status status = step_elastic(march, contact, h);
         if (status != SM_OK) return status;
     }
-    return sm_all_finite(march->x, (size_t)contact->contacts) ? SM_OK : SM_NOT_FINITE;
+    const size_t n = (size_t)contact->contacts;
+    return sm_all_finite(march->x, n) && sm_all_finite(march->v, n) &&
+                   sm_all_finite(march->force, n)
+               ? SM_OK : SM_NOT_FINITE;
 }
 
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,

@@ -352,6 +352,7 @@ static sm_status solve_point(problem *t, size_t point) {
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     for (size_t i = 0; i < t->n; i++)
         task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
+    if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
     task->residual[point] = residual;
     task->marched[point] = periods * task->steps;
     return SM_OK;
