@@ -128,9 +128,7 @@ _ARRAYS = {
     **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
     **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
     **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
-    **dict.fromkeys(
-        ("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"
-    ),
+    **dict.fromkeys(("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"),
     **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
     **{"damping_coupling": "qq", "node_a": "a", "node_b": "b", "values": "ab4k"},
 }

@@ -25,7 +25,9 @@ def component(name="mixed", modes=(0, 1), scale=1.0, **inputs):
         elastic=joints.DOFS,
     )
     forces = {name: scale * force for name, force in joints.FORCES.items()}
-    made.set_inputs(**{name: forces[name] for name in forces if name in made.input_names}, **inputs)
+    made.set_inputs(
+        **{name: forces[name] for name in forces if name in made.input_names}, **inputs
+    )
     return made
 
 
@@ -74,7 +76,10 @@ def test_loads_and_forces_scale_all_that_moves(name, modes, scale):
 
 @pytest.mark.parametrize("name", ["Jenkins", "mixed"])
 def test_forces_alone_do_not(name):
-    expected, rows = march(component(name), DURATIONS), march(component(name, scale=0.3), DURATIONS)
+    expected, rows = (
+        march(component(name), DURATIONS),
+        march(component(name, scale=0.3), DURATIONS),
+    )
     assert np.abs(rows[:, 1] / 0.3 - expected[:, 1]).max() > 0.1 * np.abs(expected[:, 1]).max()
 
 

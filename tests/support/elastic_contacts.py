@@ -18,7 +18,9 @@ SURFACE = rom.FrictionalContact(
 )
 LAWS = {
     "Jenkins": rom.Jenkins(limit=(0.4, 0.2, 0.01, 0.02), stiffness=(20.0, 20.0, 10.0, 10.0)),
-    "mixed": rom.Contacts([(SURFACE, (0, 2, 1)), (rom.Iwan(0.05, 8.0, -0.5, 0.5, sliders=6), (3,))]),
+    "mixed": rom.Contacts(
+        [(SURFACE, (0, 2, 1)), (rom.Iwan(0.05, 8.0, -0.5, 0.5, sliders=6), (3,))]
+    ),
     "with a gap": rom.Contacts(
         [
             (rom.FrictionalContact(0.3, 0.0, 20.0, 30.0, gap=0.002), (0, 1)),
@@ -63,4 +65,6 @@ def model(name, modes=(0, 1), tolerance=2e-2):
     """Of the law with this name."""
     law = LAWS[name]
     reduced = rom.reduce(cantilever(law), modes, law=law)
-    return rom.tabulate(reduced, law, (0.03, 0.02)[: len(modes)], tolerance, combinations=(), harmonics=5)
+    return rom.tabulate(
+        reduced, law, (0.03, 0.02)[: len(modes)], tolerance, combinations=(), harmonics=5
+    )

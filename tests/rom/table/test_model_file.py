@@ -259,7 +259,10 @@ def with_law(path, law):
         ({"law": "tanh", "limit": 2.0, "alpha": [0.1]}, "alpha of tanh is no such parameter"),
         ({"law": "tanh", "limit": -2.0, "alpha": 0.1}, "limit: must be 0 or"),
         ({"law": "tanh", "limit": 2.0, "alpha": float("nan")}, "alpha: must be"),
-        ({"law": "tanh", "limit": [2.0, 1.0, 1.0], "alpha": 0.1}, "limit: must be one number or 2"),
+        (
+            {"law": "tanh", "limit": [2.0, 1.0, 1.0], "alpha": 0.1},
+            "limit: must be one number or 2",
+        ),
         ({"law": "coulomb", "limit": 10**400}, "too large"),
         (JENKINS, "does not fit the stiffness of the contacts"),
     ],
