@@ -76,7 +76,7 @@ class Inputs:
         if name not in kernel.SCALE_FIELDS:
             raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
         raise SlipmodeError(
-            f"{name}: the contact law has a {self._unscaled}, which does not scale with its limits "
+            f"{name}: the contact law has a {self._unscaled}, which does not scale with limits "
             "and preloads; tabulate a model with other ones"
         )
 
