@@ -89,6 +89,13 @@ def test_a_gap_does_not_scale():
         of.set_inputs(limit_scale=1.0)
 
 
+def test_contacts_that_are_all_open_at_rest_are_refused():
+    """One group may be, as it is in "with a gap"."""
+    law = rom.FrictionalContact(0.3, 0.0, 20.0, 30.0, gap=0.1)
+    with pytest.raises(rom.SlipmodeError, match="gap: all contacts are open at rest"):
+        rom.reduce(joints.cantilever(law), (0,), law=law)
+
+
 @pytest.mark.parametrize("name", joints.LAWS)
 def test_many_steps_in_one_call_have_the_bits_of_single_ones(name):
     single, at_once = component(name), component(name)
