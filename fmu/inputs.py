@@ -79,7 +79,7 @@ class Inputs:
             raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
         raise SlipmodeError(
             f"{name}: the contact law has a {self._unscaled}, which does not scale with limits "
-            "and preloads; tabulate a model with the others"
+            "and preloads; tabulate a model with other ones"
         )
 
     def records(self, values: Floats) -> Floats:

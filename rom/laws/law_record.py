@@ -45,11 +45,13 @@ def law_of(record: Any) -> Friction:
         Naming `law`, if there is no such law, or a parameter is missing, unknown or refused.
     """
     if not (isinstance(record, Mapping) and record.get("law") == _GROUPS):
-        return _single_law(record)  # type: ignore[no-any-return]
+        single: Friction = _single_law(record)
+        return single
     groups = record.get(_GROUPS)
     if set(record) != {"law", _GROUPS} or not isinstance(groups, list):
         raise SlipmodeError("law: must have groups of contacts, and nothing else")
-    return _made(Contacts, [_group(group) for group in groups])  # type: ignore[no-any-return]
+    made: Contacts = _made(Contacts, [_group(group) for group in groups])
+    return made
 
 
 def _group(group: Any) -> tuple[Any, list[int]]:
@@ -71,7 +73,9 @@ def _single_law(record: Any) -> Any:
     known = {field.name: field for field in fields(kind)}
     if unknown := sorted(set(values) - set(known)):
         raise SlipmodeError(f"law: {name} has no parameter {unknown[0]!r}")
-    missing = [key for key, f in known.items() if f.default is MISSING and key not in values]
+    missing = [
+        key for key, field in known.items() if field.default is MISSING and key not in values
+    ]
     if missing:
         raise SlipmodeError(f"law: {name} needs {missing[0]}")
     for key, value in values.items():

@@ -4,10 +4,10 @@ import re
 import shutil
 import zlib
 
-import elastic_contacts as joints
 import fmpy
 import numpy as np
 import pytest
+from elastic import cantilever as joints
 from fmu_fixtures import VERSIONS, Instance, instance
 from stepping import march
 

@@ -128,12 +128,12 @@ static int is_settable(const instance *i, const fmu_variable *v) {
 
 /* A value that is allowed for the variable, and mostly sensible. */
 static double good_value(const fmu_variable *v) {
-    if (v->kind == FMU_START) return 2.0 * uniform() - 1.0;
+    if (v->kind == FMU_START) return (uniform() - 0.5) * 0.66 * model->nominal[v->slot - 1];
     if (v->kind == FMU_PARAMETER)
         return v->slot == FMU_TOLERANCE ? 1e-6 : 0.001 + 0.01 * uniform();
     if (v->slot == SLOT(limit_scale)) return 0.8 + 0.4 * uniform();
-    if (v->slot == SLOT(frequency[0])) return 0.9 + 0.2 * uniform();
-    if (v->slot == SLOT(frequency[1])) return 1.6 + 0.2 * uniform();
+    if (v->slot == SLOT(frequency[0])) return model->flow.natural[0] * (0.9 + 0.2 * uniform());
+    if (v->slot == SLOT(frequency[1])) return model->flow.natural[1] * (0.93 + 0.1 * uniform());
     if ((v->slot >= SLOT(frequency) && v->slot < SLOT(phase)) || v->slot == SLOT(limit_scale_rate))
         return 1e-4 * (uniform() - 0.5);
     return 0.2 * (uniform() - 0.5);

@@ -9,19 +9,13 @@
 
 #define STEPS 60
 
-/* The record's own addresses: a struct that is returned moves. */
-static void connect(joints *j) {
+/* new_joints, with the addresses of where they are. */
+static void connected(int elements, int modes, int laws, double mu, double coupling, joints *j) {
+    *j = new_joints(elements, modes, laws, mu, coupling);
     j->elastic.element = j->element;
     j->elastic.slider = j->slider;
     j->elastic.reference = j->reference;
     j->contact.elastic = &j->elastic;
-}
-
-static joints connected(int elements, int modes, int laws, double mu, double coupling,
-                        joints *place) {
-    *place = new_joints(elements, modes, laws, mu, coupling);
-    connect(place);
-    return *place;
 }
 
 /* |x - R y - u| at most, y found anew from the law. */
@@ -126,7 +120,7 @@ static sm_status check_call(void *arguments) {
 
 static void check_refusals(void) {
     joints j;
-    do { /* with a gap, so that values of a slider, a preload and a gap are all there */
+    do { /* until a frictional contact comes first, and sliders next */
         connected(5, 2, ANY_LAW, 0.5, 0.5, &j);
         if (j.element[0].law == SM_FRICTIONAL && j.element[1].law == SM_SLIDERS) break;
         free_joints(&j);
@@ -141,11 +135,9 @@ static void check_refusals(void) {
     CHECK_REFUSES(const sm_element *, j.elastic.element, NULL, check_call(&j), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, j.elastic.slider, NULL, check_call(&j), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, j.elastic.reference, NULL, check_call(&j), SM_BAD_ARGUMENT);
-    const int32_t elements[] = {0, -1, 4, 6, INT32_MAX};
-    for (size_t k = 0; k < sizeof elements / sizeof *elements; k++) {
-        if (elements[k] == 6) continue; /* one past the end is for the sanitizer: n stops it */
+    const int32_t elements[] = {0, -1, 4, INT32_MAX}; /* there are 5 */
+    for (size_t k = 0; k < sizeof elements / sizeof *elements; k++)
         CHECK_REFUSES(int32_t, j.elastic.elements, elements[k], check_call(&j), SM_BAD_ARGUMENT);
-    }
     CHECK_REFUSES(int32_t, j.elastic.sliders, -1, check_call(&j), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, j.elastic.sliders, 0, check_call(&j), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, j.elastic.sliders, INT32_MAX, check_call(&j), SM_BAD_ARGUMENT);
