@@ -10,6 +10,7 @@ from slipmode.fmu.imported import Imported
 from slipmode.rom import Model, SlipmodeError
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording.channels import energy
+from slipmode.runner.scene.schedule import rate_of
 
 
 def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
@@ -27,7 +28,7 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
             f"{path}: holds another model than the scene's; export that one with slipmode fmu"
         )
     scripts = schedule.scripts
-    scripted = (*scripts, *(name.replace("_", "_rate_") for name in scripts))
+    scripted = (*scripts, *(rate_of(name) for name in scripts))
     archive.require(scripted, archive.inputs, "inputs")
     amplitudes = plan.excited.start()
     angles = [f"theta_{mode}" for mode in plan.excited.modes]

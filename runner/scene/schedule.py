@@ -22,6 +22,7 @@ from slipmode.runner.scene.script import Script
 LIMIT_SCALE = "limit_scale"
 
 _QUIET = Script.constant(0.0)
+_UNSCALED = Script.constant(1.0)
 _ALL = slice(None)
 _SAME = 1e-9  # of a step: communication points so near are one
 
@@ -126,9 +127,10 @@ class Schedule:
         return reached.min(axis=0), reached.max(axis=0)
 
     def _input(self, name: str, starts: Floats) -> Floats:
-        if is_rate(name):
-            return self.scripts[name.replace("_rate", "")].rate(starts)
-        return self.scripts[name].value(starts)
+        script = self.scripts.get(name.replace("_rate", ""))
+        if script is None:  # limits that nothing scripts are those of the model
+            script = {LIMIT_SCALE: _UNSCALED}[name.replace("_rate", "")]
+        return script.rate(starts) if is_rate(name) else script.value(starts)
 
     @cached_property
     def _stretches(self) -> _Stretches:
@@ -183,7 +185,7 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
 
     A mode without forcing of its own has zero force at its natural frequency.
     """
-    scripts = {LIMIT_SCALE: scene.limit_scale or Script.constant(1.0)}
+    scripts = {LIMIT_SCALE: scene.limit_scale} if scene.limit_scale else {}
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)
         scripts[f"force_{mode}"] = forcing.amplitude if forcing else _QUIET
