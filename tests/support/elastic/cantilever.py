@@ -61,7 +61,7 @@ def cantilever(law):
 
 
 @cache
-def model(name, modes=(0, 1), tolerance=2e-2):
+def model(name, modes=(0, 1), tolerance=0.1):
     """Of the law with this name."""
     law = LAWS[name]
     reduced = rom.reduce(cantilever(law), modes, law=law)
