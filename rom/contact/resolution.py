@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
@@ -135,6 +136,8 @@ def _resolution(
             )
 
         parts = list(pool.map(terms, np.split(points, _TASKS)))
+        for part in parts:
+            check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
         return _Trial(np.concatenate([part.S for part in parts]), work)
 

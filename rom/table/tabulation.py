@@ -15,6 +15,7 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import choose_resolution, least_force
+from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
@@ -25,7 +26,6 @@ from slipmode.rom.reduction.combination import (
     combination_resonances,
     tabulated_orders,
 )
-from slipmode.rom.reduction.internal_resonance import strongest_resonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.stiffness_margin import check_stiffness_margin
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
@@ -40,7 +40,6 @@ from slipmode.rom.validity import model_findings, warn
 _Solved = TypeVar("_Solved")
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
-_UNSETTLED = 0.05  # distance from periodicity above which a sample is worth nothing
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
 
@@ -146,7 +145,9 @@ def tabulate(
             combinations=combinations,
             highest=max(harmonics, 1),
         )
-        samples = _Samples(solve, columns, pool, bar, partial(_unsettled, reduced, combinations))
+        samples = _Samples(
+            solve, columns, pool, bar, partial(check_settled, reduced, combinations)
+        )
         sampling = Sampling(samples, columns, region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
         if reduced.formulation == "consistent" and reduced.contacts is None:
@@ -203,20 +204,6 @@ def _in_tasks(
     return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
 
 
-def _unsettled(
-    reduced: Reduced, combinations: Sequence[CombinationResonance], terms: ContactTerms
-) -> SlipmodeError:
-    """Why there is no table where the response of the modes to the contacts does not settle."""
-    met = strongest_resonance(reduced, terms.orders, combinations)
-    n, m = met.order
-    return SlipmodeError(
-        f"contacts: the modes' response to them does not settle, it is off by "
-        f"{terms.residual.max():.0%}; most of it is that of the mode at {met.mode:.4g} rad/s to "
-        f"harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s: retain that mode, move the forcing "
-        "away from it, give it damping, or integrate in time (rom.full)"
-    )
-
-
 class _Samples:
     """Contact terms at many amplitudes, spread over threads."""
 
@@ -226,21 +213,20 @@ class _Samples:
         columns: Columns,
         pool: Executor,
         bar: tqdm[Any],
-        unsettled: Callable[[ContactTerms], SlipmodeError],
+        check: Callable[[ContactTerms], None],
     ) -> None:
         self._solve = solve
         self._columns = columns
         self._pool = pool
         self._bar = bar
-        self._unsettled = unsettled
+        self._check = check
         self.periodicity = 0.0
         self.solved = 0
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         parts = []
         for terms in _in_tasks(self._pool, self._solve, amplitudes):
-            if terms.residual.max() > _UNSETTLED:
-                raise self._unsettled(terms)
+            self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
             lost = (terms.power - terms.leaving)[:, np.newaxis]

@@ -1,0 +1,37 @@
+"""Whether the contacts and the modes that respond to them have come to a periodic motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from slipmode.rom.contact.torus import ContactTerms
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.internal_resonance import strongest_resonance
+from slipmode.rom.reduction.reduction import Reduced
+
+_UNSETTLED = 0.05  # distance from periodicity above which a solution is worth nothing
+
+
+def check_settled(
+    reduced: Reduced, combinations: Sequence[CombinationResonance], terms: ContactTerms
+) -> None:
+    """Refuse contact terms of elastic contacts that no search has brought to a periodic motion.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the mode that responds most, and to which harmonic.
+    """
+    off = float(terms.residual.max())
+    if reduced.contacts is None or off <= _UNSETTLED:
+        return
+    met = strongest_resonance(reduced, terms.orders, combinations)
+    n, m = met.order
+    part = f"{off:.0%}" if off <= 1.0 else "more than itself"
+    raise SlipmodeError(
+        f"contacts: the modes' response to them does not settle, it is off by {part}; most of "
+        f"it is that of the mode at {met.mode:.4g} rad/s to harmonic ({n}, {m}) at "
+        f"{met.harmonic:.4g} rad/s: retain that mode, move the forcing away from it, give it "
+        "damping, lower the largest amplitudes, or integrate in time (rom.full)"
+    )
