@@ -14,7 +14,7 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import ElasticLaws
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import (
     CARRIERS,
@@ -99,7 +99,7 @@ def contact_problem(
         coupling=coupling.ctypes.data,
         stiffness=matrices["stiffness"].ctypes.data,
     )
-    if isinstance(law, ElasticLaws):
+    if isinstance(law, Elastic):
         elastic = law.elements(reduced.n_contacts).kernel()
         problem.law = _ELASTIC
         problem.elastic = ctypes.addressof(elastic)

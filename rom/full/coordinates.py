@@ -10,7 +10,7 @@ import scipy.linalg
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.laws.contacts import Elastic, ElasticLaws
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import address
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.short_repr import short_repr
@@ -108,7 +108,7 @@ class ModalCoordinates:
         """
         inverse, contacts = self.inverse(step), len(self.directions)
         elastic, code, alpha = None, _ELASTIC, 0.0
-        if isinstance(law, ElasticLaws):
+        if isinstance(law, Elastic):
             elements = law.elements(contacts)
             elastic = elements.kernel()
             of_law = {"flexibility": self.flexibility(inverse, step, elements.reference)}

@@ -15,7 +15,7 @@ from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import FullMotion, Record, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
-from slipmode.rom.laws.contacts import Elastic, ElasticLaws
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.structure.structure import Structure
 
@@ -105,7 +105,7 @@ class Integrator:
         self.excitation = excitation
         self._structure = structure
         self._law = law
-        if isinstance(law, ElasticLaws):
+        if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()
             self._remembered = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
         else:
@@ -181,7 +181,7 @@ class Integrator:
         """Force on the contacts, and what they remember."""
         contacts = self._structure.n_contacts
         memory = np.zeros(self._remembered)
-        if isinstance(self._law, ElasticLaws):
+        if isinstance(self._law, Elastic):
             if start.contact_memory is not None:
                 given = _state_vector("contact_memory", start.contact_memory, memory.size)
                 memory = given.copy()
@@ -201,7 +201,7 @@ class Integrator:
         n, contacts = self._structure.n_dofs, self._structure.n_contacts
         shapes = self._coordinates.shapes
         q, v, _, force, _, memory = np.split(state, np.cumsum([n, n, 2 * contacts, contacts, 1]))
-        remembered = memory.copy() if isinstance(self._law, ElasticLaws) else None
+        remembered = memory.copy() if isinstance(self._law, Elastic) else None
         return State(time, shapes @ q, shapes @ v, force.copy(), remembered)
 
     def _sample_start(self, start: State, state: Floats, record: Record) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, joined
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -53,9 +51,3 @@ class Contacts:
 
 
 Elastic = ElasticLaw | Contacts
-ElasticLaws = (Jenkins, Iwan, Sliders, FrictionalContact, Contacts)
-
-
-def reference_stiffness(law: Elastic, contacts: int) -> np.ndarray:
-    """Stiffness (N_c,) of each contact DOF while its contact sticks [N/m]."""
-    return law.elements(contacts).reference

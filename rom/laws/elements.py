@@ -117,7 +117,7 @@ def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
 
 
 def checked(
-    name: str, value: ArrayLike, unit: str, *, positive: bool = False
+    name: str, value: float | Sequence[float], unit: str, *, positive: bool = False
 ) -> float | tuple[float, ...]:
     """A parameter as it is compared and hashed: by value; >= 0, or > 0 if `positive`."""
     given = np.asarray(value, dtype=float)
@@ -125,7 +125,7 @@ def checked(
     if not fine or (positive and not given.all()):
         zero = "" if positive else "0 or "
         raise SlipmodeError(
-            f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {given.tolist()}"
+            f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}"
         )
     return tuple(given.tolist()) if given.ndim else float(given)
 

@@ -11,7 +11,8 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.representable import LARGEST, SMALLEST, fits
+from slipmode.rom.laws.elements import checked, per_contact
+from slipmode.rom.representable import LARGEST, SMALLEST
 from slipmode.rom.short_repr import short_repr
 
 
@@ -35,7 +36,7 @@ class Tanh:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "limit", _checked_limit(self.limit))
+        object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
         if not SMALLEST <= self.alpha <= LARGEST:
             raise SlipmodeError(
                 f"alpha: must be {SMALLEST:g} to {LARGEST:g} [m/s], got {self.alpha}"
@@ -60,7 +61,7 @@ class Coulomb:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "limit", _checked_limit(self.limit))
+        object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
 
 
 RigidFriction = Tanh | Coulomb
@@ -71,12 +72,7 @@ def limits(law: Friction, contacts: int) -> Floats:
     """Friction limit of each contact [N], shape (contacts,)."""
     if not isinstance(law, Tanh | Coulomb):
         return law.elements(contacts).limit
-    given = np.asarray(law.limit, dtype=float)
-    if given.ndim == 1 and given.size != contacts:
-        raise SlipmodeError(
-            f"limit: must be one number or {contacts} numbers (one per contact), got {given.size}"
-        )
-    return np.broadcast_to(given, contacts).copy()
+    return per_contact("limit", law.limit, contacts)
 
 
 def is_homogeneous(law: Friction, contacts: int) -> bool:
@@ -112,11 +108,3 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
             "law: the structure was not reduced with the stiffness of these contacts; "
             "use reduce(..., law=law)"
         )
-
-
-def _checked_limit(limit: float | Sequence[float]) -> float | tuple[float, ...]:
-    """The limits as they are compared and hashed: by value."""
-    given = np.asarray(limit, dtype=float)
-    if given.ndim > 1 or given.size == 0 or not (fits(given) and np.all(given >= 0)):
-        raise SlipmodeError(f"limit: must be 0 or {SMALLEST:g} to {LARGEST:g} [N], got {limit}")
-    return tuple(given.tolist()) if given.ndim else float(given)

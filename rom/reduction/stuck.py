@@ -63,6 +63,8 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
     chosen = ~retained & (below | follows)
     every = np.hstack((shapes[:, list(modes)], shapes[:, chosen]))
     modal_damping = every.T @ as_dense(C @ every)
+    on_contacts = as_dense(C @ X)
+    dampers = every.T @ on_contacts
     own = np.diag(modal_damping)
     spring = -drawn[list(modes)]
     return Reduced(
@@ -74,10 +76,10 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
         mode_shapes=shapes[:, list(modes)],
         contact_shapes=X,
         mass=np.zeros_like(R),
-        damping=X.T @ as_dense(C @ X),
+        damping=X.T @ on_contacts,
         stiffness=-R,
         spring=spring,
-        damper=every[:, : len(modes)].T @ as_dense(C @ X),
+        damper=dampers[: len(modes)],
         contact_motion=np.asarray(-contacts.reference * spring, dtype=complex),
         carried_mass=X.T @ as_dense(M @ X),
         nonresonant_frequency=omega[chosen],
@@ -85,7 +87,7 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
         nonresonant_shapes=shapes[:, chosen],
         nonresonant_spring=np.where(below[chosen, np.newaxis], -drawn[chosen], 0.0),
         nonresonant_inertia=inertia[chosen],
-        nonresonant_damper=shapes[:, chosen].T @ as_dense(C @ X),
+        nonresonant_damper=dampers[len(modes) :],
         damping_coupling=0.5 * (modal_damping + modal_damping.T) - np.diag(own),
         contacts=contacts,
     )
