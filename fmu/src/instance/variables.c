@@ -57,11 +57,19 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
     }
 }
 
+/* Before anything is evaluated: a wrong reference is an error, whatever the state. */
+static fmu_status find_all(const fmu_instance *instance, int32_t type, const uint32_t *reference,
+                           size_t count) {
+    for (size_t k = 0; k < count; k++)
+        if (!find(instance, type, reference[k])) return FMU_ERROR;
+    return FMU_OK;
+}
+
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          double *value) {
+    if (find_all(instance, FMU_REAL, reference, count) != FMU_OK) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
-        const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
-        if (!variable) return FMU_ERROR;
+        const fmu_variable *variable = &instance->model.variable[reference[k]];
         const fmu_status status = evaluate_for(instance, variable);
         if (status != FMU_OK) return status;
         value[k] = present_value(instance, variable);
@@ -85,9 +93,9 @@ static int32_t margin(const fmu_instance *instance) {
 
 fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
                             size_t count, int32_t *value) {
+    if (find_all(instance, type, reference, count) != FMU_OK) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
-        const fmu_variable *variable = find(instance, type, reference[k]);
-        if (!variable) return FMU_ERROR;
+        const fmu_variable *variable = &instance->model.variable[reference[k]];
         const fmu_status status = evaluate_for(instance, variable);
         if (status != FMU_OK) return status;
         value[k] = variable->kind == FMU_MARGIN ? margin(instance)
