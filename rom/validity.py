@@ -24,6 +24,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.steady_force import steady_force
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.reduction.stuck import stuck_stiffness
 from slipmode.rom.representable import round_down, round_up
@@ -284,7 +285,11 @@ def force_strain(reduced: Reduced, law: Friction, force: Forces, amplitude: Floa
     if reduced.formulation == "paper":
         return np.zeros(len(force))
     modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
-    aside = np.abs(ForceResponse.of(reduced, force).residual_force(reduced) * modal[:, np.newaxis])
+    residual = ForceResponse.of(reduced, force).residual_force(reduced)
+    if reduced.force_patterns is not None:  # the contact problem has theirs
+        known = ForceResponse.of(reduced, list(reduced.force_patterns)).residual_force(reduced)
+        residual -= np.where(steady_force(reduced)[0] != 0.0, known, 0.0)
+    aside = np.abs(residual * modal[:, np.newaxis])
     if reduced.contacts is not None:
         aside = aside * reduced.contacts.reference
     holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))
@@ -296,7 +301,8 @@ def strain_findings(strain: Floats, names: Sequence[str] = "AB") -> list[Finding
     """Of `force_strain`, (modes,)."""
     reason = (
         "past what its mode does there it is {:.2g} of the friction limit or elastic force, above "
-        "{:g}: the friction table leaves that out; compare with slipmode validate"
+        "{:g}: the friction table leaves that out (in steady states it has it from reduce with "
+        "force_patterns); compare with slipmode validate"
     )
     return [
         Finding(f"force {mode}", "acts on contacts aside", reason.format(each, _ASIDE), "warning")

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import left_out
+from slipmode.rom.contact.marched_modes import MarchedModes
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
@@ -25,6 +26,7 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.reduction.steady_force import steady_coupling, steady_reaction
 from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400
@@ -76,18 +78,21 @@ def contact_problem(
     law: Friction,
     orders: Sequence[Order] = (),
     reaction: Complexes | None = None,
+    marched: MarchedModes | None = None,
 ) -> kernel.Contact:
     """The contact problem as the core reads it; it keeps the arrays alive.
 
     The modes respond to the harmonics `orders`, with `reaction` (orders, N_c, N_c) as the force on
-    the contacts, or with what comes along with the slow trajectory.
+    the contacts where forces hold the modes steady and these `marched` are, or with what comes
+    along with the slow trajectory.
     """
     responded = np.ascontiguousarray(orders, dtype=np.int32)
     matrices = {
         name: kernel.contiguous(getattr(reduced, name))
         for name in ("stiffness", "damping", "mass")
     }
-    coupling = np.ascontiguousarray(reduced.coupling)
+    coupling = reduced.coupling if reaction is None else steady_coupling(reduced)
+    coupling = np.ascontiguousarray(coupling)
     response = kernel.ModalResponse(
         orders_count=len(orders),
         orders=responded.ctypes.data,
@@ -105,6 +110,13 @@ def contact_problem(
         problem.elastic = ctypes.addressof(elastic)
         problem.response = ctypes.addressof(response)
         problem.owned = (matrices, coupling, elastic, response, responded, reaction)
+        if marched is not None:
+            flexible = kernel.contiguous(-marched.flexibility(reduced))
+            drawn, advance = (kernel.contiguous(a) for a in (marched.drawn, marched.advance))
+            problem.stiffness = flexible.ctypes.data
+            response.marched = len(drawn)
+            response.drawn, response.advance = drawn.ctypes.data, advance.ctypes.data
+            problem.owned += (flexible, drawn, advance)
         return problem
     limit = limits(law, reduced.n_contacts)
     problem.law, problem.alpha = law.code, law.alpha
@@ -121,10 +133,16 @@ def contact_problem(
 def _reaction_stiffnesses(
     reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
 ) -> Complexes:
-    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same."""
+    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same.
+
+    In a steady state: with the force that holds it.
+    """
     reaction = np.array(
         [reaction_stiffness(reduced, order, combinations) for order in orders], dtype=complex
     )
+    for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
+        if carrier in orders:
+            reaction[orders.index(carrier)] += steady
     reaction.flags.writeable = False
     return reaction
 
@@ -167,7 +185,11 @@ def contact_harmonics(
     rates = kernel.contiguous(reduced.carrier)
     smallest = kernel.contiguous(smallest_scale)
     reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
-    problem = contact_problem(reduced, law, orders, reaction)
+    stepped = None
+    if reduced.contacts is not None:
+        stepped = MarchedModes.of(reduced, grid.steps)
+        reaction = np.ascontiguousarray(reaction - stepped.response(reduced, orders))
+    problem = contact_problem(reduced, law, orders, reaction, stepped)
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))
@@ -297,9 +319,9 @@ def _friction_power(
     )
     if reduced.contacts is None:
         force -= v @ reduced.damping
-    for j, carrier in enumerate(CARRIERS[: len(reduced.modes)]):
+    for j, (carrier, L) in enumerate(zip(CARRIERS, steady_coupling(reduced), strict=False)):
         if carrier in orders:
-            force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * reduced.coupling[j]
+            force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * L
     power: Floats = 2.0 * np.real(force * v.conj()).sum(axis=(1, 2))
     return np.maximum(power, 0.0)
 

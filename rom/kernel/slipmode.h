@@ -91,6 +91,13 @@ typedef struct {
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
      * Only the torus reads it; along a trajectory the segments bring the force. */
     const double *dynamic_stiffness;
+    /* Modes that are marched along with elastic contacts, in steps of the torus: what they do is
+     * in neither K nor H. The force on mode k is g = drawn_k y, and over a step from y_0 to y_1
+     *   p_1 = advance_k (p_0, v_0, g_0, g_1),  v_1 = advance_k+4 (p_0, v_0, g_0, g_1),
+     * but what g_1 does to p_1 is in K. */
+    int32_t marched;
+    const double *drawn;   /* (marched, N_c) */
+    const double *advance; /* (marched, 8) */
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and

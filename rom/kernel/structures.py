@@ -59,6 +59,9 @@ class ModalResponse(Structure):
         ("orders_count", c_int32),
         ("orders", c_void_p),
         ("dynamic_stiffness", c_void_p),
+        ("marched", c_int32),
+        ("drawn", c_void_p),
+        ("advance", c_void_p),
     )
 
 

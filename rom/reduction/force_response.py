@@ -166,17 +166,27 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     if reduced.formulation == "paper":
         return shift
     for j, pattern in enumerate(patterns):
-        f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(j, pattern)
-        modal = reduced.all_shapes.T @ f
         moved = reduced.contact_motion[j]
         coupled = moved @ reduced.coupling[j]
-        if own == 0.0 or coupled == 0.0:
-            continue
-        Omega = reduced.carrier[j]
-        others = reduced.others_response(j, Omega, modal)
-        on_contacts = reduced.contact_shapes.T @ f - others @ reduced.modal_coupling(Omega)
-        shift[j] = -0.5 * (moved @ on_contacts) / coupled / own
+        if coupled != 0.0:
+            shift[j] = -0.5 * (moved @ force_on_contacts(reduced, j, pattern)) / coupled
     return shift
+
+
+def force_on_contacts(
+    reduced: Reduced, mode: int, pattern: Mapping[int, float] | ArrayLike
+) -> Complexes:
+    """Force (N_c,) on the contacts past its own mode, at its carrier, per unit of F_j [kg^1/2].
+
+    Directly, and through the other modes; 0 if the pattern does not move the mode.
+    """
+    f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(mode, pattern)
+    if own == 0.0:
+        return np.zeros(reduced.n_contacts, dtype=complex)
+    Omega = reduced.carrier[mode]
+    others = reduced.others_response(mode, Omega, reduced.all_shapes.T @ f)
+    by_modes = others @ reduced.modal_coupling(Omega)
+    return np.asarray((reduced.contact_shapes.T @ f - by_modes) / own)
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:

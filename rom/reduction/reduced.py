@@ -71,6 +71,9 @@ class Reduced:
     contacts : Elements or None
         Elastic contacts, which the modes have stuck: the contact problem is the dual one then, see
         `slipmode.rom.reduction.stuck`. None: rigid contacts, which the modes have bonded.
+    force_patterns : (modes, n) ndarray or None
+        Where the forces that hold the modes steady act [-]: their scale does not matter. What
+        they do past their own mode is in the contact problem (`steady_force`).
     """
 
     formulation: Formulation
@@ -95,6 +98,7 @@ class Reduced:
     nonresonant_damper: Floats
     damping_coupling: Floats
     contacts: Elements | None = None
+    force_patterns: Floats | None = None
 
     def __repr__(self) -> str:
         modes = ", ".join(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -11,6 +12,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
@@ -29,6 +31,7 @@ def reduce(
     formulation: Formulation = "consistent",
     carrier: Sequence[float] | None = None,
     law: Elastic | None = None,
+    force_patterns: ForcePatterns | None = None,
 ) -> Reduced:
     """Project a structure on one or two modes with stuck contacts, and its contacts.
 
@@ -48,6 +51,10 @@ def reduce(
     law : elastic law, optional
         Jenkins, Iwan, Sliders, FrictionalContact or Contacts: stuck contacts are its springs.
         Default: rigid friction (Tanh, Coulomb), whose stuck contacts are bonded.
+    force_patterns : one {DOF: amplitude} or (n,) array_like per mode, optional
+        Where the forces act, as in `fmu.Component`: what they do to the contacts past their own
+        mode is in the contact problem then, as it is in a steady state. Default: it only shifts
+        the amplitudes (`off_resonance_shift`).
 
     Raises
     ------
@@ -63,7 +70,7 @@ def reduce(
         if formulation == "paper":
             raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
         stuck = reduce_stuck(structure, modes, law.elements(structure.n_contacts))
-        return stuck if carrier is None else stuck.at_carrier(carrier)
+        return _specified(stuck, carrier, force_patterns)
     parts = structure.partition()
     n_elastic = parts.K_ec.shape[0]
     if not all(0 <= mode < n_elastic for mode in modes):
@@ -73,9 +80,27 @@ def reduce(
     mode_shapes = as_dense(parts.E @ phi)
     constraint_modes = as_dense(parts.R - parts.E @ solve(parts.K_ee, parts.K_ec))
     if formulation == "paper":
+        if force_patterns is not None:
+            raise SlipmodeError("force_patterns: formulation must be 'consistent'")
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
     reduced = _reduce_consistent(structure, parts, modes, omega, mode_shapes, constraint_modes)
-    return reduced if carrier is None else reduced.at_carrier(carrier)
+    return _specified(reduced, carrier, force_patterns)
+
+
+def _specified(
+    reduced: Reduced, carrier: Sequence[float] | None, patterns: ForcePatterns | None
+) -> Reduced:
+    """With the frequencies and the force patterns that it is asked for."""
+    if carrier is not None:
+        reduced = reduced.at_carrier(carrier)
+    if patterns is None:
+        return reduced
+    if len(patterns) != len(reduced.modes):
+        raise SlipmodeError(
+            f"force_patterns: needs one entry per mode ({len(reduced.modes)}), got {len(patterns)}"
+        )
+    f = [force_vector(pattern, reduced.n_dofs, "force_patterns") for pattern in patterns]
+    return replace(reduced, force_patterns=np.array(f))
 
 
 def _reduce_paper(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.steady_force import steady_force
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
@@ -162,8 +163,12 @@ def _at_carrier(
         on_modes = half * force_response.modal[mode, others.numbers]
         on_contacts = half * force_response.residual_force(model.reduced)[mode]
         further = on_contacts + others.response(np.zeros_like(P), on_modes)[1]
-        coupled = effective[points, mode, np.newaxis] * model.reduced.coupling[mode]
-        P = P + _displacement_by(further, others.contact_stiffness(), P, -coupled)
+        effective_here = effective[points, mode, np.newaxis]
+        tabulated = _tabulated_force(model.reduced, mode, effective_here, P)
+        coupled = effective_here * model.reduced.coupling[mode]
+        P = P + _displacement_by(
+            further - tabulated, others.contact_stiffness(), P, tabulated - coupled
+        )
     q, reaction = others.response(P, on_modes)
     by_dampers = others.displacement(others.all_rows[:, :, [mode]])[..., 0]  # per a_j
     return (
@@ -171,6 +176,13 @@ def _at_carrier(
         q - by_dampers * trajectory.amplitude[points, mode, np.newaxis],
         reaction + on_contacts,
     )
+
+
+def _tabulated_force(reduced: Reduced, mode: int, effective: Complexes, P: Complexes) -> Complexes:
+    """The part of a force on the contacts that carriers P (points, N_c) have from the table."""
+    force, D = steady_force(reduced)
+    held = D[mode] * effective + (P @ reduced.coupling[mode])[:, np.newaxis]
+    return np.asarray(held * force[mode])
 
 
 def _displacement_by(

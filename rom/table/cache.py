@@ -75,6 +75,7 @@ def _key(
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
         np.asarray(amplitude, dtype=float),
         np.zeros(0) if region is None else region.tiles,
+        np.zeros(0) if reduced.force_patterns is None else reduced.force_patterns,
     )
     named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, record_of(law)]
     terms = [astuple(term) for term in combinations]

@@ -22,7 +22,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 
-FORMAT = 14  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 15  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -128,6 +128,7 @@ class Model:
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
             contacts=elastic,
+            force_patterns=content.get("force_patterns"),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         rate_correction, region = content.get("rate_correction"), content.get("region")
@@ -155,6 +156,8 @@ class Model:
 
     def _content(self) -> dict[str, np.ndarray]:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
+        if self.reduced.force_patterns is not None:
+            arrays |= {"force_patterns": self.reduced.force_patterns}
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
         if self.table.rate_correction is not None:

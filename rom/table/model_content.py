@@ -63,8 +63,9 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
-    corrected = {"rate_correction": "ab4l"} if _is_corrected(header) else {}
-    for name, layout in (_ARRAYS | corrected | (_harmonics(modes) if orders else {})).items():
+    optional = {"rate_correction": "ab4l"} if _is_corrected(header) else {}
+    optional |= {"force_patterns": "mn"} if "force_patterns" in content else {}
+    for name, layout in (_ARRAYS | optional | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
         array, kind = content[name], complex if name in _COMPLEX else float

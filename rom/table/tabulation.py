@@ -164,7 +164,8 @@ def tabulate(
         solved=samples.solved,
     )
     kept = _harmonics(table, orders, carried) if orders else None
-    reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, amplitude_range))
+    if reduced.force_patterns is None:
+        reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, amplitude_range))
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 

@@ -146,7 +146,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     check_time_scales(scene, schedule, modes, reduced)
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
-        excited = replace(excited, reduced=reduced.at_carrier(schedule.mean_frequency(modes)))
+        excited = replace(excited, reduced=_at_frequencies(excited, schedule))
         excited = replace(excited, amplitude=_start(excited, schedule))
         frequencies = [f"frequency_{mode}" for mode in modes]
         straight = schedule.stretches()
@@ -250,6 +250,19 @@ def _force_pattern(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.
             f"forcing.{mode}: this force does no work on mode {mode}; choose another DOF or vector"
         )
     return pattern
+
+
+def _at_frequencies(excited: Excited, schedule: Schedule) -> Reduced:
+    """With the contact problem at the forcing frequencies.
+
+    Elastic contacts have what the forces do past their modes from there too, where it stays the
+    same: a sweep takes it to other frequencies.
+    """
+    reduced = excited.reduced.at_carrier(schedule.mean_frequency(excited.modes))
+    least, most = schedule.extremes([f"frequency_{mode}" for mode in excited.modes])
+    if reduced.contacts is None or np.any(least != most):
+        return reduced
+    return replace(reduced, force_patterns=np.array(excited.force_patterns))
 
 
 def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:

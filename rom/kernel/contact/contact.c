@@ -3,6 +3,7 @@
 #include "contact/elastic/law.h"
 
 #define MAX_CONTACTS 32768 /* indices of (N_c, N_c) matrices fit an int */
+#define MAX_MARCHED 4096 /* modes */
 
 static int symmetric(const double *matrix, size_t n) {
     for (size_t i = 0; i < n; i++)
@@ -14,11 +15,23 @@ static int symmetric(const double *matrix, size_t n) {
     return 1;
 }
 
+static sm_status check_marched(const sm_modal_response *response, size_t contacts) {
+    if (response->marched < 0 || response->marched > MAX_MARCHED) return SM_BAD_ARGUMENT;
+    if (response->marched == 0) return SM_OK;
+    if (!response->drawn || !response->advance) return SM_BAD_ARGUMENT;
+    const size_t modes = (size_t)response->marched;
+    return sm_all_finite(response->drawn, modes * contacts) &&
+                   sm_all_finite(response->advance, 8 * modes)
+               ? SM_OK : SM_NOT_FINITE;
+}
+
 static sm_status check_response(const sm_contact *contact) {
     const sm_modal_response *response = contact->response;
     const size_t n = (size_t)contact->contacts;
     const sm_status status = sm_orders_check(response->orders_count, response->orders);
     if (status != SM_OK || !response->dynamic_stiffness) return status;
+    const sm_status marched = check_marched(response, n);
+    if (marched != SM_OK) return marched;
     return sm_all_finite(response->dynamic_stiffness, (size_t)response->orders_count * n * n * 2)
                ? SM_OK : SM_NOT_FINITE;
 }

@@ -213,7 +213,8 @@ static int random_torus(void) {
     const double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1};
     double *H = new_doubles(4 * n * n * 2);
     for (size_t k = 0; k < 4 * n * n * 2; k++) H[k] = 0.02 * (random_number() - 0.5);
-    const sm_modal_response response = {count, orders, H};
+    const sm_modal_response response = {
+        .orders_count = count, .orders = orders, .dynamic_stiffness = H};
     double *amplitudes = new_doubles(points * modes), *P = new_doubles(points * 4 * n * 2);
     double *residual = new_doubles(points), *square = new_doubles(points * n);
     int32_t *marched = malloc((points + 1) * sizeof *marched);

@@ -6,7 +6,7 @@ from elastic.family import member
 from slipmode import rom
 
 
-@pytest.mark.parametrize("seed", [1, 3, 11])
+@pytest.mark.parametrize("seed", [1, 11])
 def test_what_does_not_settle_is_named(seed):
     """Lightly damped bodies with many modes near each other, or held by their contacts alone."""
     body = member(seed)

@@ -13,6 +13,7 @@
 #include "base/exact_sum.h"
 #include "contact/elastic/solve.h"
 #include "torus/grid.h"
+#include "torus/fixed_point/marched.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
@@ -35,6 +36,7 @@ typedef struct {
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
     double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
     sm_elastic_solver solver;
+    sm_marched marched;
     sm_fixed_point search;
     double *block;
 } problem;
@@ -51,7 +53,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
     const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
                         + 4 * n * lines + lines * t->remembered + 3 * n + 5 * all
-                        + sm_fixed_point_size(all) + solver;
+                        + sm_fixed_point_size(all)
+                        + sm_marched_size(contact->response, lines) + solver;
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     t->flexibility = sm_take(&memory, n * n);
@@ -72,6 +75,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->change = sm_take(&memory, all);
     t->mean = sm_take(&memory, all + n);
     sm_fixed_point_place(&t->search, all, sm_take(&memory, sm_fixed_point_size(all)));
+    sm_marched_place(&t->marched, contact->response, n, lines,
+                     sm_take(&memory, sm_marched_size(contact->response, lines)));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
@@ -95,6 +100,7 @@ static void start(problem *t) {
     memset(t->last_u, 0, t->n * t->lines * sizeof(double));
     memset(t->x, 0, t->n * t->lines * sizeof(double));
     memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
+    sm_marched_start(&t->marched);
     memset(t->response, 0, all * sizeof(double));
     memset(t->Y, 0, all * sizeof(double));
 }
@@ -146,20 +152,22 @@ static sm_status react(problem *t) {
     const size_t n = t->n, lines = t->lines;
     for (size_t p = 0; p < lines; p++) {
         double *x = t->x + p * n, *memory = t->memory + p * t->remembered;
+        for (size_t i = 0; i < n; i++) t->own_u[i] = t->u[i * lines + p];
+        sm_marched_displace(&t->marched, p, t->own_u);
         for (size_t i = 0; i < n; i++) {
-            t->own_u[i] = t->u[i * lines + p];
             x[i] += t->own_u[i] - t->last_u[i * lines + p]; /* as if nothing slipped */
+            t->last_u[i * lines + p] = t->own_u[i];
         }
         const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
         if (status != SM_OK) return status;
         memcpy(memory, t->solver.next, t->remembered * sizeof(double));
+        sm_marched_advance(&t->marched, p, t->solver.y);
         for (size_t i = 0; i < n; i++) {
             const double y = t->solver.y[i];
             t->y[i * lines + p] = y;
             t->square[i] += y * y;
         }
     }
-    memcpy(t->last_u, t->u, n * lines * sizeof(double));
     return SM_OK;
 }
 
