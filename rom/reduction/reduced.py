@@ -53,8 +53,8 @@ class Reduced:
         the contacts, (W^T M^-1 W)^-1. The paper has stiffness alone.
     contact_motion : (modes, N_c) complex ndarray
         Carrier of the contacts per a_j [kg^-1/2]: without friction, or in a tabulated model at
-        its largest amplitudes. By reciprocity it weighs what a force on each contact does to the
-        mode.
+        its largest amplitudes, unless it knows the force patterns. By reciprocity it weighs what
+        a force on each contact does to the mode.
     carried_mass : (N_c, N_c) ndarray
         Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes respond
         to: beyond, where those masses stay behind, it would ring against the stiffness.

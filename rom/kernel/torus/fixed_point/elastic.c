@@ -1,8 +1,9 @@
 /* Periodic motion of elastic contacts on the torus, by characteristics.
  *
  * As for rigid contacts (torus.c) `lines` phase lines with t_B0 = 2 pi p / lines are marched period
- * by period of mode A. What the modes respond to the harmonics of one period draws the contacts in
- * the next: a fixed point, which Anderson's acceleration finds also where plain passes diverge.
+ * by period of mode A, and modes with them (marched.h). What else the modes respond to the
+ * harmonics of one period draws the contacts in the next: a fixed point, which Anderson's
+ * acceleration finds also where plain passes diverge.
  */
 #include "torus/fixed_point/elastic.h"
 
