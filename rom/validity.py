@@ -22,9 +22,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
-from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.force_response import ForceResponse, Forces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.reduction.steady_force import steady_force
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.reduction.stuck import stuck_stiffness
 from slipmode.rom.representable import round_down, round_up

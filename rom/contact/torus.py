@@ -23,10 +23,10 @@ from slipmode.rom.reduction.combination import (
     Order,
     harmonic_orders,
 )
+from slipmode.rom.reduction.force_response import steady_coupling, steady_reaction
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.reduction.steady_force import steady_coupling, steady_reaction
 from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
+from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.reduction.steady_force import steady_force
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
