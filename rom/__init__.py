@@ -29,6 +29,7 @@ from slipmode.rom.slow.steady import (
     resonance_curve,
     steady,
 )
+from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
@@ -55,6 +56,7 @@ __all__ = [
     "Sliders",
     "SlipmodeError",
     "SlowTrajectory",
+    "SteadyState",
     "Structure",
     "Tanh",
     "ValidityWarning",
@@ -66,6 +68,7 @@ __all__ = [
     "resonance",
     "resonance_curve",
     "steady",
+    "steady_state",
     "sum_harmonics",
     "tabulate",
     "two_mass",

@@ -2,6 +2,7 @@
 
 torus.py             Eqs. (13), (14), (20): harmonics P_nm and friction terms S_j = Q_j |a_j|.
                      Start here; the march by characteristics is rom/kernel/torus/torus.c.
+problem.py           that problem as the core reads it
 resolution.py        steps and phase lines of that march, from the tolerance
 marched_modes.py     modes that are marched along with elastic contacts
 settled.py           whether that march has come to a periodic motion

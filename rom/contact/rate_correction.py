@@ -13,7 +13,8 @@ import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation, contact_problem
+from slipmode.rom.contact.problem import contact_problem
+from slipmode.rom.contact.torus import Discretisation
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.reduced import Reduced

@@ -14,9 +14,9 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.marched_modes import MarchedModes
+from slipmode.rom.contact.problem import torus_problem
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.friction import Friction, limits
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import (
     CARRIERS,
     CombinationResonance,
@@ -30,7 +30,6 @@ from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400
-_ELASTIC = 2  # sm_law
 
 
 @dataclass(frozen=True)
@@ -71,62 +70,6 @@ class ContactHarmonics:
     marched: NDArray[np.int32]
 
     __repr__ = short_repr
-
-
-def contact_problem(
-    reduced: Reduced,
-    law: Friction,
-    orders: Sequence[Order] = (),
-    reaction: Complexes | None = None,
-    marched: MarchedModes | None = None,
-) -> kernel.Contact:
-    """The contact problem as the core reads it; it keeps the arrays alive.
-
-    The modes respond to the harmonics `orders`, with `reaction` (orders, N_c, N_c) as the force on
-    the contacts where forces hold the modes steady and these `marched` are, or with what comes
-    along with the slow trajectory.
-    """
-    responded = np.ascontiguousarray(orders, dtype=np.int32)
-    matrices = {
-        name: kernel.contiguous(getattr(reduced, name))
-        for name in ("stiffness", "damping", "mass")
-    }
-    coupling = reduced.coupling if reaction is None else steady_coupling(reduced)
-    coupling = np.ascontiguousarray(coupling)
-    response = kernel.ModalResponse(
-        orders_count=len(orders),
-        orders=responded.ctypes.data,
-        dynamic_stiffness=None if reaction is None else reaction.ctypes.data,
-    )
-    problem = kernel.Contact(
-        contacts=reduced.n_contacts,
-        modes=len(reduced.modes),
-        coupling=coupling.ctypes.data,
-        stiffness=matrices["stiffness"].ctypes.data,
-    )
-    if isinstance(law, Elastic):
-        elastic = law.elements(reduced.n_contacts).kernel()
-        problem.law = _ELASTIC
-        problem.elastic = ctypes.addressof(elastic)
-        problem.response = ctypes.addressof(response)
-        problem.owned = (matrices, coupling, elastic, response, responded, reaction)
-        if marched is not None:
-            flexible = kernel.contiguous(-marched.flexibility(reduced))
-            drawn, advance = (kernel.contiguous(a) for a in (marched.drawn, marched.advance))
-            problem.stiffness = flexible.ctypes.data
-            response.marched = len(drawn)
-            response.drawn, response.advance = drawn.ctypes.data, advance.ctypes.data
-            problem.owned += (flexible, drawn, advance)
-        return problem
-    limit = limits(law, reduced.n_contacts)
-    problem.law, problem.alpha = law.code, law.alpha
-    problem.limit = limit.ctypes.data
-    problem.damping = matrices["damping"].ctypes.data
-    if reduced.formulation == "consistent":
-        problem.mass = matrices["mass"].ctypes.data
-        problem.response = ctypes.addressof(response)
-    problem.owned = (matrices, coupling, limit, response, responded, reaction)
-    return problem
 
 
 @lru_cache(maxsize=8)
@@ -178,18 +121,63 @@ def contact_harmonics(
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
+    reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    return torus_harmonics(
+        reduced,
+        law,
+        steady_coupling(reduced),
+        reaction,
+        amplitudes,
+        grid,
+        orders,
+        tolerance=tolerance,
+        smallest_scale=smallest_scale,
+    )
+
+
+def torus_harmonics(
+    reduced: Reduced,
+    law: Friction,
+    coupling: Complexes,
+    reaction: Complexes,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    orders: Sequence[Order],
+    *,
+    tolerance: float,
+    smallest_scale: ArrayLike = (0.0, 0.0),
+    start: Complexes | None = None,
+) -> ContactHarmonics:
+    """Contacts that carriers draw by `coupling` and modes by their `reaction` to harmonics.
+
+    Parameters
+    ----------
+    coupling : (modes, N_c) complex ndarray
+        -(force on the contacts) per amplitude, at each carrier.
+    reaction : (orders, N_c, N_c) complex ndarray
+        Force on the contacts per P_nm.
+    start : (orders, N_c) complex ndarray, optional
+        Harmonics whose reaction the search begins with. Default: none.
+    """
     points = kernel.contiguous(amplitudes)
     if points.ndim != 2 or points.shape[1] != len(reduced.modes):
         raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates = kernel.contiguous(reduced.carrier)
     smallest = kernel.contiguous(smallest_scale)
-    reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     stepped = None
     if reduced.contacts is not None:
         stepped = MarchedModes.of(reduced, grid.steps)
-        reaction = np.ascontiguousarray(reaction - stepped.response(reduced, orders))
-    problem = contact_problem(reduced, law, orders, reaction, stepped)
+        reaction = reaction - stepped.response(reduced, orders)
+    problem = torus_problem(
+        reduced,
+        law,
+        coupling,
+        orders,
+        np.ascontiguousarray(reaction),
+        stepped,
+        None if start is None else np.ascontiguousarray(start),
+    )
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
     residual = np.empty(len(points))

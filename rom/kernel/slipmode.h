@@ -98,6 +98,9 @@ typedef struct {
     int32_t marched;
     const double *drawn;   /* (marched, N_c) */
     const double *advance; /* (marched, 8) */
+    /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
+     * torus begins with; NULL: of none. */
+    const double *start;
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and

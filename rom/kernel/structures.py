@@ -62,6 +62,7 @@ class ModalResponse(Structure):
         ("marched", c_int32),
         ("drawn", c_void_p),
         ("advance", c_void_p),
+        ("start", c_void_p),
     )
 
 

@@ -22,7 +22,6 @@ from slipmode.rom.structure.structure import Structure
 RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
 _FAR = 2.0  # times the highest harmonic: above, every mode follows statically
 _DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them
-_SMALLEST = 1e-3  # force that counts, relative to that of the contact stiffness
 
 
 def nonresonant_modes(
@@ -32,6 +31,7 @@ def nonresonant_modes(
     carrier: Floats,
     contact_shapes: Floats,
     stiffness: Floats,
+    smallest_response: float,
 ) -> tuple[Floats, Floats]:
     """Frequencies (nonresonant,) and shapes (n, nonresonant): modes that do not follow statically.
 
@@ -45,6 +45,8 @@ def nonresonant_modes(
         X, with static flexibility [-].
     stiffness : (N_c,) ndarray
         Diagonal of the contact problem's [N/m].
+    smallest_response : float
+        As in `responding`.
     """
     highest = highest_response(float(carrier.max()))
     omega, phi = modes_below(parts, highest, max(retained) + 1)
@@ -52,7 +54,7 @@ def nonresonant_modes(
     omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
     inertia = shapes.T @ as_dense(structure.mass @ contact_shapes)
     damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
-    chosen = responding(omega, damping, inertia, stiffness, carrier)
+    chosen = responding(omega, damping, inertia, stiffness, carrier, smallest_response)
     return omega[chosen], shapes[:, chosen]
 
 
@@ -76,7 +78,12 @@ def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, 
 
 
 def responding(
-    omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
+    omega: Floats,
+    damping: Floats,
+    inertia: Floats,
+    stiffness: Floats,
+    carrier: Floats,
+    smallest: float,
 ) -> Flags:
     """Which modes respond to some harmonic with a force that counts, (modes,).
 
@@ -90,6 +97,8 @@ def responding(
         Diagonal of the contact problem's [N/m].
     carrier : (retained modes,) ndarray
         [rad/s]
+    smallest : float
+        Force that counts, relative to that of the contact stiffness.
 
     Notes
     -----
@@ -104,4 +113,4 @@ def responding(
     share = (inertia**2 / stiffness).max(axis=1, initial=0.0)
     floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
     force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
-    return np.asarray(force > _SMALLEST)
+    return np.asarray(force > smallest)

@@ -32,6 +32,7 @@ def reduce(
     carrier: Sequence[float] | None = None,
     law: Elastic | None = None,
     force_patterns: ForcePatterns | None = None,
+    smallest_response: float = 1e-3,
 ) -> Reduced:
     """Project a structure on one or two modes with stuck contacts, and its contacts.
 
@@ -55,6 +56,10 @@ def reduce(
         Where the forces act, as in `fmu.Component`: what they do to the contacts past their own
         mode is in the contact problem then, as it is in a steady state. Default: it only shifts
         the amplitudes (`off_resonance_shift`).
+    smallest_response : float
+        Force of another mode on the contacts that counts, relative to theirs. Tables are dearer
+        the more modes respond; a steady state without a table hardly, and 1e-5 is worth it where
+        contacts are about as stiff as the body.
 
     Raises
     ------
@@ -66,10 +71,14 @@ def reduce(
     modes = tuple(int(mode) for mode in modes)
     if len(modes) not in (1, 2) or len(set(modes)) != len(modes):
         raise SlipmodeError(f"modes: must be one or two different modes, got {modes}")
+    if not 0 <= smallest_response <= 1:
+        raise SlipmodeError(f"smallest_response: must be 0 to 1, got {smallest_response}")
     if law is not None:
         if formulation == "paper":
             raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
-        stuck = reduce_stuck(structure, modes, law.elements(structure.n_contacts))
+        stuck = reduce_stuck(
+            structure, modes, law.elements(structure.n_contacts), smallest_response
+        )
         return _specified(stuck, carrier, force_patterns)
     parts = structure.partition()
     n_elastic = parts.K_ec.shape[0]
@@ -83,7 +92,9 @@ def reduce(
         if force_patterns is not None:
             raise SlipmodeError("force_patterns: formulation must be 'consistent'")
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
-    reduced = _reduce_consistent(structure, parts, modes, omega, mode_shapes, constraint_modes)
+    reduced = _reduce_consistent(
+        structure, parts, modes, omega, mode_shapes, constraint_modes, smallest_response
+    )
     return _specified(reduced, carrier, force_patterns)
 
 
@@ -136,6 +147,7 @@ def _reduce_consistent(
     omega: Floats,
     Phi: Floats,
     constraint_modes: Floats,
+    smallest_response: float,
 ) -> Reduced:
     """Constraint modes made M-orthogonal to the retained modes.
 
@@ -148,7 +160,7 @@ def _reduce_consistent(
     _check_stiffness(stiffness)
     spring = Phi.T @ as_dense(K @ X)
     nonresonant_omega, nonresonant = nonresonant_modes(
-        structure, parts, modes, omega, X, np.diag(stiffness)
+        structure, parts, modes, omega, X, np.diag(stiffness), smallest_response
     )
     every = np.hstack((Phi, nonresonant))
     modal_damping = every.T @ as_dense(C @ every)

@@ -30,7 +30,9 @@ from slipmode.rom.structure.structure import Structure
 _RIGID = 1e-9  # omega^2 of a rigid-body mode, relative to the stiffest DOF
 
 
-def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Elements) -> Reduced:
+def reduce_stuck(
+    structure: Structure, modes: tuple[int, ...], contacts: Elements, smallest_response: float
+) -> Reduced:
     """One or two modes of the structure with its contacts stuck, and the elastic contacts."""
     if not contacts.reference.any():
         raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
@@ -59,7 +61,7 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
     inertia = shapes.T @ as_dense(M @ X)
     damping = np.einsum("nk,nk->k", shapes, as_dense(C @ shapes))
     soft = np.divide(1.0, contacts.reference, out=np.zeros(len(R)), where=contacts.reference > 0)
-    follows = responding(omega, damping, inertia, np.diag(R) + soft, carrier)
+    follows = responding(omega, damping, inertia, np.diag(R) + soft, carrier, smallest_response)
     chosen = ~retained & (below | follows)
     every = np.hstack((shapes[:, list(modes)], shapes[:, chosen]))
     modal_damping = every.T @ as_dense(C @ every)

@@ -42,6 +42,7 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_modal_response, marched),
     FIELD(sm_modal_response, drawn),
     FIELD(sm_modal_response, advance),
+    FIELD(sm_modal_response, start),
     WHOLE(sm_table),
     FIELD(sm_table, modes),
     FIELD(sm_table, combinations),

@@ -32,7 +32,9 @@ static sm_status check_response(const sm_contact *contact) {
     if (status != SM_OK || !response->dynamic_stiffness) return status;
     const sm_status marched = check_marched(response, n);
     if (marched != SM_OK) return marched;
-    return sm_all_finite(response->dynamic_stiffness, (size_t)response->orders_count * n * n * 2)
+    const size_t harmonics = (size_t)response->orders_count * n * 2;
+    return sm_all_finite(response->dynamic_stiffness, harmonics * n) &&
+                   (!response->start || sm_all_finite(response->start, harmonics))
                ? SM_OK : SM_NOT_FINITE;
 }
 

@@ -76,10 +76,12 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
+    const double *begun = g->reaction ? grid->contact->response->start : NULL;
     memset(g->responded, 0, harmonics);
+    for (int p = 0; begun && p < grid->points_per_group; p++)
+        memcpy(g->responded + (size_t)p * grid->per_point, begun,
+               grid->per_point * sizeof(double));
     memset(g->half[1], 0, harmonics);
-    if (g->reaction)
-        memset(g->reaction, 0, (size_t)g->blocks * SM_LANES * grid->per_point * sizeof(double));
     for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
         const int block = lane / SM_LANES, l = lane % SM_LANES;
         const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;

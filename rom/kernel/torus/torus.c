@@ -101,6 +101,7 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
     if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
     int marched = 0;
     sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+    if (g->reaction) sm_torus_group_react(grid, g);
     for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
         const int half = (halves - 1) % 2;
         const sm_torus_grid *now = halves <= COARSE_HALVES ? coarse : grid;

@@ -92,6 +92,28 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     return SM_OK;
 }
 
+/* change = H Y - response; the largest of it [m]. */
+static double find_change(problem *t) {
+    const size_t n = t->n;
+    const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
+    double largest = 0.0;
+    if (!H) return 0.0;
+    for (size_t q = 0; q < t->orders; q++)
+        for (size_t i = 0; i < n; i++, H += 2 * n) {
+            const double *Y = t->Y + 2 * q * n;
+            const size_t at = 2 * (q * n + i);
+            double re = -t->response[at], im = -t->response[at + 1];
+            for (size_t k = 0; k < 2 * n; k += 2) {
+                re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
+                im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
+            }
+            t->change[at] = re;
+            t->change[at + 1] = im;
+            largest = fmax(largest, hypot(re, im));
+        }
+    return largest;
+}
+
 static void start(problem *t) {
     const size_t all = per_point(t);
     for (size_t p = 0; p < t->lines; p++) {
@@ -104,6 +126,11 @@ static void start(problem *t) {
     sm_marched_start(&t->marched);
     memset(t->response, 0, all * sizeof(double));
     memset(t->Y, 0, all * sizeof(double));
+    const sm_modal_response *response = t->contact->response;
+    if (!response || !response->start) return;
+    memcpy(t->Y, response->start, all * sizeof(double));
+    find_change(t);
+    memcpy(t->response, t->change, all * sizeof(double));
 }
 
 /* Harmonics of u along the lines: of the modes at their carriers, and of their response. */
@@ -231,28 +258,6 @@ static sm_status march(problem *t, const double *amplitude) {
     }
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;
-}
-
-/* change = H Y - response; the largest of it [m]. */
-static double find_change(problem *t) {
-    const size_t n = t->n;
-    const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
-    double largest = 0.0;
-    if (!H) return 0.0;
-    for (size_t q = 0; q < t->orders; q++)
-        for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *Y = t->Y + 2 * q * n;
-            const size_t at = 2 * (q * n + i);
-            double re = -t->response[at], im = -t->response[at + 1];
-            for (size_t k = 0; k < 2 * n; k += 2) {
-                re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
-                im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
-            }
-            t->change[at] = re;
-            t->change[at + 1] = im;
-            largest = fmax(largest, hypot(re, im));
-        }
-    return largest;
 }
 
 static double largest_difference(const double *a, const double *b, size_t count) {

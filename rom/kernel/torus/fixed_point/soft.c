@@ -169,6 +169,7 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
     if (status == SM_OK) {
         for (size_t p = 0; p < count; p++) place(grid, &point[p], memory + p * size);
         sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+        sm_torus_group_react(grid, g);
     }
     if (status == SM_OK)
         status = settle(grid, g, task, first, count, point, 1, 1.0, &marched);

@@ -1,0 +1,165 @@
+"""Steady states without a table: for one or a few forcings, and where a table has no answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import Friction, check_law
+from slipmode.rom.reduction.combination import Order, harmonic_orders
+from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reduced import Reduced, force_vector
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.forced_balance import Balanced, ForcedBalance, enough_lines
+from slipmode.rom.structure.structure import Structure
+
+_HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
+_LEAST_STEPS, _MOST_STEPS = 128, 2048
+_MOST_LINES = 128
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """A steady state under constant forces F_j cos(Omega_j t).
+
+    Attributes
+    ----------
+    error : (modes,) ndarray
+        Estimate of what harmonics, time steps and phase lines leave of `amplitude` [kg^1/2 m].
+    reduced : Reduced
+        At these frequencies.
+    force : (modes, n) ndarray
+        [N]
+    harmonics : Balanced
+    """
+
+    error: Floats
+    reduced: Reduced
+    force: Floats
+    harmonics: Balanced
+
+    __repr__ = short_repr
+
+    @property
+    def amplitude(self) -> Complexes:
+        """a_j of the retained modes at their carriers, (modes,) [kg^1/2 m]."""
+        return self.harmonics.amplitude
+
+    @property
+    def orders(self) -> list[Order]:
+        """Harmonics (n, m), frequency n Omega_A + m Omega_B."""
+        return self.harmonics.orders
+
+    def displacement(self, structure: Structure | None = None) -> Complexes:
+        """Harmonics c of all DOFs, x = sum 2 Re(c exp(i (n t_A + m t_B))), (orders, n) [m].
+
+        Without the structure they lack what the forces do statically past modes and contacts.
+        """
+        found, reduced = self.harmonics, self.reduced
+        x = found.modal @ reduced.all_shapes.T + found.P @ reduced.contact_shapes.T
+        if structure is not None:
+            static = ForceResponse.of(reduced, list(self.force), structure).static
+            own = [reduced.modal_force(j, f) for j, f in enumerate(self.force)]
+            x[: len(self.force)] += 0.5 * (static * own).T
+        return np.asarray(x)
+
+
+def steady_state(
+    reduced: Reduced,
+    law: Friction,
+    frequency: ArrayLike,
+    force: Forces,
+    tolerance: float = 1e-3,
+    start: SteadyState | None = None,
+) -> SteadyState:
+    """Solve for the steady state under constant forces, without a table.
+
+    Harmonics, phase lines and time steps are added until the amplitudes change by less than the
+    tolerance. Where thousands of forcings are asked for, `steady` looks them up in a table.
+
+    Parameters
+    ----------
+    frequency : (modes,) array_like
+        Forcing frequencies [rad/s], wherever the modes of `reduced` respond to them.
+    force : one {DOF: amplitude} or (n,) array_like per mode
+        Force amplitudes F_j [N].
+    tolerance : float
+        Relative to each amplitude, or to a tenth of the largest where a mode is weaker than that
+        (by the contact motion that they bring).
+    start : SteadyState, optional
+        Near by: its branch is followed. Default: the branch reached from rest.
+
+    Raises
+    ------
+    SlipmodeError
+        If no steady state is found, or none to the tolerance.
+    """
+    if not 1e-6 <= tolerance <= 0.1:
+        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    modes = len(reduced.modes)
+    if len(force) != modes:
+        raise SlipmodeError(f"force: needs one entry per mode ({modes}), got {len(force)}")
+    if reduced.formulation == "paper":
+        raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")
+    reference = None if reduced.contacts is None else reduced.contacts.reference
+    check_law(reduced.n_contacts, reference, law)
+    Omega = np.asarray(frequency, dtype=float)
+    if Omega.shape != (modes,):
+        raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")
+    reduced = reduced.at_carrier(Omega.tolist())
+    f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
+    if not f.any(axis=1).all():
+        raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
+    balance = ForcedBalance(reduced, law, 0.5 * f, tolerance)
+    orders = harmonic_orders(RESPONSE_ORDER, modes, reduced.even)
+    grid = Discretisation(_LEAST_STEPS, enough_lines(orders))
+    found = balance.solve(orders, grid, None if start is None else start.harmonics)
+    found, by_harmonics = _with_harmonics(balance, found)
+    by_grid = np.zeros(modes)
+    if modes == 2:
+        found, by_grid = _resolved(balance, found, "lines", 0.5)
+    found, by_steps = _resolved(balance, found, "steps", 1.0)
+    # steps are of second order: a third of the change is left
+    error = by_harmonics + by_grid + by_steps / 3.0 + found.off
+    return SteadyState(error, reduced, f, found)
+
+
+def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:
+    """With all harmonics that modes respond to, and the error by the others."""
+    changed = np.zeros(found.amplitude.size)
+    for highest in _HIGHEST[found.amplitude.size]:
+        wanted, ignored = balance.responding(found, highest)
+        if not wanted:
+            return found, ignored * np.abs(found.amplitude)
+        orders = [*found.orders, *wanted]
+        grid = replace(found.grid, lines=enough_lines(orders, found.grid.lines))
+        finer = balance.solve(orders, grid, found)
+        changed, found = np.abs(finer.amplitude - found.amplitude), finer
+    return found, changed
+
+
+def _resolved(
+    balance: ForcedBalance, found: Balanced, name: str, part: float
+) -> tuple[Balanced, Floats]:
+    """With so many "steps" or "lines" that twice as many change less than a part of the tolerance.
+
+    And that change.
+    """
+    most = {"steps": _MOST_STEPS, "lines": _MOST_LINES}[name]
+    least = np.inf
+    while 2 * getattr(found.grid, name) <= most:
+        grid = replace(found.grid, **{name: 2 * getattr(found.grid, name)})
+        finer = balance.solve(found.orders, grid, found)
+        changed, found = np.abs(finer.amplitude - found.amplitude), finer
+        least = min(least, balance.relative(changed, found.amplitude))
+        if least <= part * balance.tolerance:
+            return found, changed
+    raise SlipmodeError(
+        f"tolerance: needs more than {most} {name} per period; {2.0 * least:.1g} is within reach"
+    )

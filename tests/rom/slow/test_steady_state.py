@@ -1,0 +1,116 @@
+"""Steady states without a table, against full order, tables and what others published."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+from elastic.family import member
+
+from slipmode import rom
+from slipmode.rom import full
+
+PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
+
+
+def of_member(seed, tolerance=2e-3):
+    case = member(seed)
+    reduced = rom.reduce(
+        case.structure, case.modes, law=case.law, carrier=case.frequency, smallest_response=1e-5
+    )
+    state = rom.steady_state(reduced, case.law, case.frequency, case.force, tolerance)
+    return case, reduced, state
+
+
+def full_order(case, reduced, amplitude):
+    """Amplitudes of the retained modes, integrated from near the state found."""
+    Omega = np.array(case.frequency)
+    excitation = full.Excitation.harmonic(case.structure, case.force, Omega)
+    shapes = reduced.mode_shapes
+    start = full.State(
+        0.0, 2 * np.real(shapes @ amplitude), 2 * np.real(shapes @ (1j * Omega * amplitude))
+    )
+    found = full.steady_amplitude(
+        case.structure,
+        case.law,
+        excitation,
+        outputs=shapes.T @ case.structure.mass,
+        tolerance=1e-4,
+        steps_per_period=128,
+        start=start,
+    )
+    return np.diagonal(found.amplitude)
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("seed", [4, 11])
+def test_it_is_that_of_full_order(seed):
+    case, reduced, state = of_member(seed)
+    expected = full_order(case, reduced, state.amplitude)
+    assert np.abs(state.amplitude / expected - 1.0).max() <= 5e-4
+
+
+@pytest.mark.parametrize("law", [rom.Tanh(2.0, 0.02), rom.Coulomb(2.0)])
+def test_it_is_the_tables_where_there_is_one(law):
+    frequency, force = (0.98, 1.65), ({0: 0.15}, {1: 0.25})
+    reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=frequency, force_patterns=force)
+    looked_up = rom.steady(rom.tabulate(reduced, law, (4.0, 2.0), 1e-3), frequency, force)
+    solved = rom.steady_state(reduced, law, frequency, force, 1e-3)
+    assert np.abs(solved.amplitude / looked_up - 1.0).max() <= 2.5e-3
+    assert np.all(solved.error <= 2e-3 * np.abs(solved.amplitude))
+
+
+def test_more_harmonics_and_steps_change_it_by_less_than_its_error():
+    rough, fine = of_member(1, 5e-3)[2], of_member(1, 1e-3)[2]
+    assert np.all(np.abs(rough.amplitude - fine.amplitude) <= rough.error + fine.error)
+    assert np.all(fine.error < rough.error)
+
+
+def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
+    case, reduced, _ = of_member(4)
+    small = [1e-3 * f for f in case.force]
+    state = rom.steady_state(reduced, case.law, case.frequency, small)
+    D = reduced.frequency**2 - reduced.carrier**2 + 1j * reduced.modal_damping * reduced.carrier
+    F = np.array([reduced.modal_force(j, f) for j, f in enumerate(small)])
+    assert state.amplitude == pytest.approx(0.5 * F / D, rel=1e-9)
+    K, M, C = (getattr(case.structure, name) for name in ("stiffness", "mass", "damping"))
+    W, Omega = case.structure.directions, case.frequency[0]
+    stuck = K + (W * reduced.contacts.reference) @ W.T - Omega**2 * M + 1j * Omega * C
+    expected = np.linalg.solve(stuck, 0.5 * small[0])
+    x = state.displacement(case.structure)[0]
+    # modes that contacts do not see follow the force statically
+    assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("frequency", {"frequency": [1.0, 2.0]}),
+        ("frequency", {"frequency": [np.nan]}),
+        ("force", {"force": []}),
+        ("force", {"force": [{0: 0.0}]}),
+        ("tolerance", {"tolerance": 0.0}),
+    ],
+)
+def test_bad_arguments_are_named(key, change):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    arguments = {"frequency": [1.0], "force": [{0: 0.1}], "tolerance": 1e-3} | change
+    with pytest.raises(rom.SlipmodeError, match=key if "nan" not in str(change) else "carrier"):
+        rom.steady_state(reduced, rom.Coulomb(2.0), **arguments)
+
+
+@pytest.mark.skipif(not PUBLISHED.exists(), reason="needs published/ of the shared data")
+@pytest.mark.parametrize("every", [9, pytest.param(1, marks=pytest.mark.slow)])
+def test_the_curve_of_nlvib_example_08(every):
+    """Beam with friction at a soft DOF, RMS tip displacement: 54 frequencies, 21 harmonics."""
+    beam = scipy.io.loadmat(PUBLISHED / "nlvib08_beam.mat")
+    published = np.load(PUBLISHED / "nlvib08_reference.npz")
+    damping = 0.5 * (beam["D"] + beam["D"].T)
+    structure = rom.Structure(beam["M"], beam["K"], damping, contact=beam["W"].reshape(16, 1))
+    reduced = rom.reduce(structure, (0,))
+    law = rom.Tanh(limit=1.5, alpha=6e-7)
+    peak = published["rmsT_2"].max()
+    for Omega, expected in list(zip(published["OM_2"], published["rmsT_2"], strict=True))[::every]:
+        state = rom.steady_state(reduced, law, [Omega], [beam["Fex1"].ravel()], 2e-3)
+        tip = state.displacement(structure) @ beam["T_tip"].ravel()
+        assert np.sqrt(2.0 * np.sum(np.abs(tip) ** 2)) == pytest.approx(expected, abs=0.01 * peak)
