@@ -35,6 +35,7 @@ def torus_problem(
     orders: Sequence[Order],
     reaction: Complexes,
     marched: MarchedModes | None = None,
+    held: Complexes | None = None,
     start: Complexes | None = None,
 ) -> kernel.Contact:
     """The contact problem on the torus; it keeps the arrays alive.
@@ -44,9 +45,10 @@ def torus_problem(
     """
     response = _response(orders)
     response.dynamic_stiffness = reaction.ctypes.data
+    response.held = None if held is None else held.ctypes.data
     response.start = None if start is None else start.ctypes.data
     stiffness = reduced.stiffness
-    response.owned += (reaction, start)
+    response.owned += (reaction, held, start)
     if marched is not None:
         stiffness = -marched.flexibility(reduced)
         drawn, advance = (kernel.contiguous(a) for a in (marched.drawn, marched.advance))

@@ -146,6 +146,7 @@ def torus_harmonics(
     *,
     tolerance: float,
     smallest_scale: ArrayLike = (0.0, 0.0),
+    held: Complexes | None = None,
     start: Complexes | None = None,
 ) -> ContactHarmonics:
     """Contacts that carriers draw by `coupling` and modes by their `reaction` to harmonics.
@@ -156,6 +157,8 @@ def torus_harmonics(
         -(force on the contacts) per amplitude, at each carrier.
     reaction : (orders, N_c, N_c) complex ndarray
         Force on the contacts per P_nm.
+    held : (orders, N_c) complex ndarray, optional
+        Force on the contacts beside. Default: none.
     start : (orders, N_c) complex ndarray, optional
         Harmonics whose reaction the search begins with. Default: none.
     """
@@ -176,6 +179,7 @@ def torus_harmonics(
         orders,
         np.ascontiguousarray(reaction),
         stepped,
+        None if held is None else np.ascontiguousarray(held),
         None if start is None else np.ascontiguousarray(start),
     )
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)

@@ -101,6 +101,8 @@ typedef struct {
     /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
      * torus begins with; NULL: of none. */
     const double *start;
+    /* (orders_count, N_c, 2) force on the contacts beside; NULL: none. Only the torus reads it. */
+    const double *held;
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and

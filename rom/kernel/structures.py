@@ -63,6 +63,7 @@ class ModalResponse(Structure):
         ("drawn", c_void_p),
         ("advance", c_void_p),
         ("start", c_void_p),
+        ("held", c_void_p),
     )
 
 

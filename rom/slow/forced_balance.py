@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus import ContactHarmonics, Discretisation, torus_harmonics
@@ -35,7 +36,8 @@ _STEPS = 60
 _COARSE = {1: 1e-4, 2: 1e-3}
 _PRECISION = {1: 0.01, 2: 0.1}
 _PATIENCE = 3
-_LONGEST_MOVE = 0.5  # by secants, of the largest amplitude
+_MOST_SECANTS = 12
+_LONGEST_MOVE = 0.5  # by secants, of the largest displacement
 _WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
 _LINES = (16, 32, 64, 128)
@@ -74,146 +76,197 @@ class Balanced:
 
 @dataclass(frozen=True, eq=False)
 class _Receptance:
-    """What all modes do at the harmonics, (orders, ...): D, B and the reaction on the contacts."""
+    """What all modes do at the harmonics, (orders, ...): D, B and the reaction on the contacts.
+
+    Attributes
+    ----------
+    resonant : ((pairs,) ndarray, (pairs,) ndarray)
+        Harmonics and modes that steps of implicit Euler lead: the retained modes at their
+        carriers first, then what is so near resonance that contacts and mode move each other.
+    kappa : (pairs,) ndarray
+        Of the first step [rad^2/s^2].
+    """
 
     frequency: Floats
     D: Complexes
     B: Complexes
     follows: Complexes
     reaction: Complexes
+    loads: Complexes
+    resonant: tuple[NDArray[np.intp], NDArray[np.intp]]
+    kappa: Floats
 
     @classmethod
-    def of(cls, reduced: Reduced, orders: Sequence[Order]) -> _Receptance:
-        nu = np.array(orders, dtype=float)[:, : len(reduced.modes)] @ reduced.carrier
-        D, B, follows = (
-            reduced.modal_stiffness(nu),
-            reduced.modal_coupling(nu),
-            reduced.following(nu),
-        )
-        return cls(nu, D, B, follows, np.swapaxes(B, 1, 2) @ np.linalg.solve(D, B) + follows)
+    def of(
+        cls, reduced: Reduced, orders: Sequence[Order], half: Floats, led: float
+    ) -> _Receptance:
+        """Under forces 2 half cos(Omega_j t) at the carriers; `led` as in ForcedBalance."""
+        modes = len(half)
+        nu = np.array(orders, dtype=float)[:, :modes] @ reduced.carrier
+        D, B = reduced.modal_stiffness(nu), reduced.modal_coupling(nu)
+        follows = reduced.following(nu)
+        loads = np.zeros(B.shape[:2], dtype=complex)
+        loads[:modes] = half @ reduced.all_shapes
+        own = np.abs(np.einsum("qkk->qk", D))
+        kappa = _FIRST_STEP * _detuning(reduced, B)
+        near = own < led * kappa
+        near[np.arange(modes), np.arange(modes)] = False
+        pairs = np.argwhere(near)
+        pairs = np.vstack((np.tile(np.arange(modes)[:, np.newaxis], 2), pairs))
+        resonant = pairs[:, 0], pairs[:, 1]
+        reaction = np.swapaxes(B, 1, 2) @ np.linalg.solve(D, B) + follows
+        return cls(nu, D, B, follows, reaction, loads, resonant, kappa[resonant])
+
+    def modal(self, P: Complexes, kappa: Floats, target: Complexes) -> Complexes:
+        """Displacement of all modes (orders, modes + nonresonant) by contacts P, in a step."""
+        D, loads = self.D.copy(), self.loads - np.einsum("qkc,qc->qk", self.B, P)
+        q, k = self.resonant
+        D[q, k, k] += 1j * kappa
+        loads[q, k] += 1j * kappa * target
+        return np.asarray(np.linalg.solve(D, loads[..., np.newaxis])[..., 0])
+
+    def stepped_reaction(self, kappa: Floats) -> Complexes:
+        """Of all modes in a step, (orders, N_c, N_c)."""
+        q, k = self.resonant
+        D, reaction = self.D.copy(), self.reaction.copy()
+        D[q, k, k] += 1j * kappa
+        some = np.unique(q)
+        B = self.B[some]
+        reaction[some] = np.swapaxes(B, 1, 2) @ np.linalg.solve(D[some], B) + self.follows[some]
+        return reaction
 
 
-@dataclass(frozen=True, eq=False)
-class _Step:
-    """Where one step of implicit Euler ends: contacts, and all modes at the carriers."""
-
-    solved: ContactHarmonics
-    modal: Complexes
-    drawn: float
-
-    @property
-    def amplitude(self) -> Complexes:
-        return np.diagonal(self.modal).copy()
+def _detuning(reduced: Reduced, B: Complexes) -> Floats:
+    """How far slip can detune modes (..., modes), of coupling B (..., modes, N_c) [rad^2/s^2]."""
+    if reduced.contacts is not None:
+        return np.asarray(np.abs(B) ** 2 @ reduced.contacts.reference)
+    moved = np.linalg.solve(reduced.stiffness, np.swapaxes(B, -1, -2).conj())
+    return np.asarray(np.abs(np.einsum("...kc,...ck->...k", B, moved)))
 
 
 @dataclass(frozen=True, eq=False)
 class ForcedBalance:
-    """The balance under forces 2 half cos(Omega_j t), (modes, n)."""
+    """The balance under forces 2 half cos(Omega_j t), (modes, n).
+
+    Attributes
+    ----------
+    led : float
+        Dynamic stiffness below which steps lead a mode at a harmonic too, over that of the first
+        step; 0: the retained modes alone are led.
+    """
 
     reduced: Reduced
     law: Friction
     half: Floats
     tolerance: float
+    led: float
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: Balanced | None
     ) -> Balanced:
         """The steady state with these harmonics, the carriers first, on this grid."""
         modes = len(self.half)
-        receptance = _Receptance.of(self.reduced, orders)
-        target, P = np.zeros(modes, dtype=complex), None
+        receptance = _Receptance.of(self.reduced, orders, self.half, self.led)
+        q, k = receptance.resonant
+        target, P = np.zeros(q.size, dtype=complex), None
         if start is not None:
-            target, P = start.amplitude, _extended(start, orders)
-        kappa = _FIRST_STEP * self.detuning
-        secants = _Secants(modes)
+            P = _extended(start.P, start.orders, orders)
+            target = _extended(start.modal, start.orders, orders)[q, k]
+        kappa, moves = receptance.kappa, np.linalg.norm(receptance.B[q, k], axis=1)
+        secants = _Secants(moves)
         closest, far, least, idle = 0.1 * self.tolerance, 1.0, np.inf, 0
+        finest = _PRECISION[modes] * self.tolerance
         for _ in range(_STEPS):
-            precision = float(
-                np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
+            precision = float(np.clip(0.1 * far, finest, _COARSE[modes]))
+            reaction = receptance.stepped_reaction(kappa)
+            solved = self._contacts(
+                receptance, reaction, orders, grid, kappa, target, P, precision
             )
-            step = self._step(receptance, orders, grid, kappa, target, P, precision)
-            if step.solved.residual[0] > _UNSETTLED:
-                kappa, secants = 3.0 * kappa, _Secants(modes)
+            if solved.residual[0] > _UNSETTLED:
+                kappa, secants = 3.0 * kappa, _Secants(moves)
                 continue
-            P, amplitude = step.solved.P[0], step.amplitude
-            target = secants.next(amplitude, 1j * kappa * (amplitude - target))
-            far = self.relative(target - amplitude, amplitude) if secants.known else 1.0
+            P = solved.P[0]
+            modal = receptance.modal(P, kappa, target)
+            found = modal[q, k]
+            imbalance = 1j * kappa * (found - target) / receptance.kappa
+            target = secants.next(found, imbalance)
+            if secants.known:
+                far = self.relative((target - found)[:modes], found[:modes])
+                drawn = (moves * np.abs(found))[:modes].max()
+                far = max(far, float((moves * np.abs(target - found)).max() / drawn))
             idle = 0 if far < 0.5 * least else idle + 1
             least = min(far, least)
             if far <= closest or (far <= self.tolerance and idle >= _PATIENCE):
-                loads = -np.einsum("qkc,qc->qk", receptance.B, P)
-                loads[:modes] += self.half @ self.reduced.all_shapes
-                modal = np.linalg.solve(receptance.D, loads[..., np.newaxis])[..., 0]
-                modal[:modes] = step.modal
                 return Balanced(
-                    amplitude=amplitude,
-                    off=np.abs(target - amplitude),
+                    amplitude=found[:modes],
+                    off=np.abs(target - found)[:modes],
                     orders=list(orders),
                     frequency=receptance.frequency,
-                    modal=np.asarray(modal),
+                    modal=modal,
                     P=P,
                     grid=grid,
                 )
-        raise self._refusal(orders, step.solved)
+        raise self._refusal(orders, solved)
 
     def responding(self, state: Balanced, highest: int) -> tuple[list[Order], float]:
         """Further harmonics up to an order that modes respond to, and what others would do.
 
         Both by their share in the displacement of the contacts.
         """
-        candidates = harmonic_orders(highest, len(self.half), self.reduced.even)
+        modes, known = len(self.half), len(state.orders)
+        candidates = harmonic_orders(highest, modes, self.reduced.even)
         further = [order for order in candidates if order not in state.orders]
         orders = [*state.orders, *further]
-        receptance = _Receptance.of(self.reduced, orders)
-        held = receptance.reaction.copy()
-        held[len(state.orders) :] = 0.0
-        step = self._step(
-            replace(receptance, reaction=held),
+        receptance = _Receptance.of(self.reduced, orders, self.half, self.led)
+        q, k = receptance.resonant
+        reaction = receptance.stepped_reaction(receptance.kappa)
+        reaction[known:] = 0.0
+        target = _extended(state.modal, state.orders, orders)[q, k]
+        solved = self._contacts(
+            receptance,
+            reaction,
             orders,
             replace(state.grid, lines=enough_lines(orders, state.grid.lines)),
-            _FIRST_STEP * self.detuning,
-            state.amplitude,
-            _extended(state, orders),
-            _COARSE[len(self.half)],
+            receptance.kappa,
+            target,
+            _extended(state.P, state.orders, orders),
+            _COARSE[modes],
         )
-        moved = np.einsum("qcd,qd->qc", receptance.reaction, step.solved.P[0])
-        share = np.abs(moved[len(state.orders) :]).max(axis=1) / step.drawn
+        moved = np.abs(np.einsum("qcd,qd->qc", receptance.reaction, solved.P[0])).max(axis=1)
+        drawn = np.abs(
+            np.einsum("qkc,qk->qc", receptance.B, _extended(state.modal, state.orders, orders))
+        )[:modes].max()
+        share = moved[known:] / drawn
         wanted = share > _SMALL * self.tolerance
         return (
             [order for order, counts in zip(further, wanted, strict=True) if counts],
             float(share[~wanted].sum()),
         )
 
-    def _step(
+    def _contacts(
         self,
         receptance: _Receptance,
+        reaction: Complexes,
         orders: Sequence[Order],
         grid: Discretisation,
         kappa: Floats,
         target: Complexes,
         start: Complexes | None,
         tolerance: float,
-    ) -> _Step:
-        """(D + i kappa) a = F / 2 - L^T P + i kappa target, with the contacts that it leads to."""
-        modes = np.arange(len(self.half))
-        D, B = receptance.D[modes], receptance.B[modes]
-        loads = (self.half @ self.reduced.all_shapes).astype(complex)
-        D[modes, modes, modes] += 1j * kappa
-        loads[modes, modes] += 1j * kappa * target
-        responding = np.linalg.solve(D, B)
-        free = np.linalg.solve(D, loads[..., np.newaxis])[..., 0]
-        coupling = np.einsum("jkc,jk->jc", B, free) - self.half @ self.reduced.contact_shapes
-        reaction = receptance.reaction.copy()
-        reaction[modes] = np.swapaxes(B, 1, 2) @ responding + receptance.follows[modes]
-        solved = torus_harmonics(
-            *(self.reduced, self.law, coupling, reaction, np.ones((1, modes.size)), grid, orders),
+    ) -> ContactHarmonics:
+        """The contacts in a step, (D + i kappa) q = f / 2 - B P + i kappa target."""
+        modes = len(self.half)
+        nothing = np.zeros((len(orders), self.reduced.n_contacts), dtype=complex)
+        held = -np.einsum("qkc,qk->qc", receptance.B, receptance.modal(nothing, kappa, target))
+        held[:modes] += self.half @ self.reduced.contact_shapes
+        coupling = -held[:modes]
+        held[:modes] = 0.0
+        return torus_harmonics(
+            *(self.reduced, self.law, coupling, reaction, np.ones((1, modes)), grid, orders),
             tolerance=tolerance,
+            held=held,
             start=start,
         )
-        P = solved.P[0, modes]
-        drawn = np.einsum("jcd,jd->jc", reaction[modes], P) - coupling
-        q = free - np.einsum("jkc,jc->jk", responding, P)
-        return _Step(solved, q, float(np.abs(drawn).max()))
 
     def relative(self, error: Complexes | Floats, amplitude: Complexes) -> float:
         """The largest of errors (modes,) of amplitudes."""
@@ -221,15 +274,6 @@ class ForcedBalance:
         motion = moves * np.abs(amplitude)
         scale = np.maximum(motion, _WEAK * motion.max())
         return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
-
-    @property
-    def detuning(self) -> Floats:
-        """How far slip can detune the modes, (modes,) [rad^2/s^2]."""
-        L, contacts = self.reduced.coupling, self.reduced.contacts
-        if contacts is not None:
-            return np.asarray(np.abs(L) ** 2 @ contacts.reference)
-        moved = np.linalg.solve(self.reduced.stiffness, L.T)
-        return np.asarray(np.abs(np.einsum("jc,cj->j", L, moved)))
 
     def _refusal(self, orders: Sequence[Order], solved: ContactHarmonics) -> SlipmodeError:
         met = strongest_resonance(self.reduced, orders)
@@ -253,8 +297,10 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 class _Secants:
     """Where the imbalance would be 0, by its last changes (Anderson 1965)."""
 
-    def __init__(self, modes: int) -> None:
-        self._most = 2 * modes
+    def __init__(self, moves: Floats) -> None:
+        """Weighted by what unit displacements (pairs,) do to the contacts."""
+        self._moves = moves
+        self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
 
     @property
@@ -262,24 +308,22 @@ class _Secants:
         """Whether there is one."""
         return len(self._points) > 1
 
-    def next(self, amplitude: Complexes, imbalance: Complexes) -> Complexes:
-        """The next amplitude (modes,)."""
-        self._points = [
-            *self._points[-self._most :],
-            np.concatenate((amplitude, imbalance)).view(float),
-        ]
+    def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
+        """The next displacement (pairs,)."""
+        moved = self._moves * np.array((found, imbalance))
+        self._points = [*self._points[-self._most :], moved.ravel().view(float)]
         if not self.known:
-            return amplitude
-        last, size = self._points[-1], 2 * amplitude.size
+            return found
+        last, size = self._points[-1], 2 * found.size
         changes = np.array([last - before for before in self._points[:-1]]).T
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
         move = (changes[:size] @ theta).view(complex)
-        most = _LONGEST_MOVE * np.abs(amplitude).max()
-        return np.asarray(amplitude - move * min(1.0, most / max(np.abs(move).max(), 1e-300)))
+        most = _LONGEST_MOVE * np.abs(moved[0]).max()
+        part = min(1.0, most / max(np.abs(move).max(), 1e-300))
+        return np.asarray(found - part * move / np.maximum(self._moves, 1e-300))
 
 
-def _extended(state: Balanced, orders: Sequence[Order]) -> Complexes:
-    """Its contact harmonics for other orders, 0 where it had none."""
-    known = dict(zip(state.orders, state.P, strict=True))
-    nothing = np.zeros(state.P.shape[1], dtype=complex)
-    return np.array([known.get(order, nothing) for order in orders])
+def _extended(known: Complexes, orders: Sequence[Order], wanted: Sequence[Order]) -> Complexes:
+    """Rows of some harmonics for others, 0 where there are none."""
+    rows = dict(zip(orders, known, strict=True))
+    return np.array([rows.get(order, np.zeros_like(known[0])) for order in wanted])

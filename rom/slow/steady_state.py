@@ -22,6 +22,8 @@ from slipmode.rom.structure.structure import Structure
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS, _MOST_STEPS = 128, 2048
 _MOST_LINES = 128
+# Where leading resonant modes does not help, their response is left to the contact problem.
+_LED = (1.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,18 +118,31 @@ def steady_state(
     f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
-    balance = ForcedBalance(reduced, law, 0.5 * f, tolerance)
-    orders = harmonic_orders(RESPONSE_ORDER, modes, reduced.even)
-    grid = Discretisation(_LEAST_STEPS, enough_lines(orders))
-    found = balance.solve(orders, grid, None if start is None else start.harmonics)
+    begin = None if start is None else start.harmonics
+    for led in _LED:
+        balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, led)
+        try:
+            error, found = _solved(balance, begin)
+        except SlipmodeError:
+            if led == _LED[-1]:
+                raise
+        else:
+            break
+    return SteadyState(error, reduced, f, found)
+
+
+def _solved(balance: ForcedBalance, begin: Balanced | None) -> tuple[Floats, Balanced]:
+    """The steady state to the tolerance, and the error of its amplitudes."""
+    modes = len(balance.half)
+    orders = harmonic_orders(RESPONSE_ORDER, modes, balance.reduced.even)
+    found = balance.solve(orders, Discretisation(_LEAST_STEPS, enough_lines(orders)), begin)
     found, by_harmonics = _with_harmonics(balance, found)
     by_grid = np.zeros(modes)
     if modes == 2:
         found, by_grid = _resolved(balance, found, "lines", 0.5)
     found, by_steps = _resolved(balance, found, "steps", 1.0)
     # steps are of second order: a third of the change is left
-    error = by_harmonics + by_grid + by_steps / 3.0 + found.off
-    return SteadyState(error, reduced, f, found)
+    return by_harmonics + by_grid + by_steps / 3.0 + found.off, found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:

@@ -43,6 +43,7 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_modal_response, drawn),
     FIELD(sm_modal_response, advance),
     FIELD(sm_modal_response, start),
+    FIELD(sm_modal_response, held),
     WHOLE(sm_table),
     FIELD(sm_table, modes),
     FIELD(sm_table, combinations),

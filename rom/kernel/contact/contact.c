@@ -34,7 +34,8 @@ static sm_status check_response(const sm_contact *contact) {
     if (marched != SM_OK) return marched;
     const size_t harmonics = (size_t)response->orders_count * n * 2;
     return sm_all_finite(response->dynamic_stiffness, harmonics * n) &&
-                   (!response->start || sm_all_finite(response->start, harmonics))
+                   (!response->start || sm_all_finite(response->start, harmonics)) &&
+                   (!response->held || sm_all_finite(response->held, harmonics))
                ? SM_OK : SM_NOT_FINITE;
 }
 

@@ -91,15 +91,18 @@ static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
     }
 }
 
-/* response = 2 H_q P_q: the force of the modes' non-resonant response to x_c. */
+/* response = 2 (H_q P_q + held_q): the force of the modes' non-resonant response to x_c. */
 static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts;
+    const double *held = grid->contact->response->held;
     for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
         const double *H = grid->dynamic_stiffness + k % (size_t)grid->orders_count * n * n * 2;
         for (size_t i = 0; i < n; i++, H += 2 * n) {
             const double *P = g->responded + k * n * 2;
             double *force = g->response + (k * n + i) * 2;
-            force[0] = force[1] = 0.0;
+            const size_t at = (k % (size_t)grid->orders_count * n + i) * 2;
+            force[0] = held ? 2.0 * held[at] : 0.0;
+            force[1] = held ? 2.0 * held[at + 1] : 0.0;
             for (size_t j = 0; j < 2 * n; j += 2) {
                 force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
                 force[1] += 2.0 * (H[j] * P[j + 1] + H[j + 1] * P[j]);

@@ -92,17 +92,19 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     return SM_OK;
 }
 
-/* change = H Y - response; the largest of it [m]. */
+/* change = H Y + held - response; the largest of it [m]. */
 static double find_change(problem *t) {
     const size_t n = t->n;
     const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
     double largest = 0.0;
     if (!H) return 0.0;
+    const double *held = t->contact->response->held;
     for (size_t q = 0; q < t->orders; q++)
         for (size_t i = 0; i < n; i++, H += 2 * n) {
             const double *Y = t->Y + 2 * q * n;
             const size_t at = 2 * (q * n + i);
-            double re = -t->response[at], im = -t->response[at + 1];
+            double re = -t->response[at] + (held ? held[at] : 0.0);
+            double im = -t->response[at + 1] + (held ? held[at + 1] : 0.0);
             for (size_t k = 0; k < 2 * n; k += 2) {
                 re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
                 im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
