@@ -232,5 +232,56 @@ def test_steady_motion_under_constant_normal_forces_forgets_what_friction_holds_
     times = 60.0 * period + period / 32.0 * np.arange(32)
     loaded = shaken(CLEARANCE, force, static, at_rest(found.displacement), times).displacement
     about = shaken(found.law, force, nothing, at_rest(nothing), times).displacement
-    frictionless = shaken(replace(found.law, mu=0.0), force, nothing, at_rest(nothing), times)
-    print(np.abs(loaded-loaded.mean(0)-about+about.mean(0)).max(), np.abs(about).max(), np.abs(frictionless.displacement-about).max(), found.tangential_share)
+    np.testing.assert_allclose(loaded - loaded.mean(axis=0), about - about.mean(axis=0), atol=1e-9)
+    assert np.abs(loaded.mean(axis=0) - found.displacement).max() > 1e-4
+    loose = replace(found.law, mu=0.0)
+    frictionless = shaken(loose, force, nothing, at_rest(nothing), times).displacement
+    assert np.abs(about - frictionless).max() > 1e-3
+
+
+def test_the_slow_flow_about_it_is_full_order_with_the_static_force():
+    """One mode across the beam: a contact that is open at rest touches down, another lifts off."""
+    law = rom.FrictionalContact(0.4, 0.0, 15.0, 20.0, gap=(0.0, 0.0, 0.3))
+    structure, force = beam(), at_tip(0.0, 0.3)
+    found = quiet(structure, law, STATIC)
+    Omega = 0.98 * rom.reduce(structure, (0,), law=found.law).frequency
+    reduced = rom.reduce(structure, (0,), law=found.law, carrier=Omega, force_patterns=(force,))
+    excitation = full.Excitation.harmonic(structure, (force, STATIC), (Omega[0], 6e-10))
+    times = 2.0 * np.pi / Omega[0] * (200.0 + np.arange(256) / 32.0)
+    rest, mode = at_rest(found.displacement), reduced.mode_shapes.T @ structure.mass
+    motion = full.integrate(
+        structure, law, excitation, times, step=2e-3, start=rest, outputs=mode
+    )
+    states = contact_states(law.elements(6), motion.contact_displacement, motion.contact_force)
+    np.testing.assert_allclose(states.shares()[1:, OPEN], [0.03, 0.78], atol=0.02)
+    reference = np.mean(motion.displacement[:, 0] * np.exp(-1j * Omega[0] * times))
+    model = rom.tabulate(reduced, found.law, (0.06,), tolerance=1e-3)
+    assert rom.steady(model, Omega, (force,))[0] == pytest.approx(reference, rel=2e-3)
+
+
+# Refusals
+
+
+GAPS = replace(SURFACE, gap=0.5)
+PULLED_ASIDE = np.array([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0])  # more than friction holds
+REFUSED = [
+    (block(), rom.Jenkins(1.0, 2.0), {1: 1.0}, "law: has no normal direction; with a"),
+    (block(), rom.Tanh(1.0, 0.1), {1: 1.0}, "law: a static force takes elastic contacts, with"),
+    (block(), SURFACE, {7: 1.0}, "static_force: DOF 7 is out of range, allowed: 0 to 2"),
+    (block(), SURFACE, [1.0, 2.0], "static_force: must be 3 finite numbers"),
+    (block(), SURFACE, [1.0, np.nan, 2.0], "static_force: must be 3 finite numbers"),
+    (block(), SURFACE, {1: -1.0}, "static_force: all contacts are open under it; at least one"),
+    (block(), GAPS, {1: 1.0}, "static_force: all contacts are open under it; at least one"),
+    (stack(), SURFACE, -bolt(0.0, 1.0), "static_force: nothing holds the structure under it"),
+    (stack(), SURFACE, bolt(0.8, 1.0), "static_force: nothing holds the structure under it"),
+    (stack(), SURFACE, {1: 1.0}, "static_force: moves the structure as a whole, for nothing"),
+    (stack(), SURFACE, bolt(0.0, 1.0) + PULLED_ASIDE, "static_force: nothing holds the structure"),
+]
+
+
+@pytest.mark.parametrize(("structure", "law", "force", "message"), REFUSED)
+def test_refuses_in_one_line(structure, law, force, message):
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        rom.preload(structure, law, force)
+    assert str(refusal.value).startswith(message)
+    assert "\n" not in str(refusal.value)
