@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +27,7 @@ from slipmode.rom.validity import Finding, warn
 _BALANCED = 1e-6  # force left over, relative to the forces in an equation
 _LOADED = 0.1  # of what friction can hold: tangential force at rest that the law forgets
 
-L = TypeVar("L", bound=Elastic)
+_NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +63,7 @@ class Preload:
 
 def preload(
     structure: Structure,
-    law: L,
+    law: Elastic,
     static_force: Mapping[int, float] | ArrayLike,
     *,
     warned: bool = True,
@@ -137,9 +136,6 @@ def preload(
     if warned:
         warn(preload_findings(found))
     return found
-
-
-_NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
 
 
 def preload_findings(found: Preload) -> list[Finding]:
@@ -230,5 +226,5 @@ def _loaded(law: Elastic, N: Floats, gap: Floats) -> Elastic:
 def _loaded_law(law: ElasticLaw, N: Floats, gap: Floats) -> ElasticLaw:
     if not isinstance(law, FrictionalContact):
         return law
-    preload, gap = (tuple(np.where(each < SMALLEST, 0.0, each).tolist()) for each in (N, gap))
-    return replace(law, preload=preload, gap=gap)
+    loads, gaps = (tuple(np.where(each < SMALLEST, 0.0, each).tolist()) for each in (N, gap))
+    return replace(law, preload=loads, gap=gaps)

@@ -48,7 +48,9 @@ def test_a_block_pressed_and_pushed(push, slips, angle):
     directions = np.eye(4)[:, : tangents + 1]
     body = rom.Structure(np.eye(4), 10.0 * np.eye(4), contact=directions)
     along = np.array([1.0] if angle is None else [np.cos(angle), np.sin(angle)])
-    found = quiet(body, law, np.append(push * along, np.zeros(4 - tangents)) + 9.0 * W_n(tangents))
+    found = quiet(
+        body, law, np.append(push * along, np.zeros(4 - tangents)) + 9.0 * normal(tangents)
+    )
     N = 9.0 * K_N / (10.0 + K_N)
     held = MU * N if slips else push * K_T / (10.0 + K_T)
     np.testing.assert_allclose(found.contact_force, [*(held * along), N], rtol=1e-9)
@@ -57,7 +59,7 @@ def test_a_block_pressed_and_pushed(push, slips, angle):
     np.testing.assert_allclose(found.tangential_share, held / (MU * N))
 
 
-def W_n(tangents):
+def normal(tangents):
     return np.eye(4)[tangents]
 
 
@@ -88,7 +90,9 @@ def test_a_bolted_stack_that_floats(place):
     np.testing.assert_allclose(found.normal_force, [3.5 - 7.0 * place, 3.5 + 7.0 * place])
     np.testing.assert_allclose(found.contact_force[::2], 0.0, atol=1e-12)
     momentum = structure.mass @ found.displacement
-    np.testing.assert_allclose([momentum[0] + momentum[4], momentum[1] + momentum[5]], 0.0, atol=1e-14)
+    np.testing.assert_allclose(
+        [momentum[0] + momentum[4], momentum[1] + momentum[5]], 0.0, atol=1e-14
+    )
     reduced = rom.reduce(structure, (3, 4), law=found.law)
     assert np.all(reduced.frequency > 1.0)
 
@@ -102,7 +106,9 @@ def test_a_bolt_beside_the_lap_lifts_one_end():
     assert found.normal_force[1] > 7.0
     opened = structure.directions.T @ found.displacement
     np.testing.assert_allclose(found.gap, [-opened[1], 0.0])
-    assert found.law == replace(SURFACE, preload=(0.0, found.normal_force[1]), gap=(found.gap[0], 0.0))
+    assert found.law == replace(
+        SURFACE, preload=(0.0, found.normal_force[1]), gap=(found.gap[0], 0.0)
+    )
 
 
 # Against least energy
@@ -133,7 +139,12 @@ def test_a_beam_on_one_sided_springs_has_the_least_energy():
         return K + (W[:, 1::2] * on) @ W[:, 1::2].T
 
     least = minimize(
-        energy, np.zeros(len(K)), method="trust-exact", jac=gradient, hess=hessian, options={"gtol": 1e-10}
+        energy,
+        np.zeros(len(K)),
+        method="trust-exact",
+        jac=gradient,
+        hess=hessian,
+        options={"gtol": 1e-10},
     )
     found = quiet(rom.Structure(M, K, contact=W), law, force)
     assert 2 <= np.count_nonzero(found.state == OPEN) <= 6
@@ -215,7 +226,9 @@ def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns():
     loaded = shaken(CLEARANCE, force, STATIC, at_rest(found.displacement), TIMES)
     about = shaken(found.law, force, nothing, at_rest(nothing), TIMES)
     moved = np.abs(about.displacement).max()
-    assert np.abs(loaded.displacement - found.displacement - about.displacement).max() < 1e-6 * moved
+    assert (
+        np.abs(loaded.displacement - found.displacement - about.displacement).max() < 1e-6 * moved
+    )
     elements = found.law.elements(6)
     states = contact_states(elements, about.contact_displacement, about.contact_force)
     assert states.shares().min() > 0.04
@@ -249,9 +262,7 @@ def test_the_slow_flow_about_it_is_full_order_with_the_static_force():
     excitation = full.Excitation.harmonic(structure, (force, STATIC), (Omega[0], 6e-10))
     times = 2.0 * np.pi / Omega[0] * (200.0 + np.arange(256) / 32.0)
     rest, mode = at_rest(found.displacement), reduced.mode_shapes.T @ structure.mass
-    motion = full.integrate(
-        structure, law, excitation, times, step=2e-3, start=rest, outputs=mode
-    )
+    motion = full.integrate(structure, law, excitation, times, step=2e-3, start=rest, outputs=mode)
     states = contact_states(law.elements(6), motion.contact_displacement, motion.contact_force)
     np.testing.assert_allclose(states.shares()[1:, OPEN], [0.03, 0.78], atol=0.02)
     reference = np.mean(motion.displacement[:, 0] * np.exp(-1j * Omega[0] * times))
