@@ -14,7 +14,7 @@ is the state that contacts vibrate about, validity.py what the method assumes.
 import logging
 from importlib.metadata import version
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -36,7 +36,6 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
-from slipmode.rom.validity import ValidityWarning
 
 __all__ = [
     "Accuracy",

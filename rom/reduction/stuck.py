@@ -34,7 +34,10 @@ _STRAINLESS = 1e-12  # strain energy of a rigid-body mode, relative to that of i
 def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Elements) -> Reduced:
     """One or two modes of the structure with its contacts stuck, and the elastic contacts."""
     if not contacts.reference.any():
-        raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
+        raise SlipmodeError(
+            "gap: all contacts are open at rest; at least one must touch, or a static force "
+            "press it (rom.preload, in scenes [preload])"
+        )
     M, C = structure.mass, structure.damping
     W = as_dense(structure.directions)
     K = stuck_stiffness(structure, contacts.reference)

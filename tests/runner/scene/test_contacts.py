@@ -120,6 +120,9 @@ REFUSED = [
     (FRICTIONAL + "tangents = 3", "contacts[0].tangents: must be 1 or 2, got 3"),
     (FRICTIONAL + "tangents = 2", "contacts[0].contacts: a frictional contact has 3 directions"),
     (FRICTIONAL.replace("preload = 1.0", "preload = 0.0\ngap = 0.1"), "gap: all contacts"),
+    (FRICTIONAL.replace("0.5", "nan"), "contacts[0].mu: must be >= 0, got NaN"),
+    (FRICTIONAL + "contacts = [1]", "contacts[0].contacts: a frictional contact has 2 directions"),
+    (FRICTIONAL + "contacts = [1, 1]", "contacts: every contact DOF, 0 to 1, must be in one grou"),
     (JENKINS + '[model]\nformulation = "paper"', 'model.formulation: must be "consistent" with'),
     (JENKINS + "[limits]\nscale = 0", "limits.scale: must be > 0, got 0"),
     (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
@@ -202,3 +205,16 @@ def test_contacts_that_a_static_force_opens_do_not_scale():
     assert set(found.state) == {0, 2}
     with pytest.raises(SlipmodeError, match=r"limits\.scale: .* that \[preload\] opens is a"):
         check_scale(scene, found.law, 4)
+
+
+def test_the_plan_tells_of_skewed_directions(tmp_path, recwarn):
+    given, W = rom.two_mass(), np.eye(4)[:, 2:]
+    for slant in (0.0, 0.5):
+        W[2, 1] = slant
+        body = rom.Structure(given.mass, given.stiffness, 0.01, contact=W)
+        body.save(tmp_path / "body.npz")
+        text = START.replace('model = "two-mass"', 'matrices = "body.npz"')
+        plan = make_plan(parse_scene(text + FRICTIONAL, tmp_path))
+        told = [d for d in plan.decisions if d.choice == "in skewed directions"]
+        assert [d.level for d in told] == ["warning"] * (slant > 0.0)
+    assert not recwarn.list
