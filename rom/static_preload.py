@@ -109,7 +109,7 @@ def preload(
     steady vibration about the state is the same, but for a constant displacement; with normal
     forces that vary, and in a transient, it is not. `tangential_share` says how much it is. For
     friction that vibration has relaxed, so that it carries nothing at rest, give a law with
-    mu = 0, and take preload and gap of what this returns.
+    mu = 0, and take preload and gap of what this returns; the structure must then be held without.
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(f"law: a static force takes elastic contacts, {_NORMAL}")
