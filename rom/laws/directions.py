@@ -77,7 +77,8 @@ def skewed_directions(W: Matrix, law: Friction) -> str:
     Columns of one contact are B^T e with unit vectors e at right angles and B the relative
     displacement by all DOFs. Where DOFs are translations, interpolated over a mesh or weighted by
     areas, B B^T is a multiple of the identity, and so has W^T W to be: Euclidean, for with the
-    metric of the mass it need not. Rotations and modal coordinates make it something else.
+    metric of the mass it need not. Rotations and modal coordinates make it something else; a
+    contact that every DOF moves is taken to be in such.
     """
     gram = as_dense(W.T @ W)
     length = np.sqrt(np.diag(gram))
@@ -86,6 +87,8 @@ def skewed_directions(W: Matrix, law: Friction) -> str:
             continue
         for first in range(0, len(columns), each.tangents + 1):
             own = columns[first : first + each.tangents + 1]
+            if np.all(abs(W[:, own]).sum(axis=1) > 0.0):
+                continue
             for a, b in combinations(own, 2):
                 cosine = gram[a, b] / (length[a] * length[b])
                 if abs(cosine) > _SKEWED:

@@ -114,6 +114,13 @@ def test_directions_of_a_contact_are_a_frame(recwarn):
     assert not recwarn.list
 
 
+def test_modal_coordinates_are_no_translations(recwarn):
+    """Of a structure that comes reduced, every coordinate moves every contact."""
+    shapes = np.linalg.qr(np.random.default_rng(1).normal(size=(4, 4)))[0] * [1.0, 2.0, 3.0, 4.0]
+    reduced(SURFACE, shapes.T @ rotated(0.6))
+    assert not recwarn.list
+
+
 SKEWED = [
     (rotated(0.6) @ [[1.0, 0.5], [0.0, 1.0]], "0 and 1 are at 63 degrees"),
     (rotated(0.6) @ [[1.0, 0.0], [0.0, 2.0]], "0 and 1 are 1 and 2 long"),
