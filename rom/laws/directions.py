@@ -87,7 +87,7 @@ def skewed_directions(W: Matrix, law: Friction) -> str:
             continue
         for first in range(0, len(columns), each.tangents + 1):
             own = columns[first : first + each.tangents + 1]
-            if np.all(abs(W[:, own]).sum(axis=1) > 0.0):
+            if as_dense(W[:, own]).any(axis=1).all():
                 continue
             for a, b in combinations(own, 2):
                 cosine = gram[a, b] / (length[a] * length[b])
