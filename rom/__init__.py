@@ -7,14 +7,14 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 The rooms follow that chain, and the source paper's equations: structure/ (1)-(3), laws/ (28),
 reduction/ (8), (13), contact/ (13), (14), (20), table/ (20), slow/ (12), (18), (19), (22)-(25);
-full/ is Eq. (1) integrated in full, kernel/ what of all that is computed in C. validity.py is what
-the method assumes.
+full/ is Eq. (1) integrated in full, kernel/ what of all that is computed in C. static_preload.py
+is the state that contacts vibrate about, validity.py what the method assumes.
 """
 
 import logging
 from importlib.metadata import version
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -31,12 +31,12 @@ from slipmode.rom.slow.steady import (
 )
 from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.static_preload import Preload, preload
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
-from slipmode.rom.validity import ValidityWarning
 
 __all__ = [
     "Accuracy",
@@ -49,6 +49,7 @@ __all__ = [
     "Jenkins",
     "Model",
     "Motion",
+    "Preload",
     "Reduced",
     "Region",
     "ResonanceCurve",
@@ -63,6 +64,7 @@ __all__ = [
     "__version__",
     "combination_resonances",
     "load_structure",
+    "preload",
     "reconstruct",
     "reduce",
     "resonance",

@@ -9,6 +9,10 @@ class SlipmodeError(ValueError):
     """
 
 
+class ValidityWarning(UserWarning):
+    """An assumption of the method is strained; the message holds the measured indicator."""
+
+
 class OutsideRegionError(SlipmodeError):
     """Amplitudes outside the part of a friction table that was tabulated."""
 

@@ -18,7 +18,8 @@ from typing import Literal
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
@@ -46,10 +47,6 @@ _BLURRED, _SHARP = 2.0, 1e-10
 _ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
 
 Level = Literal["info", "warning", "error"]
-
-
-class ValidityWarning(UserWarning):
-    """An assumption of the method is strained; the message holds the measured indicator."""
 
 
 @dataclass(frozen=True)
@@ -207,6 +204,12 @@ def contact_findings(
         )
         found.append(Finding("contacts", "soft", reason, "warning"))
     return found
+
+
+def direction_findings(structure: Structure, law: Friction) -> list[Finding]:
+    """Directions of a contact must be unit vectors at right angles."""
+    reason = skewed_directions(structure.directions, law)
+    return [Finding("contacts", "in skewed directions", reason, "warning")] if reason else []
 
 
 def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:

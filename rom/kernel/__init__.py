@@ -10,7 +10,7 @@ table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional derivatives;
            component/: the step-able component; motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_stage.c elastic contacts in it, full.c
-           the march
+           the march; equilibrium.c: at rest
 base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
 
 Here library.py loads it and structures.py mirrors its structures.
@@ -54,6 +54,7 @@ __all__ = [
     "INPUT_FIELDS",
     "INPUT_QUANTITIES",
     "MODES",
+    "NOT_CONVERGED",
     "OK",
     "OUTPUTS_FIXED",
     "OUTSIDE_TABLE",
@@ -80,6 +81,7 @@ OUTPUTS_FIXED = 10
 
 OK = 0
 BAD_ARGUMENT = 1
+NOT_CONVERGED = 4
 OUTSIDE_TABLE = 5
 
 

@@ -26,6 +26,9 @@ NAME = "slipmode.rom._core"  # where CMakeLists.txt installs the library
 _SIGNATURES: dict[str, list[Any]] = {
     "sm_contact_check": [POINTER(Contact)],
     "sm_elastic_force": [POINTER(Elastic), c_int32, c_void_p, c_void_p, c_void_p],
+    "sm_elastic_equilibrium": [
+        *(POINTER(Elastic), c_int32, c_void_p, c_void_p, c_void_p, c_void_p),
+    ],
     "sm_torus_harmonics": [
         *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
         *(c_size_t, c_void_p, c_int32, c_void_p),

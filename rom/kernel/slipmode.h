@@ -78,6 +78,14 @@ SM_API size_t sm_elastic_memory(const sm_elastic *elastic);
 SM_API sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
                                   double *memory, double *force);
 
+/* Static displacements x (N_c) of contacts, and forces less preload on them, on a structure that
+ * takes them to `displacement` (N_c) where all stick and yields by `flexibility` (N_c, N_c) to what
+ * they fall short of their reference springs by. They come from rest in one go.
+ * SM_NOT_CONVERGED where nothing holds the structure. */
+SM_API sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
+                                        const double *flexibility, const double *displacement,
+                                        double *x, double *force);
+
 /* A harmonic (n, m) of the contact motion whose frequency n Omega_A + m Omega_B comes near the
  * carrier of a mode: it drives that mode by T = -L^T P_nm. */
 typedef struct {

@@ -32,6 +32,8 @@ class Contacts:
         groups = tuple((law, tuple(int(c) for c in columns)) for law, columns in self.groups)
         if not groups:
             raise SlipmodeError("contacts: must have at least one group")
+        if not all(isinstance(law, ElasticLaw) for law, _ in groups):
+            raise SlipmodeError("contacts: groups are of elastic laws; rigid ones are on all")
         object.__setattr__(self, "groups", groups)
 
     def elements(self, contacts: int) -> Elements:

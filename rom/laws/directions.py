@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.structure.matrices import Matrix, as_dense
 
 _LAW_NAMES: dict[type[Any], str] = {
     Tanh: "tanh",
@@ -26,6 +28,7 @@ _UNITS = {
     **{"gap": " m", "alpha": " m/s"},
 }
 _MOST_VALUES = 8  # of one parameter
+_SKEWED = 0.01  # cosine of an angle that is no right one, relative difference of two lengths
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,41 @@ def contact_directions(law: Friction, contacts: int) -> list[ContactDirection]:
                 tangent = k + 1 if each.tangents == 2 and k < 2 else 0
                 found[column] = ContactDirection(name, k == each.tangents, tangent)
     return [found[column] for column in range(contacts)]
+
+
+def skewed_directions(W: Matrix, law: Friction) -> str:
+    """Which directions (columns of W, (n, N_c)) of a contact are none of a frame, and how; or "".
+
+    Columns of one contact are B^T e with unit vectors e at right angles and B the relative
+    displacement by all DOFs. Where DOFs are translations, interpolated over a mesh or weighted by
+    areas, B B^T is a multiple of the identity, and so has W^T W to be: Euclidean, for with the
+    metric of the mass it need not. Rotations and modal coordinates make it something else; a
+    contact that every DOF moves is taken to be in such.
+    """
+    gram = as_dense(W.T @ W)
+    length = np.sqrt(np.diag(gram))
+    for each, columns in _groups(law, len(gram)):
+        if not isinstance(each, FrictionalContact):
+            continue
+        for first in range(0, len(columns), each.tangents + 1):
+            own = columns[first : first + each.tangents + 1]
+            if as_dense(W[:, own]).any(axis=1).all():
+                continue
+            for a, b in combinations(own, 2):
+                cosine = gram[a, b] / (length[a] * length[b])
+                if abs(cosine) > _SKEWED:
+                    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+                    return f"contact DOFs {a} and {b} are at {angle:.0f} degrees{_OF_ONE_CONTACT}"
+                if abs(length[b] / length[a] - 1.0) > _SKEWED:
+                    lengths = f"{length[a]:.3g} and {length[b]:.3g} long"
+                    return f"contact DOFs {a} and {b} are {lengths}{_OF_ONE_CONTACT}"
+    return ""
+
+
+_OF_ONE_CONTACT = (
+    " (columns of W): those of one contact should be at right angles and equally long; they need "
+    "not where DOFs are rotations or modal coordinates"
+)
 
 
 def law_words(law: Friction, contacts: int) -> list[str]:

@@ -54,6 +54,10 @@ class FrictionalContact:
             object.__setattr__(self, name, value)
         if self.tangents not in (1, 2):
             raise SlipmodeError(f"tangents: must be 1 or 2, got {self.tangents}")
+        loads, gaps = np.atleast_1d(self.preload), np.atleast_1d(self.gap)
+        fits = 1 in (loads.size, gaps.size) or loads.size == gaps.size
+        if fits and np.any((gaps > 0.0) & (loads > 0.0)):
+            raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
 
     def elements(self, contacts: int) -> Elements:
         """Of so many contact DOFs, `tangents` + 1 for each contact."""
@@ -71,8 +75,6 @@ class FrictionalContact:
         element["friction"] = per_contact("mu", self.mu, count)
         for name in ("preload", "tangential_stiffness", "normal_stiffness", "gap"):
             element[name] = per_contact(name, getattr(self, name), count)
-        if np.any((element["gap"] > 0.0) & (element["preload"] > 0.0)):
-            raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
         closed = element["gap"] == 0.0
         reference = np.zeros((count, columns))
         reference[closed, :-1] = element["tangential_stiffness"][closed, np.newaxis]

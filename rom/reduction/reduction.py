@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import get_args
@@ -9,8 +10,9 @@ from typing import get_args
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
@@ -32,7 +34,9 @@ def reduce(
     carrier: Sequence[float] | None = None,
     law: Elastic | None = None,
     force_patterns: ForcePatterns | None = None,
+    *,
     smallest_response: float = 1e-3,
+    warned: bool = True,
 ) -> Reduced:
     """Project a structure on one or two modes with stuck contacts, and its contacts.
 
@@ -60,11 +64,18 @@ def reduce(
         Force of another mode on the contacts that counts, relative to theirs. Tables are dearer
         the more modes respond; a steady state without a table hardly, and 1e-5 is worth it where
         contacts are about as stiff as the body.
+    warned : bool
+        Warn of contact directions; a scene has them in its plan instead.
 
     Raises
     ------
     SlipmodeError
         If a mode does not exist, or the bonded structure can move without deforming.
+
+    Warns
+    -----
+    ValidityWarning
+        Where directions of a frictional contact seem not to be at right angles or equally long.
     """
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
@@ -76,9 +87,12 @@ def reduce(
     if law is not None:
         if formulation == "paper":
             raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
-        stuck = reduce_stuck(
-            structure, modes, law.elements(structure.n_contacts), smallest_response
-        )
+        if not isinstance(law, Elastic):
+            raise SlipmodeError("law: is that of elastic contacts; leave it out for rigid ones")
+        elements = law.elements(structure.n_contacts)
+        if warned and (skewed := skewed_directions(structure.directions, law)):
+            warnings.warn(f"contacts: {skewed}", ValidityWarning, stacklevel=2)
+        stuck = reduce_stuck(structure, modes, elements, smallest_response)
         return _specified(stuck, carrier, force_patterns)
     parts = structure.partition()
     n_elastic = parts.K_ec.shape[0]

@@ -28,6 +28,7 @@ from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense, solve
 from slipmode.rom.structure.structure import Structure
 
 _RIGID = 1e-9  # omega^2 of a rigid-body mode, relative to the stiffest DOF
+_STRAINLESS = 1e-12  # strain energy of a rigid-body mode, relative to that of its DOFs alone
 
 
 def reduce_stuck(
@@ -35,7 +36,10 @@ def reduce_stuck(
 ) -> Reduced:
     """One or two modes of the structure with its contacts stuck, and the elastic contacts."""
     if not contacts.reference.any():
-        raise SlipmodeError("gap: all contacts are open at rest; at least one must touch")
+        raise SlipmodeError(
+            "gap: all contacts are open at rest; at least one must touch, or a static force "
+            "press it (rom.preload, in scenes [preload])"
+        )
     M, C = structure.mass, structure.damping
     W = as_dense(structure.directions)
     K = stuck_stiffness(structure, contacts.reference)
@@ -104,22 +108,40 @@ def stuck_stiffness(structure: Structure, reference: Floats) -> Matrix:
     return as_csc(structure.stiffness + W @ scipy.sparse.diags_array(reference) @ W.T)
 
 
+def rigid_body_modes(K: Matrix, M: Matrix) -> Floats:
+    """Modes (n, count) that strain nothing beyond rounding, mass-normalised; often none."""
+    size, count = K.shape[0], 8
+    while True:
+        count = min(count, size)
+        _, shapes = _lowest(K, M, count)
+        strain = np.einsum("nk,nk->k", shapes, as_dense(K @ shapes))
+        rigid = np.abs(strain) <= _STRAINLESS * (K.diagonal() @ shapes**2)
+        if count == size or not rigid.all():
+            return shapes[:, rigid]
+        count *= 2
+
+
 def _modes_in_reach(K: Matrix, M: Matrix, modes: tuple[int, ...]) -> tuple[Floats, Floats]:
     """omega^2 and modes up to the retained ones, and to where others follow statically."""
     size, count = K.shape[0], max(16, max(modes) + 2)
     while True:
         count = min(count, size)
-        try:
-            squares, shapes = lowest_modes(K, M, count)
-        except RuntimeError:  # rigid-body modes
-            stiffest = K.diagonal().max() / M.diagonal().max()
-            squares, shapes = lowest_modes(K, M, count, -_RIGID * stiffest)
+        squares, shapes = _lowest(K, M, count)
         squares = np.maximum(squares, 0.0)
         highest = highest_response(float(np.sqrt(squares[max(modes)])))
         if count == size or squares[-1] >= highest**2 or count >= 128:
             kept = max(int(np.searchsorted(squares, highest**2)), max(modes) + 1)
             return squares[:kept], shapes[:, :kept]
         count *= 2
+
+
+def _lowest(K: Matrix, M: Matrix, count: int) -> tuple[Floats, Floats]:
+    """The lowest omega^2 and modes, rigid-body modes among them."""
+    try:
+        return lowest_modes(K, M, count)
+    except RuntimeError:  # rigid-body modes
+        stiffest = K.diagonal().max() / M.diagonal().max()
+        return lowest_modes(K, M, count, -_RIGID * stiffest)
 
 
 def stuck_response(

@@ -143,8 +143,18 @@ def _pivot_dofs(W: Sparse) -> Indices:
     n_contacts = W.shape[1]
     pivots = np.abs(np.diag(triangle))
     if pivots.size < n_contacts or pivots[-1] <= TOLERANCE * pivots[0]:
-        raise SlipmodeError("contact: directions (columns of W) must be linearly independent")
+        same = _parallel(unit_rows)
+        raise SlipmodeError(
+            f"contact: directions (columns of W) must be linearly independent{same}"
+        )
     return np.sort(touched[order[:n_contacts]]).astype(np.intp)
+
+
+def _parallel(unit_rows: Floats) -> str:
+    """The first two directions (N_c, DOFs) that are the same, in words; "" if none are."""
+    cosine = np.abs(np.triu(unit_rows @ unit_rows.T, 1))
+    found = np.argwhere(cosine > 1.0 - TOLERANCE)
+    return f"; {found[0][0]} and {found[0][1]} are the same" if len(found) else ""
 
 
 def _coordinate_maps(W: Sparse) -> tuple[Sparse, Sparse, Indices]:

@@ -10,6 +10,7 @@ from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.validity import (
     Finding,
     contact_findings,
+    direction_findings,
     force_findings,
     friction_findings,
     separation_findings,
@@ -35,6 +36,7 @@ def check_assumptions(
     return [
         *separation_findings(structure, reduced, names),
         *share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
+        *direction_findings(structure, law),
         *contact_findings(reduced, combinations, names),
         *friction_findings(reduced, law, amplitude),
         *force_findings(reduced, law, force, amplitude, names),

@@ -10,6 +10,7 @@ import numpy as np
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
 from slipmode.rom.laws.friction import RigidFriction
+from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
     combination_resonances,
@@ -17,6 +18,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.static_preload import Preload, preload_findings
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import Finding as Decision
@@ -25,7 +27,7 @@ from slipmode.runner.plan.assumptions import check_assumptions
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
-from slipmode.runner.scene.contacts import check_scale, law_of
+from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
@@ -126,12 +128,15 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     structure = scene.structure.build()
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
     law = law_of(scene, structure.n_contacts)
+    rest = preloaded(scene, structure, law)
+    law = law if rest is None else rest.law
     check_scale(scene, law, structure.n_contacts)
     reduced = reduce(
         structure,
         [numbers[m] for m in modes],
         scene.model.formulation,
         law=None if isinstance(law, RigidFriction) else law,
+        warned=False,
     )
     excited = Excited(
         modes,
@@ -165,6 +170,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
         *mode_decisions,
+        *_preload_decisions(rest),
         _other_modes(excited.reduced),
         Decision("friction table", ranges, reason),
         *region_decisions,
@@ -210,6 +216,19 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
             "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
         )
     return tuple(modes), decisions
+
+
+def _preload_decisions(rest: Preload | None) -> list[Decision]:
+    """What the static force makes of the contacts."""
+    if rest is None:
+        return []
+    closed = rest.normal_force[rest.normal_force > 0.0]
+    count = {word: np.count_nonzero(rest.state == k) for k, word in enumerate(STATES)}
+    states = ", ".join(f"{n} {word}" for word, n in count.items() if n)
+    pressed = (
+        f"normal forces {closed.min():.3g} to {closed.max():.3g} N" if closed.size else "no load"
+    )
+    return [Decision("contacts at rest", states, pressed), *preload_findings(rest)]
 
 
 def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Decision]]:

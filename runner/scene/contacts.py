@@ -1,19 +1,21 @@
-"""The contacts of a scene: [friction] for rigid ones, [[contacts]] for elastic ones."""
+"""The contacts of a scene: [friction] if rigid, [[contacts]] if elastic, [preload] on these."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import Any, Literal, cast
 
 import numpy as np
 
-from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Tanh
+from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh, preload
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import ElasticLaw
+from slipmode.rom.laws.contacts import Elastic, ElasticLaw
 from slipmode.rom.laws.friction import is_homogeneous, limits
 from slipmode.rom.laws.law_record import LAWS
-from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene
+from slipmode.rom.static_preload import Preload
+from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, StaticForce
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
 
 _RIGID = ("tanh", "coulomb")
@@ -25,6 +27,7 @@ CONTACTS = (
     *dict.fromkeys(key for keys in _PARAMETERS.values() for key in keys),
 )
 FRICTION = ("law", "limit", "alpha")
+PRELOAD = ("dof", "force", "vector")
 STAND_IN = 'law = "jenkins" with a stiffness far above that of the structure stands for Coulomb'
 
 _KINDS: Mapping[tuple[str, str], Callable[[Table, str], Any]] = {
@@ -84,6 +87,33 @@ def _group(table: Table) -> ContactGroup:
     return ContactGroup(law, table.integers("contacts") if "contacts" in table else None)
 
 
+def read_preload(
+    table: Table, groups: tuple[ContactGroup, ...], file: Callable[[Table, str], Path]
+) -> StaticForce:
+    """The section [preload]; `file` finds the file that a key names."""
+    if not any(isinstance(group.law, FrictionalContact) for group in groups):
+        raise SlipmodeError(
+            "preload: presses contacts together, and these have no normal direction; use a group "
+            '[[contacts]] with law = "frictional", or leave it out'
+        )
+    if ("dof" in table) == ("vector" in table):
+        raise table.error("dof", "give exactly one of dof and vector")
+    if "vector" in table:
+        if "force" in table:
+            raise table.error("force", "goes with dof; vector has the forces")
+        return StaticForce(
+            file(table, "vector") if table.is_text("vector") else table.numbers("vector")
+        )
+    dof, force = table.integer_or_integers("dof"), table.number_or_numbers("force")
+    dofs = dof if isinstance(dof, tuple) else (dof,)
+    forces = force if isinstance(force, tuple) else (force,) * len(dofs)
+    if not dofs or len(set(dofs)) < len(dofs):
+        raise table.error("dof", "must be one DOF or several different ones")
+    if len(forces) != len(dofs):
+        raise table.error("force", f"must be one number or {len(dofs)} numbers (one per DOF)")
+    return StaticForce(dict(zip(dofs, forces, strict=True)))
+
+
 def _parameter(table: Table, law: str, key: str) -> Any:
     read = _KINDS.get((law, key))
     if read is not None:
@@ -126,6 +156,23 @@ def _rigid(friction: RigidFriction, contacts: int) -> Friction:
     return law
 
 
+def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
+    """The state under the static force of a scene, if it has one.
+
+    Raises
+    ------
+    SlipmodeError
+        If it does not fit, or the contacts do not hold the structure under it.
+    """
+    if scene.preload is None:
+        return None
+    force = scene.preload.vector(structure.n_dofs)
+    try:
+        return preload(structure, cast(Elastic, law), force, warned=False)
+    except SlipmodeError as refusal:
+        raise SlipmodeError(str(refusal).replace("static_force:", "preload:", 1)) from None
+
+
 def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
     """Refuse a script of the limits where the motion does not scale with them.
 
@@ -138,8 +185,9 @@ def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
         return
     against, instead = "tanh has a velocity alpha", 'law = "coulomb"'
     if not isinstance(law, Tanh):
-        gaps = [k for k, g in enumerate(scene.contacts) if _has_gap(g.law)]
-        against, instead = f"contacts[{gaps[0]}].gap is a length", "contacts without a gap"
+        gaps = [f"contacts[{k}].gap" for k, g in enumerate(scene.contacts) if _has_gap(g.law)]
+        gap = gaps[0] if gaps else "the gap of contacts that [preload] opens"
+        against, instead = f"{gap} is a length", "contacts without a gap"
     raise SlipmodeError(
         f"limits.scale: the motion has to scale with limits and preloads, and {against} that does "
         f"not; use {instead}, or a scene for each scale"

@@ -18,9 +18,11 @@ from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
     CONTACTS,
     FRICTION,
+    PRELOAD,
     STAND_IN,
     read_contacts,
     read_friction,
+    read_preload,
 )
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import (
@@ -34,6 +36,7 @@ from slipmode.runner.scene.sections import (
     RigidFriction,
     Run,
     Scene,
+    StaticForce,
     TwoMass,
     Window,
 )
@@ -50,6 +53,7 @@ __all__ = [
     "RigidFriction",
     "Run",
     "Scene",
+    "StaticForce",
     "TwoMass",
     "Window",
     "load_scene",
@@ -64,6 +68,7 @@ _TWO_MASS_PARAMETERS = tuple(
 _SECTIONS = {
     "structure": ("model", "matrices", "damping", *_TWO_MASS_PARAMETERS),
     "friction": FRICTION,
+    "preload": PRELOAD,
     "limits": ("scale",),
     "modes": MODES,
     "forcing": MODES,
@@ -142,11 +147,13 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     )
     _refuse_overlap(contact, elastic)
     _refuse_mixed_laws(root, groups)
+    laws = read_contacts(groups)
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
         friction=read_friction(section["friction"]) if "friction" in root else None,
-        contacts=read_contacts(groups),
+        contacts=laws,
+        preload=_preload(section["preload"], laws, Path(folder)) if "preload" in root else None,
         limit_scale=_limit_scale(section["limits"]),
         modes=modes,
         forcing=forcing,
@@ -199,6 +206,10 @@ def _refuse_mixed_laws(root: Table, groups: list[Table]) -> None:
         )
     if "friction" not in root and not groups:
         raise root.error("friction", "is missing: give [friction] or [[contacts]]")
+
+
+def _preload(table: Table, laws: tuple[ContactGroup, ...], folder: Path) -> StaticForce:
+    return read_preload(table, laws, lambda table, key: _existing(table, key, folder))
 
 
 def _limit_scale(table: Table) -> Script | None:

@@ -15,6 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import ElasticLaw
+from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.script import Script
 
@@ -57,6 +58,43 @@ class ContactGroup:
 
     law: ElasticLaw
     contacts: tuple[int, ...] | None
+
+
+@dataclass(frozen=True)
+class StaticForce:
+    """A force at rest [N]: on some DOFs, on every one, or on every one from an .npy file."""
+
+    force: Mapping[int, float] | tuple[float, ...] | Path
+
+    def vector(self, n_dofs: int) -> Floats:
+        """As an (n,) vector.
+
+        Raises
+        ------
+        SlipmodeError
+            If the structure has another number of DOFs, or the file holds no such force.
+        """
+        if isinstance(self.force, Mapping):
+            if max(self.force) >= n_dofs:
+                raise SlipmodeError(
+                    f"preload.dof: must be 0 to {n_dofs - 1}, got {max(self.force)}"
+                )
+            return force_vector(self.force, n_dofs)
+        given = self._stored() if isinstance(self.force, Path) else np.array(self.force)
+        if given.shape != (n_dofs,):
+            raise SlipmodeError(
+                f"preload.vector: must have {n_dofs} numbers, one per DOF, got "
+                f"{' x '.join(map(str, given.shape))}"
+            )
+        return force_vector(given, n_dofs, "preload.vector")
+
+    def _stored(self) -> Floats:
+        try:
+            return np.asarray(np.load(self.force, allow_pickle=False), dtype=float)  # type: ignore[arg-type]
+        except (OSError, ValueError, TypeError, EOFError):
+            raise SlipmodeError(
+                f"preload.vector: must be an .npy file of one number per DOF: {str(self.force)!r}"
+            ) from None
 
 
 @dataclass(frozen=True)
@@ -162,6 +200,8 @@ class Scene:
         Of rigid contacts; None if they are elastic.
     contacts : tuple of ContactGroup
         Elastic contacts, group by group; empty if they are rigid.
+    preload : StaticForce or None
+        Under which contacts are pressed, or open, at rest; None: they are as their laws say.
     limit_scale : Script or None
         Limits and preloads over time, relative to those given; None: they stay.
     forcing : mapping of "A", "B" to Forcing
@@ -185,6 +225,7 @@ class Scene:
     structure: TwoMass | MatrixFile
     friction: RigidFriction | None
     contacts: tuple[ContactGroup, ...]
+    preload: StaticForce | None
     limit_scale: Script | None
     modes: Modes
     forcing: Mapping[str, Forcing]

@@ -109,6 +109,10 @@ class Table:
             raise self.error(key, f"must be one of {allowed}; got {_shown(value)}")
         return str(value)
 
+    def is_text(self, key: str) -> bool:
+        """Whether a value is a string."""
+        return isinstance(self._content.get(key), str)
+
     def is_one_of(self, key: str, choices: Sequence[str]) -> bool:
         """Whether a value is one of a few strings."""
         return self._content.get(key) in choices
@@ -131,6 +135,10 @@ class Table:
         return tuple(
             _integer(f"{name}[{i}]", value, NON_NEGATIVE) for i, value in enumerate(values)
         )
+
+    def integer_or_integers(self, key: str) -> int | tuple[int, ...]:
+        """A whole number >= 0 or a list of them."""
+        return self.integers(key) if self._is_list(key) else self.integer(key)
 
     def number(self, key: str, rule: Rule = FINITE, default: float | None = None) -> float:
         """A finite number."""

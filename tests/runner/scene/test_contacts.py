@@ -6,7 +6,7 @@ import pytest
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.contacts import check_scale, law_of
+from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.scene.script import Script
 
@@ -93,6 +93,7 @@ def test_limits_are_scripted():
     assert parse_scene(START + JENKINS, ".").limit_scale is None
 
 
+PRESSED = FRICTIONAL.replace("preload = 1.0", "preload = 0.0") + "[preload]\n"
 REFUSED = [
     ("", "friction: is missing: give [friction] or [[contacts]]"),
     (JENKINS + COULOMB, 'contacts: are elastic, [friction] is rigid: give one of both; law = "j'),
@@ -119,11 +120,31 @@ REFUSED = [
     (FRICTIONAL + "tangents = 3", "contacts[0].tangents: must be 1 or 2, got 3"),
     (FRICTIONAL + "tangents = 2", "contacts[0].contacts: a frictional contact has 3 directions"),
     (FRICTIONAL.replace("preload = 1.0", "preload = 0.0\ngap = 0.1"), "gap: all contacts"),
+    (FRICTIONAL.replace("0.5", "nan"), "contacts[0].mu: must be >= 0, got NaN"),
+    (FRICTIONAL + "contacts = [1]", "contacts[0].contacts: a frictional contact has 2 directions"),
+    (FRICTIONAL + "contacts = [1, 1]", "contacts: every contact DOF, 0 to 1, must be in one grou"),
     (JENKINS + '[model]\nformulation = "paper"', 'model.formulation: must be "consistent" with'),
     (JENKINS + "[limits]\nscale = 0", "limits.scale: must be > 0, got 0"),
     (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
     (JENKINS + "[limits]\nscales = 1", "limits.scales: unknown key; allowed: scale"),
     (COULOMB.replace("coulomb", "tanh") + "alpha = 1\n[limits]\nscale = 2", "limits.scale: the"),
+    (COULOMB + "[preload]\ndof = 3\nforce = 1", "preload: presses contacts together, and these"),
+    (JENKINS + "[preload]\ndof = 3\nforce = 1", "preload: presses contacts together, and these h"),
+    (PRESSED + "", "preload.dof: give exactly one of dof and vector"),
+    (PRESSED + "dof = 3\nvector = [1]", "preload.dof: give exactly one of dof and vector"),
+    (PRESSED + "dof = 3", "preload.force: is missing"),
+    (PRESSED + "dof = 3\nforce = nan", "preload.force: must be finite, got NaN"),
+    (PRESSED + "dof = -3\nforce = 1", "preload.dof: must be an integer (>= 0), got -3"),
+    (PRESSED + "dof = 4\nforce = 1", "preload.dof: must be 0 to 3, got 4"),
+    (PRESSED + "dof = [3, 3]\nforce = 1", "preload.dof: must be one DOF or several different"),
+    (PRESSED + "dof = []\nforce = 1", "preload.dof: must be one DOF or several different ones"),
+    (PRESSED + "dof = [2, 3]\nforce = [1]", "preload.force: must be one number or 2 numbers"),
+    (PRESSED + "vector = [0, 1]", "preload.vector: must have 4 numbers, one per DOF, got 2"),
+    (PRESSED + "vector = [0, 1, 2, 3]\nforce = 1", "preload.force: goes with dof; vector has the"),
+    (PRESSED + 'vector = "none.npy"', "preload.vector: no such file or folder: 'none.npy'"),
+    (PRESSED + 'vector = "pyproject.toml"', "preload.vector: must be an .npy file of one number"),
+    (PRESSED + "dof = 3\nforce = -1", "preload: all contacts are open under it; at least one mu"),
+    (PRESSED + "dof = 3\nforces = 1", "preload.forces: unknown key; allowed: dof, force, vector"),
     ("[[contact]]\nlaw = 3\n" + JENKINS, "contact[1].law: unknown key; allowed: samples_per_peri"),
 ]  # fmt: skip
 
@@ -152,3 +173,48 @@ def test_a_gap_does_not_scale():
     scene = parse_scene(START + groups + "\n[limits]\nscale = 2", ".")
     with pytest.raises(SlipmodeError, match=r"limits\.scale: .* contacts\[1\]\.gap is a length"):
         check_scale(scene, law_of(scene, 6), 6)
+
+
+def test_a_static_force_makes_preloads_and_gaps(tmp_path):
+    """Those of rom.preload; the plan says what it found."""
+    scene = parse_scene(START + PRESSED + "dof = [3, 0]\nforce = [2.0, 0.5]", ".")
+    plan = make_plan(scene)
+    force = {3: 2.0, 0: 0.5}
+    with pytest.warns(rom.ValidityWarning, match="tangential at contacts"):
+        found = rom.preload(plan.structure, rom.FrictionalContact(0.5, 0.0, 20.0, 30.0), force)
+    assert plan.excited.law == found.law
+    assert found.law.preload[0] > 0.5
+    said = {decision.subject: decision for decision in plan.decisions}
+    assert said["contacts at rest"].choice == "1 stuck"
+    assert said["contacts at rest"].reason.startswith("normal forces 0.8")
+    assert said["static force"].level == "warning"
+    np.save(tmp_path / "static.npy", np.array([0.5, 0.0, 0.0, 2.0]))
+    for vector in ("[0.5, 0, 0, 2]", '"static.npy"'):
+        same = parse_scene(START + PRESSED + f"vector = {vector}", tmp_path)
+        assert make_plan(same).excited.law == found.law
+
+
+def test_contacts_that_a_static_force_opens_do_not_scale():
+    law = 'law = "frictional"\nmu = 0.5\npreload = 1.0\ntangential_stiffness = 2.0\n'
+    law += "normal_stiffness = 2.0\n"
+    sides = "".join(f"[[contacts]]\n{law}contacts = {c}\n" for c in ([0, 1], [2, 3]))
+    text = START + sides + "[limits]\nscale = 2\n[preload]\ndof = 3\nforce = -9"
+    body = rom.Structure(np.eye(6), np.eye(6) + 0.1, contact=np.eye(6)[:, :4])
+    scene = parse_scene(text, ".")
+    found = preloaded(scene, body, law_of(scene, 4))
+    assert set(found.state) == {0, 2}
+    with pytest.raises(SlipmodeError, match=r"limits\.scale: .* that \[preload\] opens is a"):
+        check_scale(scene, found.law, 4)
+
+
+def test_the_plan_tells_of_skewed_directions(tmp_path, recwarn):
+    given, W = rom.two_mass(), np.eye(4)[:, 2:]
+    for slant in (0.0, 0.5):
+        W[2, 1] = slant
+        body = rom.Structure(given.mass, given.stiffness, 0.01, contact=W)
+        body.save(tmp_path / "body.npz")
+        text = START.replace('model = "two-mass"', 'matrices = "body.npz"')
+        plan = make_plan(parse_scene(text + FRICTIONAL, tmp_path))
+        told = [d for d in plan.decisions if d.choice == "in skewed directions"]
+        assert [d.level for d in told] == ["warning"] * (slant > 0.0)
+    assert not recwarn.list

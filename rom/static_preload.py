@@ -1,0 +1,230 @@
+"""The static state of a structure with elastic contacts, and its contacts as they are there."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Contacts, Elastic, ElasticLaw
+from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
+from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.states import OPEN, contact_states
+from slipmode.rom.reduction.reduced import force_vector
+from slipmode.rom.reduction.stuck import rigid_body_modes, stuck_response, stuck_stiffness
+from slipmode.rom.representable import SMALLEST
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.structure import Structure
+from slipmode.rom.validity import Finding, warn
+
+_BALANCED = 1e-6  # force left over, relative to the forces in an equation
+_LOADED = 0.1  # of what friction can hold: tangential force at rest that the law forgets
+
+_NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
+
+
+@dataclass(frozen=True, eq=False)
+class Preload:
+    """A static state, K x + W f = F; a contact is an element of the law, on one to three DOFs.
+
+    Attributes
+    ----------
+    law : elastic law
+        The law as it is about this state: normal forces as preloads, clearances as gaps.
+    displacement : (n,) ndarray
+        x, of every DOF [m]; of a structure that floats, without rigid-body motion.
+    contact_force : (N_c,) ndarray
+        f on each contact DOF [N]; along a normal what N has changed by.
+    state : (contacts,) ndarray of int
+        0 stuck, 1 slipping, 2 open.
+    normal_force, gap : (contacts,) ndarray
+        N [N], clearance [m]; NaN where the law has no normal direction.
+    tangential_share : (contacts,) ndarray
+        Tangential force relative to what friction can hold there; 0 of open contacts.
+    """
+
+    law: Elastic
+    displacement: Floats
+    contact_force: Floats
+    state: NDArray[np.int8]
+    normal_force: Floats
+    gap: Floats
+    tangential_share: Floats
+
+    __repr__ = short_repr
+
+
+def preload(
+    structure: Structure,
+    law: Elastic,
+    static_force: Mapping[int, float] | ArrayLike,
+    *,
+    warned: bool = True,
+) -> Preload:
+    """Load a structure at rest by a static force: bolts, centrifugal load.
+
+    Its contacts close, open, stick or slip under it, by their law and in one go. What vibrates
+    about this state is the structure with the law that this returns:
+
+        rest = rom.preload(structure, law, static_force)
+        reduced = rom.reduce(structure, modes, law=rest.law)
+        model = rom.tabulate(reduced, rest.law, ...)
+
+    Parameters
+    ----------
+    structure : Structure
+        May have rigid-body modes; contacts have to hold it where the force pulls.
+    law : FrictionalContact, or Contacts with some
+        As it is before the force acts: a gap where contacts do not touch yet, a preload where
+        other loads press them, with which it is in balance.
+    static_force : {DOF: force} or (n,) array_like
+        F [N].
+    warned : bool
+        Warn of tangential forces at rest; a scene has them in its plan instead.
+
+    Raises
+    ------
+    SlipmodeError
+        If the law has no normal direction, or no contact holds the structure where it is pulled,
+        or all are open.
+
+    Warns
+    -----
+    ValidityWarning
+        Where a contact carries more than 10 % of what friction can hold.
+
+    Notes
+    -----
+    Normal forces and gaps are exact: preload and gap say all about them. Tangential forces at rest
+    are in the static solution, but the law that is returned has none: its sliders start with no
+    force, as if what they carry were carried by something else, so that they slip at mu N either
+    way, not at mu N less the force at rest. Under constant normal forces sliders forget it, and
+    steady vibration about the state is the same, but for a constant displacement; with normal
+    forces that vary, and in a transient, it is not. `tangential_share` says how much it is. For
+    friction that vibration has relaxed, so that it carries nothing at rest, give a law with
+    mu = 0, and take preload and gap of what this returns; the structure must then be held without.
+    """
+    if not isinstance(law, Elastic):
+        raise SlipmodeError(f"law: a static force takes elastic contacts, {_NORMAL}")
+    elements = law.elements(structure.n_contacts)
+    if not np.any(elements.element["law"] == FRICTIONAL):
+        raise SlipmodeError(f"law: has no normal direction; {_NORMAL}")
+    F = force_vector(static_force, structure.n_dofs, "static_force")
+    displacement, x_c, f = _equilibrium(structure, elements, F)
+    states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
+    state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))
+    if np.all(state == OPEN):
+        raise SlipmodeError(
+            "static_force: all contacts are open under it; at least one must touch"
+        )
+    found = Preload(
+        law=_loaded(law, N, gap),
+        displacement=displacement,
+        contact_force=f,
+        state=state,
+        normal_force=N,
+        gap=gap,
+        tangential_share=_tangential_share(elements, f, N),
+    )
+    if warned:
+        warn(preload_findings(found))
+    return found
+
+
+def preload_findings(found: Preload) -> list[Finding]:
+    """Contacts must carry little by friction at rest, for the law forgets it."""
+    most = int(np.argmax(found.tangential_share))
+    share = found.tangential_share[most]
+    if share <= _LOADED:
+        return []
+    reason = (
+        f"contact {most} carries {share:.0%} of what friction can hold, above {_LOADED:.0%}: it "
+        "starts without that; steady vibration under varying normal loads, and transients, depend "
+        "on it"
+    )
+    return [Finding("static force", "tangential at contacts", reason, "warning")]
+
+
+def _equilibrium(
+    structure: Structure, elements: Elements, F: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Displacement (n,), and displacement and force (N_c,) of the contacts.
+
+    With K_s of contacts that all touch and stick, x = K_s^-1 F + X y, y = k_ref x_c - f.
+    """
+    held = replace(elements, reference=_stiffness(elements))
+    rigid = rigid_body_modes(stuck_stiffness(structure, held.reference), structure.mass)
+    if np.any(np.abs(rigid.T @ F) > _BALANCED * (np.abs(rigid.T) @ np.abs(F))):
+        raise SlipmodeError(
+            "static_force: moves the structure as a whole, for nothing holds it even where all "
+            "contacts stick; its sum and moments must be 0, or a DOF be fixed"
+        )
+    W = as_dense(structure.directions)
+    response = stuck_response(structure, held, np.column_stack((W, F)), rigid)
+    X, stuck = response[:, :-1], response[:, -1]
+    R = W.T @ X
+    R, drawn = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)
+    x_c, f, record = np.empty_like(drawn), np.empty_like(drawn), held.kernel()
+    status = kernel.lib.sm_elastic_equilibrium(
+        *(ctypes.byref(record), len(drawn), R.ctypes.data, drawn.ctypes.data),
+        *(x_c.ctypes.data, f.ctypes.data),
+    )
+    if status != kernel.NOT_CONVERGED:
+        kernel.check(status, "static_force")
+        x: Floats = stuck + X @ (held.reference * x_c - f)
+        left = structure.stiffness @ x + W @ f - F
+        if np.abs(left).max() <= _BALANCED * (np.abs(F) + np.abs(W) @ np.abs(f)).max():
+            return x, x_c, f
+    raise SlipmodeError(
+        "static_force: nothing holds the structure under it where contacts open or slip; press "
+        "them together, or fix a DOF"
+    )
+
+
+def _stiffness(elements: Elements) -> Floats:
+    """Of each contact DOF where its contact touches and sticks, (N_c,)."""
+    stiffness = elements.reference.copy()
+    for element in elements.element[elements.element["law"] == FRICTIONAL]:
+        *tangential, normal = element["column"][: element["tangents"] + 1]
+        stiffness[tangential] = element["tangential_stiffness"]
+        stiffness[normal] = element["normal_stiffness"]
+    return stiffness
+
+
+def _tangential_share(elements: Elements, f: Floats, N: Floats) -> Floats:
+    """|f_t| relative to the friction limit (contacts,); 0 where there is neither."""
+    share = np.zeros(len(elements.element))
+    for k, element in enumerate(elements.element):
+        columns, limit = element["column"][:1], elements.limit[element["column"][0]]
+        if element["law"] != SLIDERS:
+            columns, limit = element["column"][: element["tangents"]], element["friction"] * N[k]
+        if limit > 0.0:
+            share[k] = np.linalg.norm(f[columns]) / limit
+    return share
+
+
+def _loaded(law: Elastic, N: Floats, gap: Floats) -> Elastic:
+    """The law with these normal forces and gaps (contacts,)."""
+    if isinstance(law, Contacts):
+        groups, first = [], 0
+        for each, columns in law.groups:
+            count = len(each.elements(len(columns)).element)
+            own = slice(first, first + count)
+            groups.append((_loaded_law(each, N[own], gap[own]), columns))
+            first += count
+        return Contacts(groups)
+    return _loaded_law(law, N, gap)
+
+
+def _loaded_law(law: ElasticLaw, N: Floats, gap: Floats) -> ElasticLaw:
+    if not isinstance(law, FrictionalContact):
+        return law
+    loads, gaps = (tuple(np.where(each < SMALLEST, 0.0, each).tolist()) for each in (N, gap))
+    return replace(law, preload=loads, gap=gaps)
