@@ -118,7 +118,7 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    excitation = _excitation(model, force, phase)
+    excitation = excitation_of(model, force, phase)
     points = Omega.reshape(-1, model.modes)
     check_carriers(model.reduced, points, excitation != 0.0)
     shift = off_resonance_shift(model.reduced, force)
@@ -186,7 +186,7 @@ def resonance_curve(
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
 
 
-def _excitation(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
+def excitation_of(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
     """F_j exp(i phase_j), (modes,)."""
     if len(force) != model.modes:
         raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
