@@ -135,9 +135,7 @@ def dry_run(
             break
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
-            raise SlipmodeError(
-                "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
-            )
+            raise SlipmodeError(_unbounded(excited))
     shift = _shift_of(excited, schedule)
     least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * tried)
     amplitude = tuple(_round_up(value) for value in least)
@@ -148,6 +146,18 @@ def dry_run(
     if len(excited.modes) == 2:
         region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
     return DryRun(amplitude, reached, reason, region, share / excited.reduced.frequency**2)
+
+
+def _unbounded(excited: Excited) -> str:
+    """Why the amplitudes of a scene grow without bound."""
+    for mode, damping in zip(excited.modes, excited.reduced.modal_damping, strict=True):
+        if damping < 0.0:
+            return (
+                f"aerodynamics.{mode}: friction does not hold mode {mode}, it grows without "
+                "bound; give it less, or structure.damping more, or to see how it grows "
+                "model.amplitude: the run ends there"
+            )
+    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
 
 
 def _shift_of(excited: Excited, schedule: Schedule) -> Floats:
