@@ -207,6 +207,12 @@ class _Steady:
     def balance(self, amplitude: Complexes, inputs: NDArray[np.void]) -> Balance:
         found = balance(self.flow, inputs, amplitude)
         outside = np.isnan(found.rate).any(axis=-1)
+        if outside.any() and self._excited.any():
+            raise SlipmodeError(
+                f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how far "
+                "friction holds it"
+            )
         if outside.any():
             raise outside_table(np.abs(amplitude[outside]), self.model.table)
         return found

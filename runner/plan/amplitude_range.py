@@ -137,7 +137,9 @@ def dry_run(
         if np.any(tried > largest):
             raise SlipmodeError(_unbounded(excited))
     shift = _shift_of(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * tried)
+    # a self-excited mode that is at rest may be started from outside
+    rests = (reached == 0.0) & (excited.reduced.modal_damping < 0.0)
+    least = np.maximum((1.0 + _MARGIN) * (reached + shift), np.where(rests, 1.0, 1e-2) * tried)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
