@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -127,9 +126,7 @@ def limit_cycles(
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 
 
-def _frequencies(
-    model: Model, frequency: Sequence[float | None] | None, forced: Flags
-) -> Floats:
+def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced: Flags) -> Floats:
     """Forcing frequencies, natural ones of unforced modes (modes,)."""
     natural = model.reduced.frequency
     if frequency is None and not forced.any():

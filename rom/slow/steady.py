@@ -210,8 +210,8 @@ class _Steady:
         if outside.any() and self._excited.any():
             raise SlipmodeError(
                 f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
-                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how far "
-                "friction holds it"
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how "
+                "far friction holds it"
             )
         if outside.any():
             raise outside_table(np.abs(amplitude[outside]), self.model.table)

@@ -129,7 +129,8 @@ class Model:
             formulation=header["formulation"],
             modes=tuple(header["modes"]),
             contacts=elastic,
-            **{name: content.get(name) for name in OPTIONAL_ARRAYS},
+            force_patterns=content.get("force_patterns"),
+            aerodynamics=content.get("aerodynamics"),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         rate_correction, region = content.get("rate_correction"), content.get("region")
