@@ -93,9 +93,7 @@ def test_one_at_rest_is_modelled_and_warned_of():
 
 
 def test_one_that_friction_does_not_hold_is_refused():
-    with pytest.raises(
-        rom.SlipmodeError, match=r"^aerodynamics\.A: friction does not hold mode A"
-    ):
+    with pytest.raises(rom.SlipmodeError, match=r"^aerodynamics\.A: friction does not"):
         runner.make_plan(scene("A = [0.0, -0.04]"))
 
 
