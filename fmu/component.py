@@ -378,10 +378,12 @@ class Component:
         amplitude_range = scale * self.model.table.amplitude_range
         mode = int(np.argmax(reached[: self.model.modes] / amplitude_range))
         name = self._named.mode_names[mode]
+        advice = "tabulate a larger range or lower the force"
+        if self.model.reduced.modal_damping[mode] < 0.0:
+            advice = "it is self-excited: up to where friction holds it says rom.limit_cycles"
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
-            f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; "
-            "tabulate a larger range or lower the force"
+            f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"
         )
 
 

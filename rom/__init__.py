@@ -21,6 +21,7 @@ from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
+from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
 from slipmode.rom.slow.steady import (
     ResonanceCurve,
@@ -47,6 +48,7 @@ __all__ = [
     "FrictionalContact",
     "Iwan",
     "Jenkins",
+    "LimitCycle",
     "Model",
     "Motion",
     "Preload",
@@ -63,6 +65,7 @@ __all__ = [
     "ValidityWarning",
     "__version__",
     "combination_resonances",
+    "limit_cycles",
     "load_structure",
     "preload",
     "reconstruct",

@@ -13,7 +13,7 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full import Excitation, FullMotion, State, integrate
+from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic, integrate
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
@@ -145,7 +145,8 @@ def _with_window(plan: Plan) -> Plan:
 
 def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
     """Full-order motion at the times and at the end of the scene; outputs: the modes."""
-    excited, schedule, structure = plan.excited, plan.schedule, plan.structure
+    excited, schedule = plan.excited, plan.schedule
+    structure = aeroelastic(plan.structure, excited.reduced)
 
     def scripted(quantity: str) -> Floats:
         return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes])

@@ -159,13 +159,12 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
     for mode, name in enumerate(choice.mode_names):
         yield Variable(
             f"damping_{name}",
-            f"Modal damping phi^T C phi of mode {name}",
+            f"Modal damping of mode {name}, below 0 if it is self-excited",
             Kind.PARAMETER,
             mode,
             Causality.PARAMETER,
             Quantity.DAMPING,
             start=float(model.reduced.modal_damping[mode]),
-            minimum=0.0,
         )
     yield Variable(
         "tolerance",

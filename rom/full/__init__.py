@@ -7,9 +7,11 @@ reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
 excitation.py is Eq. (2), integration.py the march (its step: rom/kernel/full/esdirk4.h),
-convergence.py says how exact it is, steady.py takes carrier amplitudes out of it.
+convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
+aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 
+from slipmode.rom.full.aeroelastic import aeroelastic
 from slipmode.rom.full.convergence import Converged, converged
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import integrate
@@ -22,6 +24,7 @@ __all__ = [
     "FullMotion",
     "State",
     "SteadyAmplitude",
+    "aeroelastic",
     "converged",
     "integrate",
     "steady_amplitude",

@@ -256,7 +256,7 @@ typedef struct {
 typedef struct {
     int32_t paper;              /* 1: carrier at the natural frequency; 0: at the forcing */
     double natural[SM_MODES];   /* omega_j [rad/s] */
-    double damping[SM_MODES];   /* phi_j^T C phi_j [1/s] */
+    double damping[SM_MODES];   /* phi_j^T C phi_j [1/s]; < 0: self-excited */
     sm_table table;
     sm_coupling_ratio coupling_ratio[SM_MODES];
     double off_resonance[SM_MODES][2];  /* effective: a_j + off_resonance_j F_j exp(i ph_j) */

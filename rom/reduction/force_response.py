@@ -244,7 +244,7 @@ def steady_reaction(reduced: Reduced) -> Complexes:
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
-    squares = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
+    squares = np.append(reduced.structural_frequency, reduced.nonresonant_frequency) ** 2
     shapes = reduced.all_shapes
     if reduced.contacts is None:
         parts = structure.partition()

@@ -37,12 +37,12 @@ class Reduced:
     modes : tuple of int
         Indices of the retained bonded modes, by ascending frequency.
     frequency : (modes,) ndarray
-        Natural frequencies omega_j of the bonded structure [rad/s].
+        Natural frequencies omega_j of the bonded structure, with aerodynamics [rad/s].
     carrier : (modes,) ndarray
         Frequencies at which the contact problem is solved [rad/s]: those of the forcing, as far
         as they are known, or the natural frequencies.
     modal_damping : (modes,) ndarray
-        phi_j^T C phi_j [1/s].
+        phi_j^T C phi_j [1/s], and what aerodynamics add: negative of a self-excited mode.
     mode_shapes : (n, modes) ndarray
         Bonded modes in the structure's DOFs, normalised to unit modal mass [kg^-1/2].
     contact_shapes : (n, N_c) ndarray
@@ -74,6 +74,9 @@ class Reduced:
     force_patterns : (modes, n) ndarray or None
         Where the forces that hold the modes steady act [-]: their scale does not matter. What
         they do past their own mode is in the contact problem (`steady_force`).
+    aerodynamics : (modes,) complex ndarray or None
+        Coefficients c_j of the aerodynamic forces on the modes [rad^2/s^2]; see
+        `slipmode.rom.reduce`. None: no such forces.
     """
 
     formulation: Formulation
@@ -99,6 +102,7 @@ class Reduced:
     damping_coupling: Floats
     contacts: Elements | None = None
     force_patterns: Floats | None = None
+    aerodynamics: Complexes | None = None
 
     def __repr__(self) -> str:
         modes = ", ".join(
@@ -154,6 +158,20 @@ class Reduced:
         ratio = self.response_by_dampers(self.carrier)
         back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
         return np.array(np.sum(ratio * np.array(back), axis=1))
+
+    @property
+    def structural_frequency(self) -> Floats:
+        """Natural frequencies without aerodynamics [rad/s], (modes,)."""
+        if self.aerodynamics is None:
+            return self.frequency
+        return np.asarray(np.sqrt(self.frequency**2 - self.aerodynamics.real))
+
+    @property
+    def aerodynamic_damping(self) -> Floats:
+        """What aerodynamics add to the modal damping [1/s], (modes,)."""
+        if self.aerodynamics is None:
+            return np.zeros(len(self.modes))
+        return np.asarray(self.aerodynamics.imag / self.structural_frequency)
 
     @property
     def n_dofs(self) -> int:

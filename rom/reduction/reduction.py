@@ -18,6 +18,7 @@ from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
+from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.matrices import as_dense, is_positive_definite, solve
 from slipmode.rom.structure.partition import Partition
 from slipmode.rom.structure.structure import Structure
@@ -34,6 +35,7 @@ def reduce(
     carrier: Sequence[float] | None = None,
     law: Elastic | None = None,
     force_patterns: ForcePatterns | None = None,
+    aerodynamics: Sequence[complex] | None = None,
     *,
     smallest_response: float = 1e-3,
     warned: bool = True,
@@ -60,6 +62,12 @@ def reduce(
         Where the forces act, as in `fmu.Component`: what they do to the contacts past their own
         mode is in the contact problem then, as it is in a steady state. Default: it only shifts
         the amplitudes (`off_resonance_shift`).
+    aerodynamics : sequence of complex, optional
+        Aerodynamic influence coefficients c_j [rad^2/s^2], one per mode: a modal force
+        -c_j q_j while q_j moves at the natural frequency omega_j of the structure alone. The
+        real part is a stiffness, the imaginary part the damping Im c_j / omega_j [1/s], both kept
+        at other frequencies. A mode whose damping that makes negative is self-excited (flutter):
+        see `limit_cycles`.
     smallest_response : float
         Force of another mode on the contacts that counts, relative to theirs. Tables are dearer
         the more modes respond; a steady state without a table hardly, and 1e-5 is worth it where
@@ -70,7 +78,8 @@ def reduce(
     Raises
     ------
     SlipmodeError
-        If a mode does not exist, or the bonded structure can move without deforming.
+        If a mode does not exist, the bonded structure can move without deforming, or
+        aerodynamics take away all stiffness of a mode.
 
     Warns
     -----
@@ -93,7 +102,7 @@ def reduce(
         if warned and (skewed := skewed_directions(structure.directions, law)):
             warnings.warn(f"contacts: {skewed}", ValidityWarning, stacklevel=2)
         stuck = reduce_stuck(structure, modes, elements, smallest_response)
-        return _specified(stuck, carrier, force_patterns)
+        return _specified(stuck, carrier, force_patterns, aerodynamics)
     parts = structure.partition()
     n_elastic = parts.K_ec.shape[0]
     if not all(0 <= mode < n_elastic for mode in modes):
@@ -105,17 +114,24 @@ def reduce(
     if formulation == "paper":
         if force_patterns is not None:
             raise SlipmodeError("force_patterns: formulation must be 'consistent'")
+        if aerodynamics is not None:
+            raise SlipmodeError("aerodynamics: formulation must be 'consistent'")
         return _reduce_paper(parts, modes, omega, phi, constraint_modes)
     reduced = _reduce_consistent(
         structure, parts, modes, omega, mode_shapes, constraint_modes, smallest_response
     )
-    return _specified(reduced, carrier, force_patterns)
+    return _specified(reduced, carrier, force_patterns, aerodynamics)
 
 
 def _specified(
-    reduced: Reduced, carrier: Sequence[float] | None, patterns: ForcePatterns | None
+    reduced: Reduced,
+    carrier: Sequence[float] | None,
+    patterns: ForcePatterns | None,
+    aerodynamics: Sequence[complex] | None,
 ) -> Reduced:
-    """With the frequencies and the force patterns that it is asked for."""
+    """With the aerodynamics, the frequencies and the force patterns that it is asked for."""
+    if aerodynamics is not None:
+        reduced = _aeroelastic(reduced, aerodynamics)
     if carrier is not None:
         reduced = reduced.at_carrier(carrier)
     if patterns is None:
@@ -126,6 +142,37 @@ def _specified(
         )
     f = [force_vector(pattern, reduced.n_dofs, "force_patterns") for pattern in patterns]
     return replace(reduced, force_patterns=np.array(f))
+
+
+def _aeroelastic(reduced: Reduced, aerodynamics: Sequence[complex]) -> Reduced:
+    """With modal stiffness and damping by aerodynamic forces.
+
+    Nothing else changes: they act along the retained modes alone, to which the other modes and
+    the contact shapes are M-orthogonal.
+    """
+    omega = reduced.frequency
+    given = np.asarray(aerodynamics)
+    numbers = given.dtype.kind in "iufc" and given.shape == omega.shape
+    if not (numbers and np.isfinite(given).all() and fits(float(np.abs(given).max()))):
+        raise SlipmodeError(
+            f"aerodynamics: must be {omega.size} finite complex numbers, one per mode "
+            f"[rad^2/s^2], {ALLOWED}, got {aerodynamics}"
+        )
+    c = given.astype(complex)
+    if np.any(c.real <= -(omega**2)):
+        j = int(np.argmin(c.real + omega**2))
+        raise SlipmodeError(
+            f"aerodynamics: the real part for mode {'AB'[j]} must be above -omega^2 = "
+            f"{-(omega[j] ** 2):g}, or the mode diverges; got {c[j].real:g}"
+        )
+    frequency = np.sqrt(omega**2 + c.real)
+    return replace(
+        reduced,
+        frequency=frequency,
+        carrier=frequency,
+        modal_damping=reduced.modal_damping + c.imag / omega,
+        aerodynamics=c,
+    )
 
 
 def _reduce_paper(

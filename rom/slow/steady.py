@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
 from slipmode.rom.short_repr import short_repr
@@ -106,7 +106,8 @@ def steady(
     ------
     SlipmodeError
         If the frequency of a mode that is forced is none that its slow flow can follow, an
-        amplitude would leave the table, or the slow flow does not come to rest.
+        amplitude would leave the table, or the slow flow does not come to rest: a self-excited
+        mode only does where its force holds it.
 
     Warns
     -----
@@ -118,13 +119,13 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    excitation = _excitation(model, force, phase)
+    excitation = excitation_of(model, force, phase)
     points = Omega.reshape(-1, model.modes)
     check_carriers(model.reduced, points, excitation != 0.0)
     shift = off_resonance_shift(model.reduced, force)
     problem = _Steady(model, excitation, shift, shifted_flow(model, shift))
     amplitude = problem.polish(points, problem.relax(points))
-    for point in np.flatnonzero(problem.imbalance(points, amplitude) > _CONVERGED):
+    for point in np.flatnonzero(~problem.is_steady(points, amplitude)):
         amplitude[point] = problem.from_rest(points[point])
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
     return amplitude.reshape(Omega.shape)
@@ -186,7 +187,7 @@ def resonance_curve(
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
 
 
-def _excitation(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
+def excitation_of(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
     """F_j exp(i phase_j), (modes,)."""
     if len(force) != model.modes:
         raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
@@ -206,6 +207,12 @@ class _Steady:
     def balance(self, amplitude: Complexes, inputs: NDArray[np.void]) -> Balance:
         found = balance(self.flow, inputs, amplitude)
         outside = np.isnan(found.rate).any(axis=-1)
+        if outside.any() and self._excited.any():
+            raise SlipmodeError(
+                f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how "
+                "far friction holds it"
+            )
         if outside.any():
             raise outside_table(np.abs(amplitude[outside]), self.model.table)
         return found
@@ -250,14 +257,23 @@ class _Steady:
         scale = 0.5 * np.abs(self.excitation).max() + elastic + 1e-300
         return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) / scale)
 
+    def is_steady(self, Omega: Floats, amplitude: Complexes) -> Flags:
+        """Where the slow flow stands still and, with self-excited modes, returns to that."""
+        stands = self.imbalance(Omega, amplitude) <= _CONVERGED
+        if self._excited.any():
+            _, jacobian = rate_and_jacobian(self.flow, self._inputs(Omega), amplitude)
+            stands &= np.linalg.eigvals(jacobian).real.max(axis=-1) < 0.0
+        return np.asarray(stands)
+
     def from_rest(self, Omega: Floats) -> Complexes:
         """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
         from scipy.integrate import solve_ivp  # takes longer to import than many a table
 
-        slowest = self.model.reduced.modal_damping.min()
+        slowest = np.abs(self.model.reduced.modal_damping).min()
         if slowest <= 0.0:
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
+        free = self._excited & (self.excitation == 0.0)
         points = Omega[np.newaxis]
         inputs = self._inputs(points)
 
@@ -268,10 +284,18 @@ class _Steady:
         for _ in range(20):
             y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
             point = self.polish(points, y.view(complex)[np.newaxis])
-            if self.imbalance(points, point)[0] <= _CONVERGED:
+            if self.is_steady(points, point)[0]:
                 found: Complexes = point[0]
                 return found
-        raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s")
+            if free.any() and self.imbalance(points, point)[0] <= _CONVERGED:
+                raise SlipmodeError(
+                    f"force: mode {_named(free)} is self-excited and no force holds it: it does "
+                    "not stay at rest; rom.limit_cycles has what it settles to"
+                )
+        held = ""
+        if self._excited.any():
+            held = f": self-excited mode {_named(self._excited)} is not held by its force there"
+        raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s{held}")
 
     def _inputs(self, Omega: Floats) -> NDArray[np.void]:
         return inputs_of(np.broadcast_to(self.excitation, Omega.shape), Omega)
@@ -285,6 +309,16 @@ class _Steady:
         return np.where(over, factor * (amplitude + off_resonance) - off_resonance, amplitude)
 
     @property
+    def _excited(self) -> Flags:
+        """Self-excited modes, (modes,)."""
+        return np.asarray(self.model.reduced.modal_damping < 0.0)
+
+    @property
     def _range(self) -> Floats:
         """A little inside the table, so that the coupling ratio has room."""
         return 0.998 * self.model.table.amplitude_range
+
+
+def _named(modes: Flags) -> str:
+    """A, B, or both."""
+    return " and ".join("AB"[j] for j in np.flatnonzero(modes))

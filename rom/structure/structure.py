@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -103,6 +104,26 @@ class Structure:
     def n_contacts(self) -> int:
         """The number N_c of contact directions."""
         return int(self.directions.shape[1])
+
+    def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
+        """The same under linear forces -K x - C x' of what surrounds it, as dense matrices.
+
+        Parameters
+        ----------
+        stiffness, damping : (n, n) ndarray
+            Symmetric [N/m], [N s/m]; they may feed energy in, as no structure does.
+        """
+        added = {
+            "mass": as_dense(self.mass),
+            "stiffness": as_dense(self.stiffness) + stiffness,
+            "damping": as_dense(self.damping) + damping,
+            "directions": as_dense(self.directions),
+        }
+        surrounded = copy(self)
+        for name, matrix in added.items():
+            object.__setattr__(surrounded, name, _read_only(matrix))
+        object.__setattr__(surrounded, "beta", None)
+        return surrounded
 
     def partition(self) -> Partition:
         """Split the matrices into elastic and contact coordinates, Eq. (3)."""

@@ -15,7 +15,7 @@ from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache
-from slipmode.rom.table.model import FORMAT, REDUCED_ARRAYS, Model
+from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, REDUCED_ARRAYS, Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 
@@ -71,11 +71,12 @@ def _key(
     region: Region | None,
 ) -> str:
     """Hash of everything that the table depends on."""
+    optional = (getattr(reduced, name) for name in OPTIONAL_ARRAYS)
     arrays = (
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
         np.asarray(amplitude, dtype=float),
+        *(np.zeros(0) if array is None else array for array in optional),
         np.zeros(0) if region is None else region.tiles,
-        np.zeros(0) if reduced.force_patterns is None else reduced.force_patterns,
     )
     named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, record_of(law)]
     terms = [astuple(term) for term in combinations]

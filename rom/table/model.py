@@ -37,6 +37,7 @@ REDUCED_ARRAYS = (
     ),
     "damping_coupling",
 )
+OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +130,7 @@ class Model:
             modes=tuple(header["modes"]),
             contacts=elastic,
             force_patterns=content.get("force_patterns"),
+            aerodynamics=content.get("aerodynamics"),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         rate_correction, region = content.get("rate_correction"), content.get("region")
@@ -156,8 +158,9 @@ class Model:
 
     def _content(self) -> dict[str, np.ndarray]:
         arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
-        if self.reduced.force_patterns is not None:
-            arrays |= {"force_patterns": self.reduced.force_patterns}
+        for name in OPTIONAL_ARRAYS:
+            if (array := getattr(self.reduced, name)) is not None:
+                arrays[name] = array
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
         if self.table.rate_correction is not None:

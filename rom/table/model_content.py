@@ -64,7 +64,8 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
     optional = {"rate_correction": "ab4l"} if _is_corrected(header) else {}
-    optional |= {"force_patterns": "mn"} if "force_patterns" in content else {}
+    given = {"force_patterns": "mn", "aerodynamics": "m"}
+    optional |= {name: layout for name, layout in given.items() if name in content}
     for name, layout in (_ARRAYS | optional | (_harmonics(modes) if orders else {})).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
@@ -87,6 +88,10 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
             raise SlipmodeError("region: does not fit the cells of a table for two modes")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
+    if "aerodynamics" in content and np.any(
+        content["frequency"] ** 2 <= content["aerodynamics"].real
+    ):
+        raise SlipmodeError("aerodynamics: must leave the structure a stiffness > 0")
 
 
 def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
@@ -133,7 +138,7 @@ _ARRAYS = {
     **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
     **{"damping_coupling": "qq", "node_a": "a", "node_b": "b", "values": "ab4k"},
 }
-_COMPLEX = ("contact_motion", "P")
+_COMPLEX = ("contact_motion", "aerodynamics", "P")
 
 
 def _is_corrected(header: Mapping[str, Any]) -> bool:

@@ -192,8 +192,11 @@ def _contact_motion(
 
 
 def _structural_loss(reduced: Reduced) -> Floats:
-    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation."""
-    loss = reduced.modal_damping * reduced.carrier
+    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation.
+
+    Without what aerodynamics put in: contacts have no share in that.
+    """
+    loss = (reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
     return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
 
 

@@ -25,6 +25,7 @@ _PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely a
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _REACH = 1 / 32  # of the table: so near the path of the dry run belongs to the region
 _LARGEST_GROWTH = 2.0**40
+_LARGEST_FLUTTER = 2.0**8  # contacts slip freely long before, and what they take grows no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +124,8 @@ def dry_run(
         If the amplitudes grow without bound, or a step cannot be taken on any table.
     """
     tried = _first_guess(excited, schedule)
-    largest = _LARGEST_GROWTH * tried
+    self_excited = excited.reduced.modal_damping < 0.0
+    largest = np.where(self_excited, _LARGEST_FLUTTER, _LARGEST_GROWTH) * tried
     while True:
         coarse, _ = cached_model(
             *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
@@ -135,11 +137,11 @@ def dry_run(
             break
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
-            raise SlipmodeError(
-                "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
-            )
+            raise SlipmodeError(_unbounded(excited))
     shift = _shift_of(excited, schedule)
-    least = np.maximum((1.0 + _MARGIN) * (reached + shift), 1e-2 * tried)
+    # a self-excited mode that is at rest may be started from outside
+    rests = (reached == 0.0) & self_excited
+    least = np.maximum((1.0 + _MARGIN) * (reached + shift), np.where(rests, 1.0, 1e-2) * tried)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
@@ -148,6 +150,18 @@ def dry_run(
     if len(excited.modes) == 2:
         region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
     return DryRun(amplitude, reached, reason, region, share / excited.reduced.frequency**2)
+
+
+def _unbounded(excited: Excited) -> str:
+    """Why the amplitudes of a scene grow without bound."""
+    for mode, damping in zip(excited.modes, excited.reduced.modal_damping, strict=True):
+        if damping < 0.0:
+            return (
+                f"aerodynamics.{mode}: friction does not hold mode {mode}, which grows without "
+                "bound; excite it less or give structure.damping more; or give model.amplitude, "
+                "and the run ends there"
+            )
+    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
 
 
 def _shift_of(excited: Excited, schedule: Schedule) -> Floats:

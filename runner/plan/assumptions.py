@@ -34,6 +34,7 @@ def check_assumptions(
         for pattern, largest in zip(excited.force_patterns, largest_force, strict=True)
     ]
     return [
+        *_self_excited(excited, largest_force),
         *separation_findings(structure, reduced, names),
         *share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *direction_findings(structure, law),
@@ -41,3 +42,21 @@ def check_assumptions(
         *friction_findings(reduced, law, amplitude),
         *force_findings(reduced, law, force, amplitude, names),
     ]
+
+
+def _self_excited(excited: Excited, largest_force: Floats) -> list[Finding]:
+    """Modes that aerodynamics make grow, and whether anything starts them."""
+    found = []
+    damping = excited.reduced.modal_damping
+    for j, mode in enumerate(excited.modes):
+        if damping[j] >= 0.0:
+            continue
+        reason = f"modal damping {damping[j]:.3g} 1/s: it grows until friction holds it"
+        found.append(Finding(f"mode {mode}", "self-excited", reason))
+        if excited.amplitude[j] == 0.0 and largest_force[j] == 0.0:
+            reason = (
+                "self-excited, but at rest it stays at rest until something moves it; give "
+                f"initial.{mode} a value other than 0"
+            )
+            found.append(Finding(f"mode {mode}", "starts at rest", reason, "warning"))
+    return found

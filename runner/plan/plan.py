@@ -137,6 +137,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         scene.model.formulation,
         law=None if isinstance(law, RigidFriction) else law,
         warned=False,
+        aerodynamics=_aerodynamics(scene, modes),
     )
     excited = Excited(
         modes,
@@ -201,17 +202,20 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Decision]]:
     """Modes that move at all, with the reason for each."""
     modes: list[Mode] = []
     decisions = []
+    moves = False
     for mode in MODES[: len(scene.modes.numbers)]:
         forcing = scene.forcing.get(mode)
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
-        if forced or scene.initial.get(mode, 0.0) != 0.0:
+        moved = forced or scene.initial.get(mode, 0.0) != 0.0
+        moves = moves or moved
+        if moved or scene.aerodynamics.get(mode, 0j).imag < 0.0:
             modes.append(mode)
-            why = f"forcing.{mode}" if forced else f"initial.{mode}"
-            decisions.append(Decision(f"mode {mode}", "modelled", f"moved by {why}"))
+            why = "forcing" if forced else "initial" if moved else "aerodynamics"
+            decisions.append(Decision(f"mode {mode}", "modelled", f"moved by {why}.{mode}"))
         else:
             reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
             decisions.append(Decision(f"mode {mode}", "left out", reason))
-    if not modes:
+    if not moves:
         raise SlipmodeError(
             "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
         )
@@ -229,6 +233,13 @@ def _preload_decisions(rest: Preload | None) -> list[Decision]:
         f"normal forces {closed.min():.3g} to {closed.max():.3g} N" if closed.size else "no load"
     )
     return [Decision("contacts at rest", states, pressed), *preload_findings(rest)]
+
+
+def _aerodynamics(scene: Scene, modes: Sequence[Mode]) -> list[complex] | None:
+    """Coefficients of the modes that are modelled."""
+    if not scene.aerodynamics:
+        return None
+    return [scene.aerodynamics.get(mode, 0j) for mode in modes]
 
 
 def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Decision]]:

@@ -73,6 +73,7 @@ _SECTIONS = {
     "modes": MODES,
     "forcing": MODES,
     "initial": MODES,
+    "aerodynamics": MODES,
     "run": ("duration", "step", "tolerance"),
     "model": ("tolerance", "formulation", "amplitude", "table"),
     "output": ("elastic",),
@@ -138,7 +139,9 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     modes = _modes(section["modes"])
     run = _run(section["run"])
     forcing = _forcing(section["forcing"], modes, run.duration)
-    initial = _initial(section["initial"], modes)
+    initial, aerodynamics = (
+        _complex(section[name], modes) for name in ("initial", "aerodynamics")
+    )
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
     contact, elastic = (
@@ -158,8 +161,9 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         modes=modes,
         forcing=forcing,
         initial=initial,
+        aerodynamics=aerodynamics,
         run=run,
-        model=_model(section["model"], modes, elastic=bool(groups)),
+        model=_model(section["model"], modes, bool(groups), bool(aerodynamics)),
         contact=contact,
         elastic=elastic,
         output=_output(section["output"], contact, elastic),
@@ -263,7 +267,8 @@ def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
     return bool(carriers_meet(np.stack(reached, axis=-1)))
 
 
-def _initial(table: Table, modes: Modes) -> dict[str, complex]:
+def _complex(table: Table, modes: Modes) -> dict[str, complex]:
+    """[re, im] of the modes it speaks of."""
     return {mode: complex(*table.numbers(mode, length=2)) for mode in _present_modes(table, modes)}
 
 
@@ -283,11 +288,13 @@ def _run(table: Table) -> Run:
     return run
 
 
-def _model(table: Table, modes: Modes, elastic: bool) -> ModelOptions:
+def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> ModelOptions:
     n_modes = len(modes.numbers)
     formulation = table.choice("formulation", ("consistent", "paper"), default="consistent")
     if elastic and formulation == "paper":
         raise table.error("formulation", 'must be "consistent" with [[contacts]]')
+    if aeroelastic and formulation == "paper":
+        raise table.error("formulation", 'must be "consistent" with [aerodynamics]')
     extent = table.choice("table", ("whole", "region"), default="whole")
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')

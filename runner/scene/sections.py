@@ -208,6 +208,8 @@ class Scene:
         The forced modes only.
     initial : mapping of "A", "B" to complex
         Modal amplitudes at t = 0; a mode that is absent starts from rest.
+    aerodynamics : mapping of "A", "B" to complex
+        Aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`; 0 of an absent mode.
     contact : tuple of Window
         Where contact motion is wanted, and that of the elastic DOFs with it; in time order.
     elastic : tuple of Window
@@ -230,6 +232,7 @@ class Scene:
     modes: Modes
     forcing: Mapping[str, Forcing]
     initial: Mapping[str, complex]
+    aerodynamics: Mapping[str, complex]
     run: Run
     model: ModelOptions
     contact: tuple[Window, ...]

@@ -44,3 +44,12 @@ def test_the_controlled_friction_limit_keeps_its_numbers(tmp_path):
     picture = tmp_path / "picture.png"
     example("friction_control_picture").draw(tmp_path, picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_flutter_keeps_its_numbers():
+    """A stable and an unstable limit cycle, until friction cannot hold the mode any more."""
+    held, lost = example("flutter").branches([-0.02j, -0.03j])
+    assert [cycle.stable for cycle in held] == [True, False]
+    amplitudes = [abs(cycle.amplitude[0]) for cycle in held]
+    np.testing.assert_allclose(amplitudes, [1.2642, 4.6889], rtol=2e-3)
+    assert lost == ()

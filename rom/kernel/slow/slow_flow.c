@@ -18,10 +18,10 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
         || flow->table.combinations > SM_COMBINATIONS)
         return SM_BAD_ARGUMENT;
     for (int j = 0; j < modes; j++) {
-        sm_status status = sm_check_positive(flow->natural[j]);
-        if (status == SM_OK) status = sm_check_not_negative(flow->damping[j]);
+        const sm_status status = sm_check_positive(flow->natural[j]);
         if (status != SM_OK) return status;
-        if (!sm_all_finite(flow->coupling_ratio[j].c[0],
+        if (!isfinite(flow->damping[j]) /* < 0 of a self-excited mode */
+            || !sm_all_finite(flow->coupling_ratio[j].c[0],
                            sizeof flow->coupling_ratio[j].c / sizeof(double))
             || !sm_all_finite(flow->off_resonance[j], 2)
             || !sm_all_finite(flow->cross_response[j][0],

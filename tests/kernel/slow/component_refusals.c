@@ -70,7 +70,6 @@ static void check_creation(model *m) {
     for (int k = 0; k < 4; k++)
         CHECK_REFUSES(double, m->tolerance, bad_tolerances[k], create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, m->flow.natural[1], 0.0, create_once(m), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, m->flow.damping[0], -0.01, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, m->t.node_a[2], 0.0, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, m->p.limit[1], -1.0, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, m->p.contact.modes, 1, create_once(m), SM_BAD_ARGUMENT);

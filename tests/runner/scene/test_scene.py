@@ -189,7 +189,7 @@ REFUSED = [
     ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, dof"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
      "dof, frequency, phase, vector; did you mean amplitude?"),
-    ("[log]", "[logs]", "logs: unknown key; allowed: contact, contacts, elastic"),
+    ("[log]", "[logs]", "logs: unknown key; allowed: aerodynamics, contact, contacts"),
     ("[forcing.B]", "[forcing.C]", "forcing.C: unknown key; allowed: A, B"),
     ("samples_per_period", "samples", "contact[0].samples: unknown key"),
     ("phase = 0.5", '"a\\nb" = 1', 'forcing.A."a\\nb": unknown key'),
@@ -206,7 +206,7 @@ REFUSED = [
     ("dof = 1", f"dof = 0x{'f' * 5000}", "forcing.B.dof: must be an integer (>= 0), got a huge"),
     ("mcap = true", "mcap = 1", "log.mcap: must be true or false, got 1"),
     ('title = "Both modes"', "title = 3", "title: must be a string, got 3"),
-    ("[run]", "[rum]", "rum: unknown key; allowed: contact, contacts, elastic"),
+    ("[run]", "[rum]", "rum: unknown key; allowed: aerodynamics, contact, contacts"),
     ("[[contact]]", "[contact]", "contact: must be an array of tables, [[contact]]"),
     ("elastic = [0, 1]", "elastic = 0", "output.elastic: must be a list of integers, got 0"),
     ("elastic = [0, 1]", "elastic = [0.5]", "output.elastic[0]: must be an integer (>= 0)"),
