@@ -69,7 +69,7 @@ _SECTIONS = {
     "forcing": MODES,
     "initial": MODES,
     "run": ("duration", "step", "tolerance"),
-    "model": ("tolerance", "formulation", "amplitude", "table"),
+    "model": ("tolerance", "formulation", "amplitude", "table", "transients"),
     "output": ("elastic",),
     "log": ("mcap", "rerun"),
 }
@@ -142,17 +142,23 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     )
     _refuse_overlap(contact, elastic)
     _refuse_mixed_laws(root, groups)
+    model = _model(section["model"], modes, elastic=bool(groups))
+    limit_scale = _limit_scale(section["limits"])
+    if limit_scale is not None and model.transients == "hybrid":
+        raise SlipmodeError(
+            'model.transients: "hybrid" needs fixed limits; leave out limits.scale, or choose "slow"'
+        )
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
         friction=read_friction(section["friction"]) if "friction" in root else None,
         contacts=read_contacts(groups),
-        limit_scale=_limit_scale(section["limits"]),
+        limit_scale=limit_scale,
         modes=modes,
         forcing=forcing,
         initial=initial,
         run=run,
-        model=_model(section["model"], modes, elastic=bool(groups)),
+        model=model,
         contact=contact,
         elastic=elastic,
         output=_output(section["output"], contact, elastic),
@@ -280,11 +286,15 @@ def _model(table: Table, modes: Modes, elastic: bool) -> ModelOptions:
     extent = table.choice("table", ("whole", "region"), default="whole")
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
+    transients = table.choice("transients", ("slow", "hybrid"), default="slow")
+    if transients == "hybrid" and formulation == "paper":
+        raise table.error("transients", 'must be "slow" with model.formulation = "paper"')
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
         table=cast(Literal["whole", "region"], extent),
+        transients=cast(Literal["slow", "hybrid"], transients),
     )
 
 
