@@ -26,8 +26,8 @@ from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory
-from slipmode.runner.transients.full_order import excitation_of, initial_state
-from slipmode.runner.transients.hybrid import FastMotion, fast_motion, stepper
+from slipmode.runner.transients.full_order import FastMotion, excitation_of, initial_state
+from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.view.rerun_sink import RerunSink
 
 _STEPS_PER_PERIOD = 64

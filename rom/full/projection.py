@@ -11,7 +11,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.structure import Structure
 
 _DEPENDENT = 1e-10  # squared part of a unit shape that is its own, below which it is rounding
@@ -55,9 +55,9 @@ class Projection:
         gram = basis.T @ as_dense(M @ basis)  # orthonormal but for rounding in `others`
         basis = np.linalg.solve(np.linalg.cholesky(gram), basis.T).T
 
-        def projected(matrix: object) -> Floats:
-            image = as_dense(matrix @ basis)  # type: ignore[operator]
-            return 0.5 * (basis.T @ image + image.T @ basis)
+        def projected(matrix: Matrix) -> Floats:
+            image = basis.T @ as_dense(matrix @ basis)
+            return np.asarray(0.5 * (image + image.T))
 
         small = Structure(
             np.eye(basis.shape[1]),

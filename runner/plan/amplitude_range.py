@@ -206,9 +206,9 @@ def _path(
         keep(stop.outputs)
         complete = False
     traced = np.concatenate(rows)
-    time, amplitude = traced[:, 0], np.ascontiguousarray(traced[:, 1:]).view(complex)
-    scaled = amplitude / scale(time)
-    path = np.abs(scaled)
+    time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
+    scaled: Complexes = amplitude / scale(time)
+    path: Floats = np.abs(scaled)
     reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step: no telling which way

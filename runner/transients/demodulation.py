@@ -61,6 +61,6 @@ def carrier_signal(
 def amplitudes(
     z: Complexes, rate: Complexes, second: Complexes, frequency: Floats
 ) -> tuple[Complexes, Complexes]:
-    """a and da/dt (points, modes) from the slow parts of `carrier_signal`."""
+    """Amplitudes and da/dt (points, modes) from the slow parts of `carrier_signal`."""
     lag = -0.5j / frequency
     return z - lag * rate + lag**2 * second, rate - lag * second

@@ -16,6 +16,7 @@ from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import amplitudes, carrier_signal, slow_parts
@@ -144,7 +145,7 @@ class FullOrder:
 
     def state_on(self, trajectory: SlowTrajectory) -> State:
         """Where the motion that slow time has is at the end of a trajectory."""
-        model, law = self._model, self._plan.excited.law
+        model = self._model
         end, frequency = float(trajectory.time[-1]), trajectory.point_frequency[-1]
         fastest, slowest = 2 * np.pi / frequency.max(), 2 * np.pi / frequency.min()
         step = _VELOCITY_STEP * fastest
@@ -166,11 +167,9 @@ class FullOrder:
         state = self._on_coordinates(state)
         if model.reduced.contacts is None:
             return state
-        elements = law.elements(model.reduced.n_contacts)
-        to = self.projection.to_coordinates.T @ self.projection.structure.directions
-        return replace(
-            state, contact_force=None, contact_memory=_memory(elements.kernel(), x @ to)
-        )
+        x_c = x @ as_dense(self._plan.structure.directions)
+        memory = _memory(model.reduced.contacts.kernel(), x_c)
+        return replace(state, contact_force=None, contact_memory=memory)
 
     def _on_coordinates(self, state: State) -> State:
         to = self.projection.to_coordinates
@@ -213,6 +212,7 @@ class Stretch:
         self._full, self._modes, self._length = full, modes, length
         self._begin, self._state = start, start
         self._spacing = full.spacing
+        self._lost = 0.0  # in all motion so far, springs not looked at
         self._time = np.empty(0)
         self._signals = np.empty((0, modes + 2), dtype=complex)
 
@@ -221,7 +221,7 @@ class Stretch:
         if until <= self.reached:
             return
         count = int(np.ceil((until - self.reached) / self._spacing))
-        times = self.reached + self._spacing * np.arange(1, count + 1)
+        times: Floats = self.reached + self._spacing * np.arange(1, count + 1)
         motion = self._full.run(times, self._state)
         self._state, self.reached = motion.end, float(times[-1])
         self._time = np.append(self._time, times)
@@ -235,7 +235,9 @@ class Stretch:
         moving = motion.displacement[:, modes], motion.velocity[:, modes]
         z = carrier_signal(*moving, angle, frequency)
         power = np.sum(force * motion.velocity[:, loaded], axis=1)
-        return np.column_stack((z, power, self._full.lost(motion)))
+        lost = self._lost + self._full.lost(motion)
+        self._lost += float(motion.dissipated[-1])
+        return np.column_stack((z, power, lost))
 
     def slow(self, points: Floats) -> SlowPart:
         """At communication points inside, those that have been reached."""

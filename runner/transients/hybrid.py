@@ -2,8 +2,9 @@
 
 A stretch at full order begins at the communication point where an amplitude of the slow flow
 changes by more than `LARGEST_CHANGE` within a cycle: from the motion that slow time has there, at
-t = 0 from that of the scene. It is handed back at the first point that has nothing fast within a
-window before it, neither at full order nor in the slow flow that goes on from its amplitudes.
+t = 0 from that of the scene. It is handed back at the first point that has no change by more than
+`_SETTLED` within a window before it, neither at full order nor in the slow flow that would go on
+from its amplitudes.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from slipmode.runner.transients.change import SlowChange
 from slipmode.runner.transients.demodulation import window_length
 from slipmode.runner.transients.full_order import FastMotion, FullOrder, SlowPart, Stretch
 
+_SETTLED = 0.01  # change within a cycle below which the slow flow goes on; it errs by as much
 _WINDOWS_AT_ONCE = 4.0  # that full order is integrated ahead
 _JUMP = 1e-9  # of a force or a frequency, relative: less is rounding
 
@@ -160,9 +162,8 @@ class Hybrid:
     def _handed_back(
         self, stretch: Stretch, slow: SlowPart, time: Floats, first: int
     ) -> int | None:
-        """Which of the points (times, from number `first` on) takes the stretch's end; None: none."""
-        _, frequency, _ = self._full.excitation.at(time)
-        angle, _, _ = self._full.excitation.at(time)
+        """Which of the points, from number `first` on, ends the stretch; None: none yet."""
+        angle, frequency, _ = self._full.excitation.at(time)
         threshold = self._change.threshold
         change = change_per_cycle(slow.rate, frequency, slow.amplitude, threshold)
         stretch.change = np.maximum(stretch.change, change.max(axis=0))
@@ -172,7 +173,7 @@ class Hybrid:
         )
         for k, now in enumerate(time[:going_on]):
             near = (self._jumps > now - self._window) & (self._jumps <= now + 0.5 * self._window)
-            if np.any(change[k] > LARGEST_CHANGE) or near.any():
+            if np.any(change[k] > _SETTLED) or near.any():
                 stretch.last_fast = float(now)
             elif now - stretch.last_fast >= 0.5 * self._window <= now - stretch.start:
                 return k
