@@ -13,6 +13,7 @@ from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
+from slipmode.rom.slow.transient import said_change
 from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -20,7 +21,7 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
-from slipmode.runner.transients.change import ChangeRecord, SlowChange, said_change
+from slipmode.runner.transients.change import ChangeRecord, SlowChange
 from slipmode.runner.transients.full_order import FastMotion
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion
 

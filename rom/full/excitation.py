@@ -140,7 +140,7 @@ class Excitation:
         return float(reached[begun].max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Carrier angles, their frequencies, and forces per pattern, right of jumps, (n, modes)."""
+        """Angles and frequencies of the carriers, and forces, right of jumps; each (n, modes)."""
         k = np.maximum(np.searchsorted(self.start, times, side="right") - 1, 0)
         since = (times - self.start[k])[:, np.newaxis]
         frequency = self.frequency[k] + since * self.frequency_rate[k]

@@ -7,6 +7,8 @@ it is an extrapolation. Steady states are not touched by that.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
@@ -51,3 +53,9 @@ def change_per_cycle(
     change = 2.0 * np.pi * np.abs(rate) / frequency
     scale = np.maximum(np.maximum(np.abs(amplitude), threshold), change)
     return np.divide(change, scale, out=np.zeros_like(change), where=scale > 0.0)
+
+
+def said_change(modes: Sequence[str], change: Floats) -> str:
+    """The largest changes (modes,) in words."""
+    each = ", ".join(f"|{m}| {part:.2g}" for m, part in zip(modes, 100 * change, strict=True))
+    return f"amplitudes change by up to {each} % a cycle"

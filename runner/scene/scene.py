@@ -146,7 +146,7 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     limit_scale = _limit_scale(section["limits"])
     if limit_scale is not None and model.transients == "hybrid":
         raise SlipmodeError(
-            'model.transients: "hybrid" needs fixed limits; leave out limits.scale, or choose "slow"'
+            'model.transients: must be "slow" with limits.scale; full order has fixed limits'
         )
     return Scene(
         title=root.text("title", default=""),

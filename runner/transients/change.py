@@ -9,7 +9,12 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
-from slipmode.rom.slow.transient import LARGEST_CHANGE, change_per_cycle, friction_threshold
+from slipmode.rom.slow.transient import (
+    LARGEST_CHANGE,
+    change_per_cycle,
+    friction_threshold,
+    said_change,
+)
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import LIMIT_SCALE, rate_of
 from slipmode.runner.trajectory import scripted
@@ -72,9 +77,3 @@ class ChangeRecord:
             return f"{said}, never above {LARGEST_CHANGE:.0%}"
         listed = short_list((f"{a:g} to {b:g} s" for a, b in self._fast))
         return f"{said}, above {LARGEST_CHANGE:.0%} from {listed}"
-
-
-def said_change(modes: tuple[str, ...], change: Floats) -> str:
-    """The largest changes (modes,) in words."""
-    each = ", ".join(f"|{m}| {part:.2g}" for m, part in zip(modes, 100 * change, strict=True))
-    return f"amplitudes change by up to {each} % a cycle"

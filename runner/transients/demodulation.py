@@ -1,4 +1,4 @@
-"""Slow quantities of a full-order motion: amplitudes, powers, energy, without their fast cycles."""
+"""Slow quantities of a full-order motion: amplitudes, powers, energy without fast cycles."""
 
 from __future__ import annotations
 

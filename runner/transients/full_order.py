@@ -221,7 +221,7 @@ class Stretch:
         if until <= self.reached:
             return
         count = int(np.ceil((until - self.reached) / self._spacing))
-        times: Floats = self.reached + self._spacing * np.arange(1, count + 1)
+        times = np.asarray(self.reached + self._spacing * np.arange(1, count + 1), dtype=float)
         motion = self._full.run(times, self._state)
         self._state, self.reached = motion.end, float(times[-1])
         self._time = np.append(self._time, times)
