@@ -289,6 +289,8 @@ def _model(table: Table, modes: Modes, elastic: bool) -> ModelOptions:
     transients = table.choice("transients", ("slow", "hybrid"), default="slow")
     if transients == "hybrid" and formulation == "paper":
         raise table.error("transients", 'must be "slow" with model.formulation = "paper"')
+    if transients == "hybrid" and extent == "region":
+        raise table.error("transients", 'must be "slow" with model.table = "region"')
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),

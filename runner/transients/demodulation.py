@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 
 PERIODS = 4.0  # of the slowest line, whose cycles the window has to take out
 _ORDER = 2  # of the polynomial in time
+_LINES = 2  # order of the harmonics of both carriers that are fitted beside it
+_APART = 2.0  # bins of the window: lines nearer to the slow part belong to it
 
 
 def window_length(frequency: Floats) -> float:
@@ -17,17 +21,20 @@ def window_length(frequency: Floats) -> float:
 
 
 def slow_parts(
-    time: Floats, signals: Complexes, at: Floats, length: float
+    time: Floats, signals: Complexes, angle: Floats, at: Floats, length: float
 ) -> tuple[Complexes, Complexes, Complexes]:
     """Values, rates and second derivatives of signals (n, k) without what is fast in them.
 
-    The parabola that fits best around each instant, weighted by a smooth window of this length;
-    near the ends of the signal by the part of it that is left, made as long.
+    The parabola that fits best around each instant, beside harmonics of the carriers, weighted by
+    a smooth window of this length; near the ends of the signal by the part of it that is left,
+    made as long.
 
     Parameters
     ----------
     time : (n,) ndarray
         Evenly spaced, at least `length` long.
+    angle : (n, modes) ndarray
+        Of the carriers.
     at : (points,) ndarray
         Instants in it.
 
@@ -35,14 +42,25 @@ def slow_parts(
     -------
     three (points, k) complex ndarrays
     """
+    orders = range(-_LINES, _LINES + 1)
+    lines = [
+        order
+        for order in product(orders, repeat=angle.shape[1])
+        if 0 < sum(map(abs, order)) <= _LINES
+    ]
+    phase = np.unwrap(angle, axis=0) @ np.array(lines, dtype=float).T
     found = np.empty((3, at.size, signals.shape[1]), dtype=complex)
     for row, instant in enumerate(at):
         half = max(0.5 * length, length - (instant - time[0]), length - (time[-1] - instant))
         first, last = np.searchsorted(time, (instant - half, instant + half))
         tau = (time[first:last] - instant) / half
         weight = np.cos(0.5 * np.pi * tau) ** 2  # its square weighs the squares of the misfit
-        powers = weight[:, np.newaxis] * tau[:, np.newaxis] ** np.arange(_ORDER + 1)
-        fit = np.linalg.lstsq(powers, weight[:, np.newaxis] * signals[first:last], rcond=None)[0]
+        turned = np.abs(phase[last - 1] - phase[first])
+        apart = turned > _APART * 2.0 * np.pi * (time[last - 1] - time[first]) / length
+        harmonics = np.exp(1j * phase[first:last, apart])
+        powers = tau[:, np.newaxis] ** np.arange(_ORDER + 1)
+        basis = weight[:, np.newaxis] * np.hstack((powers, harmonics))
+        fit = np.linalg.lstsq(basis, weight[:, np.newaxis] * signals[first:last], rcond=None)[0]
         found[:, row] = fit[0], fit[1] / half, 2.0 * fit[2] / half**2
     return found[0], found[1], found[2]
 

@@ -214,6 +214,7 @@ class Stretch:
         self._spacing = full.spacing
         self._lost = 0.0  # in all motion so far, springs not looked at
         self._time = np.empty(0)
+        self._angle = np.empty((0, modes))
         self._signals = np.empty((0, modes + 2), dtype=complex)
 
     def advance(self, until: float) -> None:
@@ -225,6 +226,7 @@ class Stretch:
         motion = self._full.run(times, self._state)
         self._state, self.reached = motion.end, float(times[-1])
         self._time = np.append(self._time, times)
+        self._angle = np.vstack((self._angle, self._full.excitation.at(times)[0]))
         self._signals = np.vstack((self._signals, self._slow_signals(motion)))
 
     def _slow_signals(self, motion: FullMotion) -> Complexes:
@@ -241,7 +243,9 @@ class Stretch:
 
     def slow(self, points: Floats) -> SlowPart:
         """At communication points inside, those that have been reached."""
-        values, rates, second = slow_parts(self._time, self._signals, points, self._length)
+        values, rates, second = slow_parts(
+            self._time, self._signals, self._angle, points, self._length
+        )
         modes = slice(0, self._modes)
         _, frequency, _ = self._full.excitation.at(points)
         a, rate = amplitudes(values[:, modes], rates[:, modes], second[:, modes], frequency)
