@@ -11,6 +11,7 @@ from slipmode.rom.arrays import Complexes, Floats
 PERIODS = 4.0  # of the slowest line, whose cycles the window has to take out
 _ORDER = 2  # of the polynomial in time
 _LINES = 2  # order of the harmonics of both carriers that are fitted beside it
+_COINCIDE = 1e-9  # of the squares of the fit
 _APART = 2.0  # bins of the window: lines nearer to the slow part belong to it
 
 
@@ -49,18 +50,20 @@ def slow_parts(
         if 0 < sum(map(abs, order)) <= _LINES
     ]
     phase = np.unwrap(angle, axis=0) @ np.array(lines, dtype=float).T
+    turning = np.exp(1j * phase)
     found = np.empty((3, at.size, signals.shape[1]), dtype=complex)
     for row, instant in enumerate(at):
         half = max(0.5 * length, length - (instant - time[0]), length - (time[-1] - instant))
         first, last = np.searchsorted(time, (instant - half, instant + half))
         tau = (time[first:last] - instant) / half
-        weight = np.cos(0.5 * np.pi * tau) ** 2  # its square weighs the squares of the misfit
+        weight = np.cos(0.5 * np.pi * tau) ** 4
         turned = np.abs(phase[last - 1] - phase[first])
         apart = turned > _APART * 2.0 * np.pi * (time[last - 1] - time[first]) / length
-        harmonics = np.exp(1j * phase[first:last, apart])
         powers = tau[:, np.newaxis] ** np.arange(_ORDER + 1)
-        basis = weight[:, np.newaxis] * np.hstack((powers, harmonics))
-        fit = np.linalg.lstsq(basis, weight[:, np.newaxis] * signals[first:last], rcond=None)[0]
+        basis = np.hstack((powers, turning[first:last, apart]))
+        onto = (weight[:, np.newaxis] * basis).conj().T
+        # lines that coincide share what is there
+        fit = np.linalg.lstsq(onto @ basis, onto @ signals[first:last], rcond=_COINCIDE)[0]
         found[:, row] = fit[0], fit[1] / half, 2.0 * fit[2] / half**2
     return found[0], found[1], found[2]
 

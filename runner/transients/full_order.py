@@ -210,7 +210,7 @@ class Stretch:
         self.reached = self.last_fast = start.time
         self.change = np.zeros(modes)
         self._full, self._modes, self._length = full, modes, length
-        self._begin, self._state = start, start
+        self._begin, self._state, self._shown = start, start, start
         self._spacing = full.spacing
         self._lost = 0.0  # in all motion so far, springs not looked at
         self._time = np.empty(0)
@@ -242,7 +242,7 @@ class Stretch:
         return np.column_stack((z, power, lost))
 
     def slow(self, points: Floats) -> SlowPart:
-        """At communication points inside, those that have been reached."""
+        """At communication points that have been reached; later calls have later ones."""
         values, rates, second = slow_parts(
             self._time, self._signals, self._angle, points, self._length
         )
@@ -250,11 +250,16 @@ class Stretch:
         _, frequency, _ = self._full.excitation.at(points)
         a, rate = amplitudes(values[:, modes], rates[:, modes], second[:, modes], frequency)
         power = np.column_stack((values[:, -2], rates[:, -1], values[:, -1])).real
+        needed = np.searchsorted(self._time, points[-1] - self._length)
+        self._time, self._angle = self._time[needed:], self._angle[needed:]
+        self._signals = self._signals[needed:]
         return SlowPart(a, rate, power)
 
     def motion(self, times: Floats) -> FastMotion:
         """Fast motion at increasing times inside."""
-        motion = self._full.run(times, self._begin)
+        begin = self._shown if self._shown.time <= times[0] else self._begin
+        motion = self._full.run(times, begin)
+        self._shown = motion.end
         own = slice(0, self._modes)
         return FastMotion(
             times,
