@@ -27,6 +27,7 @@ from slipmode.runner.transients.hybrid import Hybrid, fast_motion
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
+_NOTED_PERIODS = 0.25  # between steps whose change of amplitude is looked at, at most
 _SAMPLES_PER_BATCH = 16384
 
 
@@ -73,6 +74,7 @@ class SlowPass:
             2 * np.pi / frequency for frequency in (reached[0].min(), reached[1].max())
         )
         self._spin_up = SPIN_UP_PERIODS * longest
+        self._noted = max(int(_NOTED_PERIODS * shortest / plan.scene.run.step), 1)
         at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
         self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
 
@@ -135,14 +137,14 @@ class SlowPass:
         self._forget()
 
     def _note_changes(self, outputs: Floats, first: int) -> None:
-        """How fast the amplitudes of the slow flow change at the start of each step."""
-        modes = self._plan.excited.modes
-        starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))
+        """How fast the amplitudes of the slow flow change at the start of steps."""
+        modes, every = self._plan.excited.modes, self._noted
+        starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
         parts = self._take(starts, [f"{m}_{p}" for m in modes for p in ("re", "im")])
         angle = self._take(starts, [f"theta_{m}" for m in modes])
-        change = self._change.at(np.ascontiguousarray(parts).view(complex), angle, first)
+        change = self._change.at(np.ascontiguousarray(parts).view(complex), angle, first, every)
         time = self._plan.schedule.time(slice(first, first + len(outputs) + 1))
-        self._changed.add(change, time)
+        self._changed.add(change, np.append(time[:-1:every], time[-1]))
 
     def _forget(self) -> None:
         """Drop rows that no window to come reaches back to."""

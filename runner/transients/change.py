@@ -30,15 +30,17 @@ class SlowChange:
         self._flow = slow_flow(model, plan.excited.force_patterns)
         self.threshold = friction_threshold(model.reduced, model.law)
 
-    def at(self, amplitude: Complexes, angle: Floats, first: int) -> Floats:
+    def at(self, amplitude: Complexes, angle: Floats, first: int, stride: int = 1) -> Floats:
         """At the starts of steps from number `first` on, (steps, modes); 1 outside the table.
+
+        Of every `stride`-th step.
 
         Parameters
         ----------
         amplitude, angle : (steps, modes) ndarray
         """
         excited, schedule = self._plan.excited, self._plan.schedule
-        steps = slice(first, first + len(amplitude))
+        steps = slice(first, first + stride * len(amplitude), stride)
         script = scripted(excited, schedule, steps)
         inputs = inputs_of(
             *(script.force, script.frequency, script.force_rate, script.frequency_rate, angle)
