@@ -99,8 +99,7 @@ class Hybrid:
                 self._keep(rows)
                 found.append(rows)
         except StoppedError as stop:
-            done = [*found, stop.outputs] if stop.outputs.size else found
-            rows = np.vstack(done) if done else stop.outputs
+            rows = np.vstack([*found, stop.outputs])
             raise StoppedError(str(stop), stop.time, rows, stop.left_table) from None
         return np.vstack(found)
 
@@ -112,14 +111,19 @@ class Hybrid:
         if np.any(change > LARGEST_CHANGE):
             self._begin()
             return np.empty((0, len(self.output_names)))
-        state = self._component.get_state()
-        rows = self._shifted(self._component.run(durations, inputs))
+        state, stopped = self._component.get_state(), None
+        try:
+            rows = self._shifted(self._component.run(durations, inputs))
+        except StoppedError as stop:
+            rows, stopped = self._shifted(stop.outputs), stop
         change = self._change.at(self._complex(rows[:-1]), rows[:-1, self._angle], first + 1)
         fast = np.flatnonzero(np.any(change > LARGEST_CHANGE, axis=1))
         if fast.size:
             self._component.set_state(state)
             steps = slice(0, fast[0] + 1)
             rows = self._shifted(self._component.run(durations[steps], inputs[steps]))
+        elif stopped is not None:  # its outputs are shifted by now
+            raise stopped
         return rows
 
     def _begin(self) -> None:
@@ -148,7 +152,11 @@ class Hybrid:
         back = self._handed_back(stretch, slow, time[:count], first)
         count = count if back is None else back + 1
         # the component goes on beside: time and angles are its own
-        rows = self._component.run(durations[:count], inputs[:count])
+        try:
+            rows = self._component.run(durations[:count], inputs[:count])
+        except StoppedError as stop:
+            none = np.empty((0, len(self.output_names)))
+            raise StoppedError(str(stop), stop.time, none, stop.left_table) from None
         rows[:, self._amplitude] = slow.amplitude[:count].view(float)
         own = float(rows[-1, self._powers[-1]])
         rows[:, self._powers] = slow.power[:count]

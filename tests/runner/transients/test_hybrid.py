@@ -228,3 +228,44 @@ def test_fmus_have_slow_time_alone(tmp_path):
         path = export_fmu(stepped(), tmp_path / "a.fmu")
     with pytest.raises(SlipmodeError, match=r'model\.transients: must be "slow" to run'):
         runner.run(stepped(), tmp_path, fmu=path)
+
+
+@pytest.mark.parametrize(
+    ("duration", "step"),
+    [(0.05, 0.05), (3.0, 1.0), (260.0, 130.0)],
+    ids=["instant", "short", "coarse"],
+)
+def test_scenes_shorter_than_a_window_and_steps_longer_than_one(duration, step):
+    text = STEPPED.format(
+        **SOFT | {"transients": "hybrid", "window": f"0, {duration}", "more": ""}
+    ).replace("duration = 260", f"duration = {duration}")
+    text = text.replace("step = 1\n", f"step = {step}\n")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches[0].start == 0.0
+    assert np.all(np.isfinite(outputs))
+    assert error_of(motion, reference) < 2e-3
+
+
+def test_only_mode_b():
+    text = STEPPED.format(
+        **SOFT | {"transients": "hybrid", "window": "0, 40", "more": "", "frequency": 1.6}
+    )
+    text = text.replace("A = 0", "A = 0\nB = 1").replace(
+        "[forcing.A]\ndof = 0", "[forcing.B]\ndof = 1"
+    )
+    text = text.replace("duration = 260", "duration = 160")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches[0].start == 0.0
+    assert error_of(motion, reference) < 2e-3
+    assert np.all(np.isfinite(outputs))
+
+
+def test_a_run_that_leaves_the_table_ends_where_it_does(tmp_path):
+    """Full order goes on beside a slow flow that has to stop; what was passed is recorded."""
+    scene = stepped(window="0, 1")
+    text = scene.text.replace("tolerance = 1e-2", "tolerance = 1e-2\namplitude = [1.2]")
+    with pytest.raises(SlipmodeError, match="leaves the friction table"):
+        runner.run(parse_scene(text, "."), tmp_path)
+    data = runner.read(tmp_path / "scene.mcap")
+    assert 10 < len(data.channels["/modes"].time) < 260
+    assert "leaves the friction table" in data.events[-1].message
