@@ -16,14 +16,12 @@ from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import amplitudes, carrier_signal, slow_parts
 
 _STEPS_PER_PERIOD = 64
 _SAMPLES_PER_PERIOD = 32  # of the fastest forcing, for demodulation
-_VELOCITY_STEP = 1 / 64  # of a period of the fastest carrier
 _ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative at the last instant
 _MEMORY_PERIODS = 3.0  # of the slowest carrier, that contacts are led through to remember
 _MEMORY_SAMPLES = 128  # per period of the fastest
@@ -144,31 +142,28 @@ class FullOrder:
         return self._on_coordinates(initial_state(self._plan, self.excitation))
 
     def state_on(self, trajectory: SlowTrajectory) -> State:
-        """Where the motion that slow time has is at the end of a trajectory."""
+        """Where the motion of slow time is at the end of a trajectory, a period long at least."""
         model = self._model
         end, frequency = float(trajectory.time[-1]), trajectory.point_frequency[-1]
         fastest, slowest = 2 * np.pi / frequency.max(), 2 * np.pi / frequency.min()
-        step = _VELOCITY_STEP * fastest
         samples = int(np.ceil(_MEMORY_PERIODS * slowest * _MEMORY_SAMPLES / fastest))
         spacing = fastest / _MEMORY_SAMPLES
         past = end - spacing * np.arange(samples)[::-1]
-        close = end - step * np.arange(_ONE_SIDED.size)[::-1]
-        every = np.union1d(past, close)
-        every = every[every >= trajectory.time[0]]
-        motion = reconstruct(model, trajectory, every)
-        x = motion.elastic(model, range(model.reduced.n_dofs))
-        at = np.searchsorted(every, close)
+        motion = reconstruct(model, trajectory, past[past >= trajectory.time[0]])
+        last = slice(1 - 2 * _ONE_SIDED.size, None, 2)
+        named = ("time", "displacement", "velocity", "force", "modal", "load")
+        close = replace(motion, **{name: getattr(motion, name)[last] for name in named})
+        x = close.elastic(model, range(model.reduced.n_dofs))
         state = State(
             time=end,
             displacement=x[-1],
-            velocity=_ONE_SIDED[::-1] @ x[at] / step,
+            velocity=_ONE_SIDED[::-1] @ x / (2 * spacing),
             contact_force=motion.force[-1],
         )
         state = self._on_coordinates(state)
         if model.reduced.contacts is None:
             return state
-        x_c = x @ as_dense(self._plan.structure.directions)
-        memory = _memory(model.reduced.contacts.kernel(), x_c)
+        memory = _memory(model.reduced.contacts.kernel(), motion.displacement)
         return replace(state, contact_force=None, contact_memory=memory)
 
     def _on_coordinates(self, state: State) -> State:

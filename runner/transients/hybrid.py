@@ -55,7 +55,8 @@ class Hybrid:
         frequencies = [f"frequency_{mode}" for mode in modes]
         ends = straight.inputs(frequencies), straight.at_ends(frequencies)
         self._window = window_length(np.vstack(ends))
-        self._spin_up = (SPIN_UP_PERIODS + 2.0) * 2.0 * np.pi / float(least.min())
+        self._cycle = 2.0 * np.pi / float(least.min())
+        self._spin_up = (SPIN_UP_PERIODS + 2.0) * self._cycle
         self._jumps = _jumps(plan)
         self._point = 0
         self._energy = 0.0  # beyond what the component has
@@ -128,14 +129,15 @@ class Hybrid:
 
     def _begin(self) -> None:
         """Start a stretch at the present point."""
-        if self._point == 0:
-            state = self._full.first()
+        self._before = float(self._rows[-1, self._powers[-1]])
+        now = float(self._plan.schedule.time(slice(self._point, self._point + 1))[0])
+        if now < self._cycle:  # the contacts have hardly moved: as from the start of the scene
+            state, self._before = self._full.first(), 0.0
         else:
             names = list(self.output_names)
             trajectory = slow_trajectory(self._plan, self._model, names, self._rows, self._first)
             state = self._full.state_on(trajectory)
         self._open = Stretch(self._full, state, len(self._angle), self._window)
-        self._before = float(self._rows[-1, self._powers[-1]])
         self.stretches.append(self._open)
 
     def _fully(self, durations: Floats, inputs: Floats) -> Floats:

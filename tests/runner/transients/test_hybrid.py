@@ -269,3 +269,16 @@ def test_a_run_that_leaves_the_table_ends_where_it_does(tmp_path):
     data = runner.read(tmp_path / "scene.mcap")
     assert 10 < len(data.channels["/modes"].time) < 260
     assert "leaves the friction table" in data.events[-1].message
+
+
+def test_a_stretch_that_begins_just_after_the_start():
+    """A ramp from nothing: the first steps are slow, and too short for contacts to remember."""
+    text = (
+        STEPPED.format(**SOFT | {"transients": "hybrid", "window": "0, 30", "more": ""})
+        .replace("duration = 260", "duration = 30")
+        .replace("step = 1\n", "step = 0.05\n")
+    )
+    text = text.replace("[[0, 0.2], [150, 0.2], [150, 0.4]]", "[[0, 0.0], [20, 0.3]]")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches and np.all(np.isfinite(outputs))
+    assert error_of(motion, reference) < 5e-3
