@@ -34,7 +34,7 @@ from slipmode.fmu.inputs import (
 )
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
@@ -154,6 +154,19 @@ class Component:
                 f"whose range is {amplitude_range}"
             )
         kernel.check(status, "reset")
+
+    def set_amplitude(self, amplitude: Complexes) -> None:
+        """Go on from complex amplitudes (modes,) that something else found for the present time.
+
+        Raises
+        ------
+        SlipmodeError
+            If one is not finite, or outside the friction table.
+        """
+        given = np.zeros(kernel.MODES, dtype=complex)
+        given[: self.model.modes] = amplitude
+        status = kernel.lib.sm_component_set_amplitude(self._handle, given.ctypes.data)
+        kernel.check(status, "amplitude")
 
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values.

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from slipmode import fmu
 from slipmode.fmu.description.description import FmiVersion
+from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 
@@ -23,7 +24,8 @@ def export_fmu(
     """Export the model that a scene needs.
 
     Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
-    to the importer. Contact motion is among the outputs if the scene asks for it anywhere.
+    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. All of
+    it is in slow time: an FMU has no full order, and a scene that asks for it is warned.
 
     Parameters
     ----------
@@ -37,6 +39,9 @@ def export_fmu(
     """
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
+    if scene.model.transients == "hybrid":
+        reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
+        warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
     elastic = scene.output.elastic
     contact = bool(scene.contact or elastic)

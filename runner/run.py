@@ -23,6 +23,7 @@ from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
+from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.view.rerun_file import RerunFile
 from slipmode.runner.view.viewer import Viewer
 
@@ -118,6 +119,10 @@ def run(
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
     if fmu is not None:
+        if scene.model.transients == "hybrid":
+            raise SlipmodeError(
+                'model.transients: must be "slow" to run an FMU, which has no other'
+            )
         plan = plan.on_whole_table("an FMU has all of it")
     model, cached = plan.model(region=True, progress=progress)
     table_seconds = time.perf_counter() - started
@@ -183,7 +188,7 @@ def _stepping(
 ) -> AbstractContextManager[Steppable]:
     """What does the slow-time steps."""
     if fmu is None:
-        return nullcontext(plan.component(model))
+        return nullcontext(stepper(plan, model))
     from slipmode.runner.fmu_import import open_fmu  # FMPy takes a while to import
 
     return open_fmu(fmu, plan, model)

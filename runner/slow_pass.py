@@ -12,7 +12,8 @@ from tqdm import tqdm
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.slow.motion import SPIN_UP_PERIODS, Motion, reconstruct, sum_harmonics
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS
+from slipmode.rom.slow.transient import said_change
 from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -20,9 +21,13 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.transients.change import ChangeRecord, SlowChange
+from slipmode.runner.transients.full_order import FastMotion
+from slipmode.runner.transients.hybrid import Hybrid, fast_motion
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
+_NOTED_PERIODS = 0.25  # between steps whose change of amplitude is looked at, at most
 _SAMPLES_PER_BATCH = 16384
 
 
@@ -53,6 +58,9 @@ class SlowPass:
         self._component = component
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
+        self._change = SlowChange(plan, model)
+        self._changed = ChangeRecord(plan)
+        self._told = 0  # stretches at full order
         self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
         inputs = plan.schedule.inputs(component.input_names, slice(1))
         component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
@@ -66,6 +74,7 @@ class SlowPass:
             2 * np.pi / frequency for frequency in (reached[0].min(), reached[1].max())
         )
         self._spin_up = SPIN_UP_PERIODS * longest
+        self._noted = max(int(_NOTED_PERIODS * shortest / plan.scene.run.step), 1)
         at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
         self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
 
@@ -86,7 +95,21 @@ class SlowPass:
                 inputs = schedule.inputs(self._component.input_names, block)
                 self._advance(schedule.durations(block), inputs, first)
                 bar.update(block.stop - first)
+        self._tell_stretches(over=True)
+        recorder.event(self._now, "info", str(self._changed))
         recorder.event(self._now, "info", "end of the scene")
+
+    def _tell_stretches(self, *, over: bool = False) -> None:
+        """Say which stretches were at full order, once they have ended or the run is over."""
+        if not isinstance(self._component, Hybrid):
+            return
+        for stretch in self._component.stretches[self._told :]:
+            if over or np.isfinite(stretch.end):
+                end = min(stretch.end, self._now)
+                said = said_change(self._plan.excited.modes, stretch.change)
+                words = f"full order from {stretch.start:g} to {end:g} s: {said}"
+                self._recorder.event(end, "info", words)
+                self._told += 1
 
     def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:
         self._raise_if_interrupted()
@@ -104,12 +127,24 @@ class SlowPass:
         """Record the outputs of the steps from number `first` on."""
         if not len(outputs):
             return
+        self._note_changes(outputs, first)
         self._rows.append(outputs)
         self._now = self._time_at(first + len(outputs))
+        self._tell_stretches()
         self._record(outputs, first + 1)
         while self._windows and self._windows[0].end <= self._now:
             self._reconstruct(self._windows.pop(0))
         self._forget()
+
+    def _note_changes(self, outputs: Floats, first: int) -> None:
+        """How fast the amplitudes of the slow flow change at the start of steps."""
+        modes, every = self._plan.excited.modes, self._noted
+        starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
+        parts = self._take(starts, [f"{m}_{p}" for m in modes for p in ("re", "im")])
+        angle = self._take(starts, [f"theta_{m}" for m in modes])
+        change = self._change.at(np.ascontiguousarray(parts).view(complex), angle, first, every)
+        time = self._plan.schedule.time(slice(first, first + len(outputs) + 1))
+        self._changed.add(change, np.append(time[:-1:every], time[-1]))
 
     def _forget(self) -> None:
         """Drop rows that no window to come reaches back to."""
@@ -155,7 +190,9 @@ class SlowPass:
         for start in range(0, times.size, _SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[start : start + _SAMPLES_PER_BATCH]
-            motion = (sum_harmonics if summed else reconstruct)(self._model, trajectory, batch)
+            motion = fast_motion(
+                *(self._component, self._plan, self._model, trajectory, batch), summed=summed
+            )
             scale = trajectory.scale_at(batch)
             self._record_motion(motion, scale, of_contacts)
             told = self._contacts.states(motion.displacement, motion.force, scale)
@@ -173,13 +210,13 @@ class SlowPass:
             torus = torus_motion(self._model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 
-    def _record_motion(self, motion: Motion, scale: Floats, of_contacts: bool) -> None:
+    def _record_motion(self, motion: FastMotion, scale: Floats, of_contacts: bool) -> None:
         if of_contacts:
             rows = self._contacts.rows(motion.displacement, motion.velocity, motion.force, scale)
             for channel, values in zip(self._contacts.channels, rows, strict=True):
                 self._recorder.write(channel.topic, motion.time, values)
-        if elastic := self._plan.scene.output.elastic:
-            self._recorder.write("/elastic", motion.time, motion.elastic(self._model, elastic))
+        if self._plan.scene.output.elastic:
+            self._recorder.write("/elastic", motion.time, motion.elastic)
 
 
 def _summary(plan: Plan, model: Model) -> str:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from slipmode.rom import Model
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import ForceResponse, phasor
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.runner.plan.amplitude_range import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
@@ -22,18 +25,12 @@ def slow_trajectory(
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
     column = {name: k for k, name in enumerate(names)}
-    factor = [model.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
 
     def taken(pattern: str) -> Floats:
         return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
 
-    def scripted(quantity: str) -> Floats:
-        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
-
-    per_unit = phasor(factor, scripted("phase"))
-    force, growing = scripted("force") * per_unit, scripted("force_rate") * per_unit
     force_response = ForceResponse.of(model.reduced, excited.force_patterns, plan.structure)
-    frequency, angle = scripted("frequency"), taken("theta_{}")
+    script, angle = scripted(excited, schedule, steps), taken("theta_{}")
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)
     onset = start[1:] - end[:-1]
@@ -43,13 +40,44 @@ def slow_trajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=taken("{}_re") + 1j * taken("{}_im"),
         angle=angle,
-        frequency=frequency,
-        frequency_rate=scripted("frequency_rate"),
-        force=force,
-        force_rate=growing + 1j * scripted("phase_rate") * force,
+        frequency=script.frequency,
+        frequency_rate=script.frequency_rate,
+        force=script.force,
+        force_rate=script.force_rate,
         force_response=force_response,
         **_limit_scale(schedule, steps),
-        discontinuity=force_response.free_vibration(model.reduced, onset, frequency, angle[:-1]),
+        discontinuity=force_response.free_vibration(
+            model.reduced, onset, script.frequency, angle[:-1]
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Script:
+    """Forcing at the start of steps, (steps, modes); as in `SlowTrajectory`."""
+
+    force: Complexes
+    force_rate: Complexes
+    frequency: Floats
+    frequency_rate: Floats
+
+    __repr__ = short_repr
+
+
+def scripted(excited: Excited, schedule: Schedule, steps: slice) -> Script:
+    """Forcing of the modes as it is scripted."""
+
+    def inputs(quantity: str) -> Floats:
+        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
+
+    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
+    per_unit = phasor(factor, inputs("phase"))
+    force = inputs("force") * per_unit
+    return Script(
+        force=force,
+        force_rate=inputs("force_rate") * per_unit + 1j * inputs("phase_rate") * force,
+        frequency=inputs("frequency"),
+        frequency_rate=inputs("frequency_rate"),
     )
 
 

@@ -13,12 +13,11 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic, integrate
+from slipmode.rom.full import FullMotion, aeroelastic, integrate
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.motion import Motion, reconstruct
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.contact_record import ContactRecord
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -27,6 +26,8 @@ from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.transients.full_order import FastMotion, excitation_of, initial_state
+from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.view.rerun_sink import RerunSink
 
 _STEPS_PER_PERIOD = 64
@@ -118,19 +119,16 @@ def validate(
     )
 
 
-def _slow(plan: Plan, model: Model) -> tuple[Floats, Motion]:
+def _slow(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     """Outputs at the communication points, and the motion in every window."""
-    component = plan.component(model)
+    component = stepper(plan, model)
     now = component.outputs()
     first = np.array([[now[name] for name in component.output_names]])
     outputs = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
     outputs = np.vstack((first, outputs))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = [sample_times(window, trajectory) for window in plan.scene.contact]
-    parts = [reconstruct(model, trajectory, each) for each in times]
-    names = ("time", "displacement", "velocity", "force", "modal", "load")
-    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    return outputs, replace(parts[0], **joined)
+    return outputs, fast_motion(component, plan, model, trajectory, np.concatenate(times))
 
 
 def _with_window(plan: Plan) -> Plan:
@@ -145,41 +143,22 @@ def _with_window(plan: Plan) -> Plan:
 
 def _full(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
     """Full-order motion at the times and at the end of the scene; outputs: the modes."""
-    excited, schedule = plan.excited, plan.schedule
+    excited = plan.excited
     structure = aeroelastic(plan.structure, excited.reduced)
-
-    def scripted(quantity: str) -> Floats:
-        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes])
-
-    excitation = Excitation(
-        patterns=np.array(excited.force_patterns),
-        start=schedule.time(slice(schedule.steps)),
-        amplitude=scripted("force"),
-        amplitude_rate=scripted("force_rate"),
-        frequency=scripted("frequency"),
-        frequency_rate=scripted("frequency_rate"),
-        phase=scripted("phase"),
-        phase_rate=scripted("phase_rate"),
-    )
-    a = np.array(excited.initial, dtype=complex)
+    excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     shapes = excited.reduced.mode_shapes
-    start = State(
-        time=0.0,
-        displacement=shapes @ (2 * a.real),
-        velocity=shapes @ (2 * np.real(1j * excitation.frequency[0] * a)),
-    )
     return integrate(
         *(structure, excited.law, excitation, np.union1d(times, [plan.scene.run.duration])),
         steps_per_period=steps_per_period,
         outputs=as_dense(structure.mass @ shapes).T,
-        start=start,
+        start=initial_state(plan, excitation),
     )
 
 
 def _compare(
     plan: Plan,
     model: Model,
-    motion: Motion,
+    motion: FastMotion,
     energy: float,
     fine: FullMotion,
     coarse: FullMotion,
@@ -250,7 +229,7 @@ def _worst(signal: Floats, reference: Floats) -> float:
 def _record(
     plan: Plan,
     model: Model,
-    motion: Motion,
+    motion: FastMotion,
     fine: FullMotion,
     comparisons: Sequence[Comparison],
     folder: Path,

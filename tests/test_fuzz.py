@@ -115,7 +115,7 @@ def planned(monkeypatch):
         modes = len(excited.modes)
         path, limit = np.linspace(0.0, 0.4, 5)[:, np.newaxis] * np.ones(2), (1.0, 1.0)
         region = Region.along(path, limit, np.full(2, 0.1)) if modes == 2 else None
-        return DryRun(modes * (1.0,), np.ones(modes), "not run", region, np.zeros(modes))
+        return DryRun(modes * (1.0,), np.ones(modes), "not run", region, *np.zeros((2, modes)))
 
     def measure_truncation(excited, amplitude, combinations, dofs):
         return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))

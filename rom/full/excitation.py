@@ -139,6 +139,17 @@ class Excitation:
         reached = np.maximum(self.frequency, self.frequency + lasting * self.frequency_rate)
         return float(reached[begun].max())
 
+    def at(self, times: Floats) -> tuple[Floats, Floats, Floats]:
+        """Angles and frequencies of the carriers, and forces, right of jumps; each (n, modes)."""
+        k = np.maximum(np.searchsorted(self.start, times, side="right") - 1, 0)
+        since = (times - self.start[k])[:, np.newaxis]
+        frequency = self.frequency[k] + since * self.frequency_rate[k]
+        angle = self.inputs()["angle"][k, : self.modes]
+        angle = angle + 0.5 * since * (self.frequency[k] + frequency)
+        phase = self.phase[k] + since * self.phase_rate[k]
+        amplitude = self.amplitude[k] + since * self.amplitude_rate[k]
+        return angle, frequency, amplitude * np.cos(angle + phase)
+
     def inputs(self) -> np.ndarray:
         """The segments as the core reads them, (segments,)."""
         lasting = np.diff(self.start)[:, np.newaxis]

@@ -58,6 +58,7 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(SlowFlow), POINTER(Contact), POINTER(Motion), c_double, POINTER(c_void_p)),
     ],
     "sm_component_reset": [c_void_p, c_double, c_void_p],
+    "sm_component_set_amplitude": [c_void_p, c_void_p],
     "sm_component_set_inputs": [c_void_p, c_void_p],
     "sm_component_step": [c_void_p, c_double],
     "sm_component_outputs": [c_void_p, c_void_p],

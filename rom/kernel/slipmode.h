@@ -333,6 +333,8 @@ SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
                                     const double *amplitude);
+/* Go on from amplitudes (modes, 2) that something else found, at the present time and angles. */
+SM_API sm_status sm_component_set_amplitude(sm_component *component, const double *amplitude);
 /* SM_BAD_ARGUMENT if the limits are scaled where the law is not homogeneous: tanh, gaps. */
 SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
 /* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */

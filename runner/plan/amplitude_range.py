@@ -10,10 +10,10 @@ import numpy as np
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.transient import change_per_cycle, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.runner.plan.settling import limit_scale_over, shortened
@@ -98,6 +98,8 @@ class DryRun:
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
+    change : (modes,) ndarray
+        The most that each amplitude changes within a cycle, relative: `change_per_cycle`.
     """
 
     amplitude: tuple[float, ...]
@@ -105,6 +107,7 @@ class DryRun:
     reason: str
     region: Region | None
     contact_share: Floats
+    change: Floats
 
     __repr__ = short_repr
 
@@ -132,7 +135,7 @@ def dry_run(
             combinations=combinations,
             progress=progress,
         )
-        path, reached, complete = _path(excited, coarse, schedule)
+        path, reached, change, complete = _path(excited, coarse, schedule)
         if complete:
             break
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
@@ -149,7 +152,8 @@ def dry_run(
     region = None
     if len(excited.modes) == 2:
         region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
-    return DryRun(amplitude, reached, reason, region, share / excited.reduced.frequency**2)
+    share = share / excited.reduced.frequency**2
+    return DryRun(amplitude, reached, reason, region, share, change)
 
 
 def _unbounded(excited: Excited) -> str:
@@ -181,18 +185,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 
     Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
-    friction_limit = limits(excited.law, excited.reduced.n_contacts)
-    on_contacts = 2.0 * np.abs(excited.reduced.coupling)
-    if excited.reduced.contacts is not None:
-        on_contacts *= excited.reduced.contacts.reference
-    slip = np.full(on_contacts.shape, np.inf)
-    np.divide(
-        np.broadcast_to(friction_limit, on_contacts.shape),
-        on_contacts,
-        out=slip,
-        where=on_contacts > 0,
-    )
-    first = slip.min(axis=1)
+    first = friction_threshold(excited.reduced, excited.law)
     initial = np.abs(np.array(excited.amplitude))
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
@@ -201,19 +194,22 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
-def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
+def _path(
+    excited: Excited, model: Model, schedule: Schedule
+) -> tuple[Floats, Floats, Floats, bool]:
     """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left.
 
-    Relative to the limits at their time: so the table is looked up.
+    Relative to the limits at their time: so the table is looked up. Before the last, the most that
+    each amplitude changes within a cycle.
     """
     component = excited.component(model, _PATH_TOLERANCE)
     stretches = shortened(schedule, model, excited.modes, component.input_names)
     scale = limit_scale_over(stretches, component.input_names)
-    rows, complete = [np.abs([excited.amplitude]) / scale(np.zeros(1))], True
+    start = np.append(0.0, np.array([excited.amplitude]).view(float))
+    rows, complete = [start[np.newaxis]], True
 
     def keep(outputs: Floats) -> None:
-        moduli = np.hypot(outputs[:, 1:5:2], outputs[:, 2:5:2])[:, : len(excited.modes)]
-        rows.append(moduli / scale(outputs[:, 0]))
+        rows.append(outputs[:, : start.size].copy())
 
     try:
         for outputs in component.trace(*stretches):
@@ -223,11 +219,32 @@ def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, F
             raise SlipmodeError(f"run: {stop}") from None
         keep(stop.outputs)
         complete = False
-    path = np.concatenate(rows)
+    traced = np.concatenate(rows)
+    time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
+    scaled: Complexes = amplitude / scale(time)
+    path: Floats = np.abs(scaled)
     reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step: no telling which way
-    return path, reached, complete
+    return path, reached, _largest_change(excited, time, scaled, stretches[0]), complete
+
+
+def _largest_change(
+    excited: Excited, time: Floats, amplitude: Complexes, lengths: Floats
+) -> Floats:
+    """The most that each amplitude changes within a cycle, between points (modes,).
+
+    Jumps at breakpoints are no motion.
+    """
+    ends = np.cumsum(lengths)
+    stretch = np.searchsorted(ends - 1e-9 * lengths, time, side="left")
+    inside = (np.diff(time) > 0.0) & (np.diff(stretch) == 0)
+    if not inside.any():
+        return np.zeros(len(excited.modes))
+    rate = (np.diff(amplitude, axis=0) / np.diff(time)[:, np.newaxis])[inside]
+    threshold = friction_threshold(excited.reduced, excited.law)
+    change = change_per_cycle(rate, excited.reduced.carrier, amplitude[:-1][inside], threshold)
+    return np.asarray(change.max(axis=0))
 
 
 def _round_up(value: float) -> float:

@@ -18,6 +18,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.slow.transient import LARGEST_CHANGE, said_change
 from slipmode.rom.static_preload import Preload, preload_findings
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
@@ -176,6 +177,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         Decision("friction table", ranges, reason),
         *region_decisions,
         *_combination_decisions(combinations),
+        _transients(scene, modes, seen),
         *motion_decisions,
         *_recording_decisions(scene),
         *check_assumptions(
@@ -255,6 +257,22 @@ def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Deci
         reason = f"{share}; a run that leaves that part is repeated on all of it"
         return seen.region, [Decision(REGION, "alone", reason)]
     return None, [Decision(REGION, "all of the table", reason)]
+
+
+def _transients(scene: Scene, modes: tuple[Mode, ...], seen: DryRun | None) -> Decision:
+    """What becomes of stretches in which amplitudes change fast."""
+    hybrid = scene.model.transients == "hybrid"
+    choice = "at full order where fast" if hybrid else "in slow time"
+    limit = f"{LARGEST_CHANGE:.0%}"
+    if seen is None:
+        reason = f"model.amplitude is given: how fast amplitudes change, {limit} a cycle or more, "
+        return Decision("transients", choice, f"{reason}shows in the run")
+    said = said_change(modes, seen.change)
+    if np.all(seen.change <= LARGEST_CHANGE):
+        return Decision("transients", choice, f"{said}, never above {limit}")
+    does = "integrates such stretches" if hybrid else "would integrate such stretches"
+    reason = f'{said}, above {limit}: model.transients = "hybrid" {does} at full order'
+    return Decision("transients", choice, reason)
 
 
 def _other_modes(reduced: Reduced) -> Decision:

@@ -75,7 +75,7 @@ _SECTIONS = {
     "initial": MODES,
     "aerodynamics": MODES,
     "run": ("duration", "step", "tolerance"),
-    "model": ("tolerance", "formulation", "amplitude", "table"),
+    "model": ("tolerance", "formulation", "amplitude", "table", "transients"),
     "output": ("elastic",),
     "log": ("mcap", "rerun"),
 }
@@ -151,19 +151,25 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     _refuse_overlap(contact, elastic)
     _refuse_mixed_laws(root, groups)
     laws = read_contacts(groups)
+    model = _model(section["model"], modes, bool(groups), bool(aerodynamics))
+    limit_scale = _limit_scale(section["limits"])
+    if limit_scale is not None and model.transients == "hybrid":
+        raise SlipmodeError(
+            'model.transients: must be "slow" with limits.scale; full order has fixed limits'
+        )
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
         friction=read_friction(section["friction"]) if "friction" in root else None,
         contacts=laws,
         preload=_preload(section["preload"], laws, Path(folder)) if "preload" in root else None,
-        limit_scale=_limit_scale(section["limits"]),
+        limit_scale=limit_scale,
         modes=modes,
         forcing=forcing,
         initial=initial,
         aerodynamics=aerodynamics,
         run=run,
-        model=_model(section["model"], modes, bool(groups), bool(aerodynamics)),
+        model=model,
         contact=contact,
         elastic=elastic,
         output=_output(section["output"], contact, elastic),
@@ -298,11 +304,17 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
     extent = table.choice("table", ("whole", "region"), default="whole")
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
+    transients = table.choice("transients", ("slow", "hybrid"), default="slow")
+    if transients == "hybrid" and formulation == "paper":
+        raise table.error("transients", 'must be "slow" with model.formulation = "paper"')
+    if transients == "hybrid" and extent == "region":
+        raise table.error("transients", 'must be "slow" with model.table = "region"')
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
         table=cast(Literal["whole", "region"], extent),
+        transients=cast(Literal["slow", "hybrid"], transients),
     )
 
 

@@ -55,7 +55,7 @@ class Schedule:
 
     def time(self, points: slice = _ALL) -> Floats:
         """Communication points [s], (points,)."""
-        number = np.arange(*points.indices(self.steps + 1)[:2])
+        number = np.arange(*points.indices(self.steps + 1))
         stretch = np.searchsorted(self._stretches.number, number, side="right") - 1
         inside = number - self._stretches.number[stretch]
         regular = self.step * (self._stretches.regular[stretch] + inside - 1)
@@ -68,7 +68,7 @@ class Schedule:
 
     def inputs(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
         """Inputs of a component at the start of steps, (steps, len(names)), right of jumps."""
-        starts = self.time(slice(*steps.indices(self.steps)[:2]))
+        starts = self.time(slice(*steps.indices(self.steps)))
         return np.column_stack([self._input(name, starts) for name in names])
 
     def at_points(self, names: Sequence[str], points: slice = _ALL) -> Floats:

@@ -157,13 +157,15 @@ class Run:
 class ModelOptions:
     """How the reduced model is made; table range per mode, None to let the plan find it.
 
-    The friction table holds in the whole range, or only where the scene goes.
+    The friction table holds in the whole range, or only where the scene goes. Stretches in which
+    amplitudes change fast are left to the slow flow, or integrated at full order (hybrid).
     """
 
     tolerance: float
     formulation: Literal["consistent", "paper"]
     amplitude: tuple[float, ...] | None
     table: Literal["whole", "region"]
+    transients: Literal["slow", "hybrid"] = "slow"
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from runs import LARGE_RANGE, SMALL_RANGE, changed, column, verified
 from slipmode import runner
 from slipmode.fmu import Component
 from slipmode.rom import SlipmodeError
-from slipmode.runner import slow_pass
 from slipmode.runner.cli import main
 from slipmode.runner.recording.channels import Event
 from slipmode.runner.recording.interruption import interrupts_held_back
 from slipmode.runner.recording.record import McapSink
+from slipmode.runner.transients import hybrid
 
 
 def run_to_failure(scene, folder, error):
@@ -93,7 +93,7 @@ def test_a_run_whose_reconstruction_fails_is_readable_and_says_so(
     tmp_path, monkeypatch, error, words
 ):
     monkeypatch.setattr("slipmode.runner.slow_pass._SAMPLES_PER_BATCH", 64)
-    reconstruct, batches = slow_pass.reconstruct, []
+    reconstruct, batches = hybrid.reconstruct, []
 
     def failing(*arguments):
         if batches:
@@ -101,7 +101,7 @@ def test_a_run_whose_reconstruction_fails_is_readable_and_says_so(
         batches.append(reconstruct(*arguments))
         return batches[-1]
 
-    monkeypatch.setattr(slow_pass, "reconstruct", failing)
+    monkeypatch.setattr(hybrid, "reconstruct", failing)
     raised, data = run_to_failure(changed(), tmp_path, type(error))
     assert raised is error
     assert (data.damage, data.complete) == ("", False)
@@ -129,7 +129,7 @@ def test_the_command_says_in_one_line_why_the_reconstruction_failed(
     def failing(*arguments):
         raise error
 
-    monkeypatch.setattr(slow_pass, "reconstruct", failing)
+    monkeypatch.setattr(hybrid, "reconstruct", failing)
     assert main(["run", "one-mode", "-o", str(tmp_path)]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line == f"slipmode: {error if str(error) else 'out of memory'}"

@@ -105,8 +105,8 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     two = len(shipped.plan.excited.modes) == 2
     fast |= {"/phases"} if two else set()
     points, samples = schedule.steps + 1, shipped.samples
-    expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 2}
-    expected |= {"/events": 3, "/contact_share": 1} if scene.name in ELASTIC else {}
+    expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 3}
+    expected |= {"/events": 4, "/contact_share": 1} if scene.name in ELASTIC else {}
     expected |= {"/torus": 32 * 64} if two else {}
     assert counts.pop("/overview/modes") == points <= 4096
     assert counts == expected

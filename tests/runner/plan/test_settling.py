@@ -61,7 +61,7 @@ def dry_run(plan):
     excited, model = plan.excited, plan.model()[0]
     names = excited.component(model, 1e-6).input_names
     durations, _ = shortened(plan.schedule, model, excited.modes, names)
-    path, reached, complete = amplitude_range._path(excited, model, plan.schedule)
+    path, reached, _, complete = amplitude_range._path(excited, model, plan.schedule)
     assert complete
     return path, reached, durations.sum()
 

@@ -100,6 +100,17 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     return SM_OK;
 }
 
+sm_status sm_component_set_amplitude(sm_component *c, const double *amplitude) {
+    if (!c || !amplitude) return SM_BAD_ARGUMENT;
+    double rate[SM_UNKNOWNS];
+    const sm_status status = rate_at(c, &c->inputs, amplitude, rate);
+    if (status != SM_OK) return status;
+    memcpy(c->slow.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
+    c->slow.step = 0.0;
+    c->rate_known = 0;
+    return SM_OK;
+}
+
 /* The limits can be scaled where friction is homogeneous. */
 static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);

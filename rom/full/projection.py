@@ -1,0 +1,68 @@
+"""A structure on the coordinates of its reduced model: the smallest that full order can run on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.matrices import Matrix, as_dense
+from slipmode.rom.structure.structure import Structure
+
+_DEPENDENT = 1e-10  # squared part of a unit shape that is its own, below which it is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """x = basis c on modes, contact shapes and the static response to forces.
+
+    Retained and nonresonant modes, what contacts do to the structure besides, and what forces do:
+    all that the slow flow and its reconstruction have.
+
+    Attributes
+    ----------
+    structure : Structure
+        M = I, K, C, W of the coordinates c.
+    basis : (n, coordinates) ndarray
+        Orthonormal in the mass of the structure [kg^-1/2].
+    to_coordinates : (coordinates, n) ndarray
+        c = to_coordinates x [kg^1/2].
+    """
+
+    structure: Structure
+    basis: Floats
+    to_coordinates: Floats
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, structure: Structure, reduced: Reduced, patterns: Forces) -> Self:
+        """Of a structure that was reduced, under forces with these patterns."""
+        M, modes = structure.mass, reduced.all_shapes
+        static = ForceResponse.of(reduced, patterns, structure).static
+        others = np.hstack((reduced.contact_shapes, static))
+        norm = np.sqrt(np.einsum("nk,nk->k", others, as_dense(M @ others)))
+        others = others[:, norm > 0.0] / norm[norm > 0.0]
+        others -= modes @ (modes.T @ as_dense(M @ others))
+        size, mixed = np.linalg.eigh(others.T @ as_dense(M @ others))
+        own = size > _DEPENDENT
+        basis = np.hstack((modes, others @ mixed[:, own] / np.sqrt(size[own])))
+        gram = basis.T @ as_dense(M @ basis)  # orthonormal but for rounding in `others`
+        basis = np.linalg.solve(np.linalg.cholesky(gram), basis.T).T
+
+        def projected(matrix: Matrix) -> Floats:
+            image = basis.T @ as_dense(matrix @ basis)
+            return np.asarray(0.5 * (image + image.T))
+
+        small = Structure(
+            np.eye(basis.shape[1]),
+            projected(structure.stiffness),
+            projected(structure.damping),
+            contact=basis.T @ as_dense(structure.directions),
+        )
+        return cls(small, basis, as_dense(M @ basis).T)

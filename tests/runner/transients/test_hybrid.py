@@ -1,0 +1,284 @@
+"""Scenes whose transients are integrated: against full order, and what their recordings say."""
+
+import numpy as np
+import pytest
+from elastic.frictional_beam import ROWS, TIP, structure
+
+from slipmode import rom, runner
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.transients.hybrid import fast_motion, stepper
+from slipmode.runner.validate import _full, _lost
+
+STEPPED = """
+[structure]
+model = "two-mass"
+damping = 0.1
+{contacts}
+[modes]
+A = 0
+[forcing.A]
+dof = 0
+amplitude = [[0, {force}], [150, {force}], [150, {more_force}]]
+frequency = {frequency}
+[run]
+duration = 260
+step = 1
+[model]
+tolerance = 1e-2
+transients = "{transients}"
+[[contact]]
+window = [{window}]
+samples_per_period = 16
+[output]
+elastic = [0, 1]
+[log]
+rerun = false
+{more}
+"""
+JENKINS = '[[contacts]]\nlaw = "jenkins"\nlimit = 0.1\nstiffness = 2.0'
+TANH = '[friction]\nlaw = "tanh"\nlimit = 0.5\nalpha = 0.02'
+COULOMB = '[friction]\nlaw = "coulomb"\nlimit = 0.5'
+SOFT = {"contacts": JENKINS, "force": 0.2, "more_force": 0.4, "frequency": 0.93}
+RIGID = {"force": 0.15, "more_force": 0.3, "frequency": 0.98}
+
+
+def stepped(**values):
+    given = {"transients": "hybrid", "window": "0, 260", "more": ""} | SOFT | values
+    return parse_scene(STEPPED.format(**given), ".")
+
+
+def followed(scene):
+    """The stepper, its outputs, the motion in the first window and that at full order."""
+    plan = make_plan(scene)
+    model, _ = plan.model()
+    component = stepper(plan, model)
+    now = component.outputs()
+    rows = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
+    outputs = np.vstack(([now[name] for name in component.output_names], rows))
+    trajectory = slow_trajectory(plan, model, component.output_names, outputs)
+    times = sample_times(scene.contact[0], trajectory)
+    motion = fast_motion(component, plan, model, trajectory, times)
+    reference = _full(plan, times, 64)
+    return component, outputs, motion, reference
+
+
+def error_of(motion, reference, when=slice(None)):
+    exact = reference.displacement[: len(motion.time)][when]
+    return np.linalg.norm(motion.modal[when] - exact) / np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        pytest.param(SOFT, marks=pytest.mark.slow),
+        RIGID | {"contacts": TANH},
+        RIGID | {"contacts": COULOMB},
+    ],
+    ids=["jenkins", "tanh", "coulomb"],
+)
+def test_stretches_begin_at_rest_and_at_a_force_step(values):
+    """They end, and full order takes over from the motion of slow time and gives it back."""
+    component, outputs, motion, reference = followed(stepped(**values))
+    first, second = component.stretches
+    assert first.start == 0.0 < first.end < 130.0
+    assert second.start == 150.0 < second.end < 250.0
+    assert error_of(motion, reference) < 1e-3
+    exact = reference.contact_displacement[: len(motion.time)]
+    for part in (motion.time < first.end, motion.time > first.end):
+        ours, theirs = (each[part] - each[part].mean(axis=0) for each in
+                        (motion.displacement, exact))  # fmt: skip
+        assert np.linalg.norm(ours - theirs) < 1e-2 * np.linalg.norm(theirs)
+    # amplitudes and energy go on without a jump where it is handed over
+    amplitude = outputs[:, 1] + 1j * outputs[:, 2]
+    for at in (first.end, second.end):
+        k = round(at)
+        jump = np.abs(np.diff(amplitude[k - 3 : k + 4])).max()
+        assert jump < 1e-2 * np.abs(amplitude[k])
+    energy = outputs[:, -1]
+    assert np.diff(energy).min() > -1e-3 * energy[-1]
+    spent = _lost(component._model.reduced.contacts, reference)
+    assert outputs[-1, -1] == pytest.approx(spent, rel=1e-2)
+
+
+STRONG = """
+[structure]
+matrices = "beam.npz"
+[[contacts]]
+law = "jenkins"
+limit = 0.4
+stiffness = 40.0
+[modes]
+A = 0
+[forcing.A]
+dof = {dof}
+amplitude = 0.05
+frequency = {frequency}
+[run]
+duration = {duration}
+step = 0.25
+[model]
+tolerance = 3e-3
+transients = "{transients}"
+[[contact]]
+window = [0, {duration}]
+samples_per_period = 32
+[log]
+rerun = false
+mcap = false
+"""
+
+
+def strong(folder, transients, duration):
+    """The slider row of the frictional beam, its mode A alone."""
+    row = ROWS[4]
+    beam = structure(row.law, row.node)
+    beam.save(folder / "beam.npz")
+    frequency = float(rom.reduce(beam, (0,), law=row.law).frequency[0]) * (1 + row.detuning[0])
+    given = {"dof": TIP, "frequency": frequency, "transients": transients, "duration": duration}
+    return parse_scene(STRONG.format(**given), folder)
+
+
+@pytest.mark.slow
+def test_a_strong_contact_from_rest_is_as_good_as_its_steady_state(tmp_path):
+    """The slow flow alone is 2 % off in the same scene."""
+    errors = {}
+    for transients in ("slow", "hybrid"):
+        _, _, motion, reference = followed(strong(tmp_path, transients, 25))
+        errors[transients] = error_of(motion, reference)
+    assert errors["slow"] > 1.5e-2
+    assert errors["hybrid"] < 3e-3
+
+
+def test_it_does_not_depend_on_how_steps_are_grouped():
+    plan = make_plan(stepped())
+    model, _ = plan.model()
+    names = plan.component(model).input_names
+    durations, inputs = plan.schedule.durations(), plan.schedule.inputs(names)
+    found = []
+    for at_once in (len(durations), len(durations), 7):
+        component = stepper(plan, model)
+        found.append(
+            np.vstack(
+                [
+                    component.run(durations[k : k + at_once], inputs[k : k + at_once])
+                    for k in range(0, len(durations), at_once)
+                ]
+            )
+        )
+    np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_allclose(found[2], found[0], rtol=1e-8, atol=1e-8)
+
+
+def test_the_recording_says_where_and_why(tmp_path):
+    recording = runner.run(stepped(window="0, 10"), tmp_path)
+    data = recording.read()
+    said = [event.message for event in data.events]
+    full = [line for line in said if line.startswith("full order from")]
+    assert [line.split()[3] for line in full] == ["0", "150"]
+    assert all("% a cycle" in line for line in full)
+    (why,) = [each for each in recording.plan.decisions if each.subject == "transients"]
+    assert why.choice == "at full order where fast" and "above 5%" in why.reason
+    modes = data.channels["/modes"]
+    assert np.all(np.isfinite(modes.values)) and modes.values[0, 2] < 2e-3  # at rest
+    contact = data.channels["/contact/0"]
+    assert np.abs(contact.values[:, 0]).max() > 0.0
+    assert "/elastic" in data.channels
+    assert recording.samples == len(contact.time)
+
+
+def test_slow_scenes_say_how_fast_amplitudes_change(tmp_path):
+    recording = runner.run(stepped(transients="slow", window="0, 10"), tmp_path)
+    (told,) = [e.message for e in recording.read().events if "a cycle" in e.message]
+    assert told.startswith("amplitudes change by up to |A| ")
+    assert "above 5% from 0 to " in told and "150 to " in told
+    (planned,) = [each for each in recording.plan.decisions if each.subject == "transients"]
+    assert 'model.transients = "hybrid" would' in planned.reason
+    # the plan has it from a coarse table, between the points of a dry run
+    numbers = [float(line.split("|A| ")[1].split()[0]) for line in (told, planned.reason)]
+    assert numbers[1] == pytest.approx(numbers[0], rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"transients": "fast"}, 'model.transients: must be one of "slow", "hybrid"; got "fast"'),
+        ({"more": "[limits]\nscale = 2.0"}, "model.transients.*limits.scale"),
+    ],
+)
+def test_bad_values_are_refused(values, said):
+    with pytest.raises(SlipmodeError, match=said):
+        stepped(**values)
+
+
+@pytest.mark.parametrize("key", ['formulation = "paper"', 'table = "region"'])
+def test_what_full_order_does_not_go_with_is_refused(key):
+    text = STEPPED.format(
+        **(RIGID | {"contacts": TANH, "transients": "hybrid", "window": "0, 1", "more": ""})
+    )
+    with pytest.raises(SlipmodeError, match=r'model.transients: must be "slow" with model\.'):
+        parse_scene(text.replace("tolerance = 1e-2", key), ".")
+
+
+def test_fmus_have_slow_time_alone(tmp_path):
+    with pytest.warns(rom.ValidityWarning, match="an FMU has no full order"):
+        path = export_fmu(stepped(), tmp_path / "a.fmu")
+    with pytest.raises(SlipmodeError, match=r'model\.transients: must be "slow" to run'):
+        runner.run(stepped(), tmp_path, fmu=path)
+
+
+@pytest.mark.parametrize(
+    ("duration", "step"),
+    [(0.05, 0.05), (3.0, 1.0), (260.0, 130.0)],
+    ids=["instant", "short", "coarse"],
+)
+def test_scenes_shorter_than_a_window_and_steps_longer_than_one(duration, step):
+    text = STEPPED.format(
+        **SOFT | {"transients": "hybrid", "window": f"0, {duration}", "more": ""}
+    ).replace("duration = 260", f"duration = {duration}")
+    text = text.replace("step = 1\n", f"step = {step}\n")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches[0].start == 0.0
+    assert np.all(np.isfinite(outputs))
+    assert error_of(motion, reference) < 2e-3
+
+
+def test_only_mode_b():
+    text = STEPPED.format(
+        **SOFT | {"transients": "hybrid", "window": "0, 40", "more": "", "frequency": 1.6}
+    )
+    text = text.replace("A = 0", "A = 0\nB = 1").replace(
+        "[forcing.A]\ndof = 0", "[forcing.B]\ndof = 1"
+    )
+    text = text.replace("duration = 260", "duration = 160")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches[0].start == 0.0
+    assert error_of(motion, reference) < 2e-3
+    assert np.all(np.isfinite(outputs))
+
+
+def test_a_run_that_leaves_the_table_ends_where_it_does(tmp_path):
+    """Full order goes on beside a slow flow that has to stop; what was passed is recorded."""
+    scene = stepped(window="0, 1")
+    text = scene.text.replace("tolerance = 1e-2", "tolerance = 1e-2\namplitude = [1.2]")
+    with pytest.raises(SlipmodeError, match="leaves the friction table"):
+        runner.run(parse_scene(text, "."), tmp_path)
+    data = runner.read(tmp_path / "scene.mcap")
+    assert 10 < len(data.channels["/modes"].time) < 260
+    assert "leaves the friction table" in data.events[-1].message
+
+
+def test_a_stretch_that_begins_just_after_the_start():
+    """A ramp from nothing: the first steps are slow, and too short for contacts to remember."""
+    text = (
+        STEPPED.format(**SOFT | {"transients": "hybrid", "window": "0, 30", "more": ""})
+        .replace("duration = 260", "duration = 30")
+        .replace("step = 1\n", "step = 0.05\n")
+    )
+    text = text.replace("[[0, 0.2], [150, 0.2], [150, 0.4]]", "[[0, 0.0], [20, 0.3]]")
+    component, outputs, motion, reference = followed(parse_scene(text, "."))
+    assert component.stretches and np.all(np.isfinite(outputs))
+    assert error_of(motion, reference) < 5e-3
