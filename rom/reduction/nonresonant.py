@@ -15,8 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.fixed_interface import modes_below
-from slipmode.rom.structure.matrices import as_dense
-from slipmode.rom.structure.partition import Partition
+from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
@@ -27,7 +26,6 @@ _SMALLEST = 1e-3  # force that counts, relative to that of the contact stiffness
 
 def nonresonant_modes(
     structure: Structure,
-    parts: Partition,
     retained: Sequence[int],
     carrier: Floats,
     contact_shapes: Floats,
@@ -47,10 +45,10 @@ def nonresonant_modes(
         Diagonal of the contact problem's [N/m].
     """
     highest = highest_response(float(carrier.max()))
-    omega, phi = modes_below(parts, highest, max(retained) + 1)
+    omega, shapes = modes_below(structure, highest, max(retained) + 1)
     others = np.delete(np.arange(omega.size), list(retained))
-    omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
-    inertia = shapes.T @ as_dense(structure.mass @ contact_shapes)
+    omega, shapes = omega[others], shapes[:, others]
+    inertia = projection(shapes, structure.mass, contact_shapes)
     damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
     chosen = responding(omega, damping, inertia, stiffness, carrier)
     return omega[chosen], shapes[:, chosen]

@@ -12,6 +12,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, SMALLEST, fits
+from slipmode.rom.structure.definiteness import is_positive_mass, is_positive_semidefinite
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.matrices import (
     Matrix,
@@ -19,8 +20,6 @@ from slipmode.rom.structure.matrices import (
     as_csc,
     as_dense,
     as_symmetric,
-    is_positive_definite,
-    is_positive_semidefinite,
 )
 from slipmode.rom.structure.partition import Partition, contact_directions
 
@@ -58,9 +57,9 @@ class Structure:
 
     mass: Matrix
     stiffness: Matrix
-    damping: Matrix
     beta: float | None
     directions: Matrix
+    _damping: Matrix | None
 
     def __init__(
         self,
@@ -71,21 +70,21 @@ class Structure:
         contact: MatrixLike,
     ) -> None:
         M = as_symmetric("mass", mass)
-        if not is_positive_definite(M):
+        if not is_positive_mass(M):
             raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
         if M.diagonal().min() < SMALLEST:
             raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C, beta = _damping(damping, K)
+        C, beta = _checked_damping(damping, M.shape[0])
         W = contact_directions(contact, M.shape[0])
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         fields = {
             "mass": store(M),
             "stiffness": store(K),
-            "damping": store(C),
             "beta": beta,
             "directions": store(W),
+            "_damping": None if C is None else store(C),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -103,6 +102,14 @@ class Structure:
     def n_contacts(self) -> int:
         """The number N_c of contact directions."""
         return int(self.directions.shape[1])
+
+    @property
+    def damping(self) -> Matrix:
+        """C (n, n) [N s/m]; made from the stiffness, where it is beta K, at every call."""
+        if self._damping is not None:
+            return self._damping
+        proportional: Matrix = self.stiffness * self.beta
+        return _read_only(proportional) if isinstance(proportional, np.ndarray) else proportional
 
     def partition(self) -> Partition:
         """Split the matrices into elastic and contact coordinates, Eq. (3)."""
@@ -194,16 +201,18 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def _damping(damping: float | MatrixLike, stiffness: Matrix) -> tuple[Matrix, float | None]:
-    """C, and beta if C = beta K."""
+def _checked_damping(
+    damping: float | MatrixLike, size: int
+) -> tuple[Matrix | None, float | None]:
+    """C, or beta if C = beta K."""
     if isinstance(damping, float | int | np.floating):
         beta = float(damping)
         if not (beta >= 0.0 and fits(beta)):
             raise SlipmodeError(
                 f"damping: beta must be a finite number >= 0, {ALLOWED}, got {damping}"
             )
-        return stiffness * beta, beta
-    C = as_symmetric("damping", damping, stiffness.shape[0])
+        return None, beta
+    C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
     return C, None
