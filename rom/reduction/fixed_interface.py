@@ -9,9 +9,7 @@ from slipmode.rom.structure.structure import Structure
 _MOST = 128  # modes computed to pass a frequency
 
 
-def modes_below(
-    structure: Structure, frequency: float, at_least: int
-) -> tuple[Floats, Floats]:
+def modes_below(structure: Structure, frequency: float, at_least: int) -> tuple[Floats, Floats]:
     """Modes below a frequency [rad/s], but no fewer than asked for, and 128 at most."""
     return bonded(structure).modes(at_least, frequency, _MOST)
 

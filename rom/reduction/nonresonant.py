@@ -101,5 +101,6 @@ def responding(
     dynamic = omega[:, np.newaxis] ** 2 - nu**2 + 1j * damping[:, np.newaxis] * nu
     share = (inertia**2 / stiffness).max(axis=1, initial=0.0)
     floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
-    force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
+    with np.errstate(over="ignore"):  # infinite there
+        force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
     return np.asarray(force > _SMALLEST)

@@ -11,13 +11,14 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.progress import phases
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.structure.definiteness import is_positive_definite
-from slipmode.rom.structure.held import bonded
+from slipmode.rom.structure.held import bonded as hold_bonded
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.mobility import mobility
 from slipmode.rom.structure.structure import Structure
@@ -34,6 +35,7 @@ def reduce(
     carrier: Sequence[float] | None = None,
     law: Elastic | None = None,
     force_patterns: ForcePatterns | None = None,
+    progress: bool = False,
 ) -> Reduced:
     """Project a structure on one or two modes with stuck contacts, and its contacts.
 
@@ -57,6 +59,8 @@ def reduce(
         Where the forces act, as in `fmu.Component`: what they do to the contacts past their own
         mode is in the contact problem then, as it is in a steady state. Default: it only shifts
         the amplitudes (`off_resonance_shift`).
+    progress : bool, default False
+        Whether to say on standard error what a large structure is at, and the memory it takes.
 
     Raises
     ------
@@ -71,22 +75,30 @@ def reduce(
     if law is not None:
         if formulation == "paper":
             raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
-        stuck = reduce_stuck(structure, modes, law.elements(structure.n_contacts))
+        with phases("reduction", shown=progress):
+            stuck = reduce_stuck(structure, modes, law.elements(structure.n_contacts))
         return _specified(stuck, carrier, force_patterns)
+    if formulation == "paper" and force_patterns is not None:
+        raise SlipmodeError("force_patterns: formulation must be 'consistent'")
+    with phases("reduction", shown=progress):
+        bonded = _reduce_bonded(structure, modes, formulation)
+    return _specified(bonded, carrier, force_patterns)
+
+
+def _reduce_bonded(
+    structure: Structure, modes: tuple[int, ...], formulation: Formulation
+) -> Reduced:
+    """About the structure whose contacts are bonded."""
     n_elastic = structure.n_dofs - structure.n_contacts
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
     omega, shapes = fixed_interface_modes(structure, max(modes) + 1)
     omega, shapes = omega[list(modes)], shapes[:, list(modes)]
     parts = structure.partition()
-    constraint_modes = bonded(structure).solve(-(structure.stiffness @ parts.R))
+    constraint_modes = hold_bonded(structure).solve(-(structure.stiffness @ parts.R))
     constraint_modes += as_dense(parts.R)
-    if formulation == "paper":
-        if force_patterns is not None:
-            raise SlipmodeError("force_patterns: formulation must be 'consistent'")
-        return _reduce_paper(structure, modes, omega, shapes, constraint_modes)
-    reduced = _reduce_consistent(structure, modes, omega, shapes, constraint_modes)
-    return _specified(reduced, carrier, force_patterns)
+    project = _reduce_paper if formulation == "paper" else _reduce_consistent
+    return project(structure, modes, omega, shapes, constraint_modes)
 
 
 def _specified(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import weakref
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ import scipy.sparse
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.progress import phase
 from slipmode.rom.structure.matrices import Matrix, Sparse, as_csc, as_dense
 from slipmode.rom.structure.memory import GIB, check_memory
 from slipmode.rom.structure.nested_dissection import nested_dissection
@@ -25,7 +27,10 @@ _log = logging.getLogger(__name__)
 LARGE = 20_000  # DOFs from which a factorisation takes a second
 _SMALL = 500  # up to here a dense factorisation is the faster one
 _BLOCK = 16  # right-hand sides at a time
-_BYTES_LU = 45.0  # per entry of L: it and U, with their indices, and a copy by scipy for the pivots
+_BYTES_LU = (
+    45.0  # per entry of L: it and U, with their indices, and a copy by scipy for the pivots
+)
+_NO_MEMORY = -2  # PARDISO's error code
 _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
 _SINGULAR = (
@@ -64,6 +69,7 @@ def factorise(matrix: Matrix, name: str = "stiffness") -> Factorisation:
     if isinstance(matrix, np.ndarray) or matrix.shape[0] <= _SMALL:
         return _Cholesky(as_dense(matrix))
     purpose = f"factorising {name} ({matrix.shape[0]} DOFs)"
+    _tell(matrix.shape[0], f"ordering {name} ({matrix.shape[0]} DOFs)")
     if importlib.util.find_spec("pypardiso") is not None:
         return _Pardiso(matrix, purpose)
     return _SuperLU(matrix, purpose)
@@ -95,6 +101,7 @@ class _Pardiso:
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:
         import pypardiso
+        from pypardiso.pardiso_wrapper import PyPardisoError
 
         upper = scipy.sparse.triu(matrix, format="csr")
         upper.sort_indices()
@@ -106,29 +113,24 @@ class _Pardiso:
             self._solver.get_iparm(15), self._solver.get_iparm(16) + self._solver.get_iparm(17)
         )
         check_memory(1024.0 * kibibytes, purpose)
+        _tell(matrix.shape[0], f"{purpose} by PARDISO, {1024.0 * kibibytes / GIB:.1f} GiB")
         try:
             self._run(22, nothing)
-        except pypardiso.PyPardisoError:
-            self._release()
+        except PyPardisoError as error:
+            self._solver.free_memory(everything=True)
+            if error.value == _NO_MEMORY:
+                raise SlipmodeError(f"{purpose}: not enough memory") from error
             raise NotPositiveDefiniteError from None
+        weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
 
     def solve(self, right: Floats) -> Floats:
         """A^-1 right."""
         return _by_blocks(lambda part: self._run(33, part), right)
 
     def _run(self, phase: int, right: Floats) -> Floats:
-        """pypardiso's own solve would compare the matrix with a copy at every call."""
+        """Pypardiso's own solve would compare the matrix with a copy at every call."""
         self._solver.set_phase(phase)
         return np.asarray(self._solver._call_pardiso(self._upper, np.asfortranarray(right)))
-
-    def _release(self) -> None:
-        solver, self._solver = self._solver, None
-        if solver is not None:
-            solver.free_memory(everything=True)
-
-    def __del__(self) -> None:
-        if getattr(self, "_solver", None) is not None:
-            self._release()
 
 
 class _SuperLU:
@@ -140,6 +142,7 @@ class _SuperLU:
         dissection = nested_dissection(matrix)
         needed = _BYTES_LU * dissection.fill
         check_memory(needed, purpose, f"; {_FASTER}")
+        _tell(matrix.shape[0], f"{purpose} by SuperLU, about {needed / GIB:.1f} GiB")
         if matrix.shape[0] >= LARGE:
             _log.warning("%s by SuperLU: about %.1f GiB; %s", purpose, needed / GIB, _FASTER)
         self._order = dissection.order
@@ -165,6 +168,12 @@ class _SuperLU:
     def _has_positive_pivots(self) -> bool:
         """Sylvester's criterion."""
         return bool((self._factors.U.diagonal() > 0).all())
+
+
+def _tell(size: int, text: str) -> None:
+    """Of work that takes a second or more."""
+    if size >= LARGE:
+        phase(text)
 
 
 def _by_blocks(solve: Any, right: Floats) -> Floats:

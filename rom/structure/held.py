@@ -15,7 +15,9 @@ import scipy.sparse
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.progress import phase
 from slipmode.rom.structure.factorisation import (
+    LARGE,
     Factorisation,
     NotPositiveDefiniteError,
     factorise,
@@ -133,11 +135,16 @@ class Held:
         """
         displacement = np.empty(load.shape)
         for start in range(0, load.shape[1], _BLOCK):
+            self._tell(f"static shapes, {start} of {load.shape[1]}")
             block = slice(start, start + _BLOCK)
             part = as_dense(load[:, block])
             part = part if self._basis is None else as_dense(self._basis.T @ part)
             displacement[:, block] = self._all_dofs(self._solved(part))
         return displacement
+
+    def _tell(self, text: str) -> None:
+        if self.size >= LARGE:
+            phase(text)
 
     def _all_dofs(self, held: Floats) -> Floats:
         return held if self._basis is None else as_dense(self._basis @ held)
@@ -195,8 +202,13 @@ class Held:
 
     def _krylov(self, at_least: int, highest: float, at_most: int) -> tuple[Floats, Floats]:
         factors, shift = self._factors()
+
+        def solve(load: Floats) -> Floats:
+            self._tell("modes")
+            return factors.solve(load)
+
         squares, shapes = lowest_modes(
-            *(factors.solve, self._heavy, self.size, at_least, highest + shift, at_most)
+            *(solve, self._heavy, self.size, at_least, highest + shift, at_most)
         )
         return squares - shift, shapes
 

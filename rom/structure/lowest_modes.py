@@ -10,7 +10,7 @@ import scipy.linalg
 from slipmode.rom.arrays import Floats
 
 _BLOCK = 8  # vectors at a time: so many equal frequencies are told apart
-_SETTLED = 1e-11  # residual of a mode, relative to its 1 / lambda
+_SETTLED = 1e-9  # residual of a mode, relative to its 1 / lambda
 _ROUNDING = 1e-20  # of a squared norm: what is left of a vector that is in the space already
 
 Operator = Callable[[Floats], Floats]

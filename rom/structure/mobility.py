@@ -12,7 +12,7 @@ from slipmode.rom.structure.matrices import Matrix, as_dense
 
 _SMALL = 500  # up to here a dense factorisation is the faster one
 _BLOCK = 16  # contacts at a time
-_ACCURACY = 1e-12  # of the mobility
+_ACCURACY = 1e-15  # of the energy that a blow leaves
 _PASSES = 500
 
 
@@ -39,7 +39,8 @@ def mobility(mass: Matrix, directions: Matrix) -> Floats:
 def _conjugate_gradients(mass: Matrix, impulse: Floats) -> Floats | None:
     """M^-1 impulse (n, columns), all columns at once; None if they do not settle.
 
-    The error of impulse^T M^-1 impulse is that of the velocity squared, and what a pass adds.
+    The energy impulse^T M^-1 impulse / 2 grows from pass to pass; what is still to come is about
+    what the last pass added.
     """
     inverse = 1.0 / mass.diagonal()[:, np.newaxis]
     velocity, residual = np.zeros_like(impulse), impulse.copy()

@@ -65,39 +65,48 @@ class Partition:
         return cls(as_given(E), as_given(R), elastic_dofs, mass, damping, stiffness)
 
     @cached_property
-    def M_ee(self) -> Matrix:
+    def M_ee(self) -> Matrix:  # noqa: N802
+        """E^T M E, (n_e, n_e)."""
         return self._elastic(self.mass)
 
     @cached_property
-    def C_ee(self) -> Matrix:
+    def C_ee(self) -> Matrix:  # noqa: N802
+        """E^T C E, (n_e, n_e)."""
         return self._elastic(self.damping)
 
     @cached_property
-    def K_ee(self) -> Matrix:
+    def K_ee(self) -> Matrix:  # noqa: N802
+        """E^T K E, (n_e, n_e)."""
         return self._elastic(self.stiffness)
 
     @cached_property
-    def M_ec(self) -> Floats:
+    def M_ec(self) -> Floats:  # noqa: N802
+        """E^T M R, (n_e, N_c)."""
         return as_dense(self.E.T @ (self.mass @ self.R))
 
     @cached_property
-    def C_ec(self) -> Floats:
+    def C_ec(self) -> Floats:  # noqa: N802
+        """E^T C R, (n_e, N_c)."""
         return as_dense(self.E.T @ (self.damping @ self.R))
 
     @cached_property
-    def K_ec(self) -> Floats:
+    def K_ec(self) -> Floats:  # noqa: N802
+        """E^T K R, (n_e, N_c)."""
         return as_dense(self.E.T @ (self.stiffness @ self.R))
 
     @cached_property
-    def M_cc(self) -> Floats:
+    def M_cc(self) -> Floats:  # noqa: N802
+        """R^T M R, (N_c, N_c)."""
         return as_dense(self.R.T @ (self.mass @ self.R))
 
     @cached_property
-    def C_cc(self) -> Floats:
+    def C_cc(self) -> Floats:  # noqa: N802
+        """R^T C R, (N_c, N_c)."""
         return as_dense(self.R.T @ (self.damping @ self.R))
 
     @cached_property
-    def K_cc(self) -> Floats:
+    def K_cc(self) -> Floats:  # noqa: N802
+        """R^T K R, (N_c, N_c)."""
         return as_dense(self.R.T @ (self.stiffness @ self.R))
 
     def _elastic(self, matrix: Matrix) -> Matrix:

@@ -201,9 +201,7 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def _checked_damping(
-    damping: float | MatrixLike, size: int
-) -> tuple[Matrix | None, float | None]:
+def _checked_damping(damping: float | MatrixLike, size: int) -> tuple[Matrix | None, float | None]:
     """C, or beta if C = beta K."""
     if isinstance(damping, float | int | np.floating):
         beta = float(damping)

@@ -132,6 +132,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         [numbers[m] for m in modes],
         scene.model.formulation,
         law=None if isinstance(law, RigidFriction) else law,
+        progress=progress,
     )
     excited = Excited(
         modes,
