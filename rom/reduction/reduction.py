@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import get_args
 
 import numpy as np
+import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -216,7 +217,7 @@ def _frictionless(stiffness: Floats, spring: Floats) -> Complexes:
 
 def _impact_mass(structure: Structure) -> Floats:
     """(W^T M^-1 W)^-1, (N_c, N_c): what the contacts move while nothing else has time to."""
-    return _symmetric(np.linalg.inv(mobility(structure.mass, structure.directions)))
+    return _symmetric(scipy.linalg.inv(mobility(structure.mass, structure.directions)))
 
 
 def _without_rounding(matrix: Floats, scale: Floats) -> Floats:

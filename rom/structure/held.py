@@ -169,7 +169,8 @@ class Held:
     def _shifted(self) -> tuple[Factorisation, float]:
         shift = float(_SHIFT * self._stiffness.diagonal().max() / self._mass.diagonal().max())
         try:
-            return factorise(self._stiffness + shift * self._mass), shift
+            lifted: Any = self._stiffness + shift * self._mass
+            return factorise(lifted), shift
         except NotPositiveDefiniteError:
             raise SlipmodeError(_INDEFINITE) from None
 

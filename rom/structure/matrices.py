@@ -80,7 +80,7 @@ def projection(left: Floats, matrix: Matrix, right: Floats) -> Floats:
     projected = np.empty((left.shape[1], right.shape[1]))
     for start in range(0, right.shape[1], _BLOCK):
         block = slice(start, start + _BLOCK)
-        projected[:, block] = left.T @ (matrix @ right[:, block])
+        projected[:, block] = left.T @ as_dense(matrix @ right[:, block])
     return projected
 
 

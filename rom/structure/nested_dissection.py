@@ -9,7 +9,7 @@ about 1.4 times that of METIS, where minimum degree has 3.7 times as much.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse
@@ -63,7 +63,7 @@ def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
     pattern = scipy.sparse.csr_array(
         (np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape
     )
-    hashes = pattern @ np.random.default_rng(0).random(matrix.shape[0])
+    hashes: Any = pattern @ np.random.default_rng(0).random(matrix.shape[0])
     _, first, group, count = np.unique(
         hashes, return_index=True, return_inverse=True, return_counts=True
     )

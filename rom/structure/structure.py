@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, SMALLEST, fits
 from slipmode.rom.structure.definiteness import is_positive_mass, is_positive_semidefinite
 from slipmode.rom.structure.files import read_matrices, write_npz
+from slipmode.rom.structure.formats.external import ENDINGS, read_external
+from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import (
     Matrix,
     MatrixLike,
@@ -39,6 +42,8 @@ class Structure:
     contact : sequence of int, or (n, N_c) array or sparse matrix
         The contact DOFs, or directions W: the contact displacement is x_c = W^T x, so a
         column with +1 and -1 is the relative displacement of two nodes.
+    labels : Labels, optional
+        Which node and direction each DOF is, of structures that other programs made.
 
     Attributes
     ----------
@@ -48,6 +53,7 @@ class Structure:
         None if `damping` was given as a matrix.
     directions : (n, N_c) matrix
         W, dense or CSC like the others.
+    labels : Labels or None
 
     Raises
     ------
@@ -59,6 +65,7 @@ class Structure:
     stiffness: Matrix
     beta: float | None
     directions: Matrix
+    labels: Labels | None
     _damping: Matrix | None
 
     def __init__(
@@ -68,6 +75,7 @@ class Structure:
         damping: float | MatrixLike = 0.0,
         *,
         contact: MatrixLike,
+        labels: Labels | None = None,
     ) -> None:
         M = as_symmetric("mass", mass)
         if not is_positive_mass(M):
@@ -76,6 +84,8 @@ class Structure:
             raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
         C, beta = _checked_damping(damping, M.shape[0])
+        if labels is not None and labels.node.size != M.shape[0]:
+            raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
@@ -84,6 +94,7 @@ class Structure:
             "stiffness": store(K),
             "beta": beta,
             "directions": store(W),
+            "labels": labels,
             "_damping": None if C is None else store(C),
         }
         for name, value in fields.items():
@@ -108,7 +119,7 @@ class Structure:
         """C (n, n) [N s/m]; made from the stiffness, where it is beta K, at every call."""
         if self._damping is not None:
             return self._damping
-        proportional: Matrix = self.stiffness * self.beta
+        proportional: Any = self.stiffness * (self.beta or 0.0)
         return _read_only(proportional) if isinstance(proportional, np.ndarray) else proportional
 
     def partition(self) -> Partition:
@@ -124,37 +135,76 @@ class Structure:
                 "stiffness": self.stiffness,
                 "damping": self.damping if self.beta is None else self.beta,
                 "contact": self.directions,
-            },
+            }
+            | ({} if self.labels is None else {"labels": self.labels.table}),
         )
 
 
 def load_structure(
-    path: str | PathLike[str], damping: float | MatrixLike | None = None
+    path: str | PathLike[str],
+    damping: float | MatrixLike | None = None,
+    *,
+    mass: str | PathLike[str] | None = None,
+    contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
 ) -> Structure:
-    """Read a structure from a .npz file or a folder of Matrix Market files.
+    """Read a structure from a file of slipmode or of another program.
 
     Parameters
     ----------
     path : path
-        A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
-        damping (C, or the number beta); a sparse matrix is stored as mass_data,
-        mass_indices, mass_indptr and mass_shape (CSR). Or a folder with mass.mtx,
-        stiffness.mtx, optionally damping.mtx, and contact.mtx (W) or contact.txt (indices).
+        - A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
+          damping (C, or the number beta); a sparse matrix is stored as mass_data,
+          mass_indices, mass_indptr and mass_shape (CSR).
+        - A folder with mass.mtx, stiffness.mtx, optionally damping.mtx (Matrix Market), and
+          contact.mtx (W) or contact.txt (indices).
+        - Of the stiffness: .mtx of Matrix Market or of Abaqus (*MATRIX GENERATE), .sti of
+          CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix) of Ansys and others.
+        - Of all matrices: .mat of MATLAB (mass or M, stiffness or K, ...); .op4, .pch of Nastran
+          (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`).
     damping : float or (n, n) matrix, optional
         Overrides the stored damping; without either there is none.
+    mass : path, optional
+        File of the mass, where it has one of its own: that of the same job of Abaqus
+        (JOB_MASS1.mtx of JOB_STIF1.mtx) or CalculiX (.mas) is found.
+    contact : as of Structure, or sequence of (node, direction) or (node, node, direction)
+        Overrides the stored contacts. Nodes are named as in the other program, directions
+        "x", "y", "z", "rx", "ry", "rz"; of two nodes it is the relative motion.
 
     Raises
     ------
     SlipmodeError
         Naming the file and the part that is missing, unreadable or refused.
     """
-    matrices = read_matrices(Path(path))
+    file = Path(path)
+    if file.is_dir() or file.suffix not in ENDINGS:
+        matrices = read_matrices(file)
+    else:
+        matrices = read_external(file, None if mass is None else Path(mass))
     if damping is not None:
         matrices["damping"] = damping
     try:
+        if contact is not None:
+            matrices["contact"] = _labelled(contact, matrices.get("labels"))
+        if "contact" not in matrices:
+            raise SlipmodeError(
+                'contact: is missing; give contact=, as DOF indices, W or [(node, "x"), ...]'
+            )
         return Structure(**matrices)
     except SlipmodeError as error:
         raise SlipmodeError(f"{path}: {error}") from error
+
+
+def _labelled(contact: Any, labels: Labels | None) -> Any:
+    """Contacts as they are given, or W of those that are named by nodes."""
+    named = isinstance(contact, list | tuple) and any(
+        isinstance(each, list | tuple) and any(isinstance(word, str) for word in each)
+        for each in contact
+    )
+    if not named:
+        return contact
+    if labels is None:
+        raise SlipmodeError("contact: the file names no nodes; give DOF indices or W")
+    return labels.directions(contact)
 
 
 def two_mass(

@@ -75,7 +75,7 @@ def _assembled(element: Floats, count: int) -> Any:
     diagonal = np.full(count + 1, element[0, 0] + element[1, 1])
     diagonal[0], diagonal[-1] = element[0, 0], element[1, 1]
     below, above = np.full(count, element[1, 0]), np.full(count, element[0, 1])
-    bands = scipy.sparse.diags_array([below, diagonal, above], offsets=[-1, 0, 1])
+    bands: Any = scipy.sparse.diags_array([below, diagonal, above], offsets=[-1, 0, 1])
     return scipy.sparse.csr_array(bands)
 
 

@@ -73,7 +73,7 @@ def test_without_enough_memory_one_line_says_how_much_before_it_begins(
 
 def test_one_line_says_what_would_be_faster(matrices, monkeypatch, caplog):
     monkeypatch.setitem(sys.modules, "pypardiso", None)
-    monkeypatch.setattr(factorisation, "LARGE", 1000)
+    monkeypatch.setattr(factorisation, "LARGE", 600)
     factorise(scipy.sparse.csc_array(matrices["stiffness"]))
     (record,) = caplog.records
     assert "pip install 'slipmode[fast]' (PARDISO) needs less time and memory" in record.message
@@ -99,9 +99,7 @@ def test_a_dissection_is_a_permutation_that_fills_little():
 def test_lanczos_finds_the_modes_of_a_dense_solution(matrices):
     K, M = (scipy.sparse.csc_array(matrices[name]) for name in ("stiffness", "mass"))
     squares, shapes = lowest_modes(factorise(K).solve, lambda x: M @ x, K.shape[0], 20)
-    exact = scipy.linalg.eigh(
-        K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 19)
-    )
+    exact = scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 19))
     np.testing.assert_allclose(squares, exact, rtol=1e-7)  # rounding of the dense solution
     np.testing.assert_allclose(shapes.T @ (M @ shapes), np.eye(20), atol=1e-10)
     residual = K @ shapes - (M @ shapes) * squares
