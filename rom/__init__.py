@@ -19,6 +19,7 @@ from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
@@ -46,6 +47,7 @@ __all__ = [
     "FrictionalContact",
     "Iwan",
     "Jenkins",
+    "ModeTable",
     "Model",
     "Motion",
     "Reduced",
@@ -61,6 +63,7 @@ __all__ = [
     "__version__",
     "combination_resonances",
     "load_structure",
+    "modes",
     "reconstruct",
     "reduce",
     "resonance",
