@@ -31,6 +31,7 @@ from slipmode.rom.slow.steady import (
     steady,
 )
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
@@ -50,6 +51,7 @@ __all__ = [
     "ModeTable",
     "Model",
     "Motion",
+    "Rayleigh",
     "Reduced",
     "Region",
     "ResonanceCurve",

@@ -18,10 +18,10 @@ from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
-from slipmode.rom.structure.definiteness import is_positive_definite
 from slipmode.rom.structure.held import bonded as hold_bonded
 from slipmode.rom.structure.matrices import as_dense, projection
-from slipmode.rom.structure.mobility import mobility
+from slipmode.rom.structure.solvers.definiteness import is_positive_definite
+from slipmode.rom.structure.solvers.mobility import mobility
 from slipmode.rom.structure.structure import Structure
 
 __all__ = ["Complexes", "Formulation", "Reduced", "force_vector", "reduce"]

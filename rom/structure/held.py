@@ -16,14 +16,14 @@ import scipy.sparse
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.progress import phase
-from slipmode.rom.structure.factorisation import (
+from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense
+from slipmode.rom.structure.solvers.factorisation import (
     LARGE,
     Factorisation,
     NotPositiveDefiniteError,
     factorise,
 )
-from slipmode.rom.structure.lowest_modes import lowest_modes, turned
-from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, turned
 from slipmode.rom.structure.structure import Structure
 
 _DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one

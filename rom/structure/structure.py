@@ -12,8 +12,8 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.representable import ALLOWED, SMALLEST, fits
-from slipmode.rom.structure.definiteness import is_positive_mass, is_positive_semidefinite
+from slipmode.rom.representable import SMALLEST
+from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.formats.external import ENDINGS, read_external
 from slipmode.rom.structure.labels import Labels
@@ -25,6 +25,7 @@ from slipmode.rom.structure.matrices import (
     as_symmetric,
 )
 from slipmode.rom.structure.partition import Partition, contact_directions
+from slipmode.rom.structure.solvers.definiteness import is_positive_mass, is_positive_semidefinite
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -37,8 +38,9 @@ class Structure:
         M [kg], symmetric, positive definite.
     stiffness : (n, n) array or sparse matrix
         K [N/m], symmetric. May have rigid-body modes, as long as the contacts hold them.
-    damping : float or (n, n) array or sparse matrix, default 0.0
-        beta [s] for C = beta K, or C [N s/m] itself: symmetric, positive semidefinite.
+    damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
+        beta [s] for C = beta K, `Rayleigh` for damping ratios or a loss factor at frequencies, or
+        C [N s/m] itself: symmetric, positive semidefinite.
     contact : sequence of int, or (n, N_c) array or sparse matrix
         The contact DOFs, or directions W: the contact displacement is x_c = W^T x, so a
         column with +1 and -1 is the relative displacement of two nodes.
@@ -50,7 +52,7 @@ class Structure:
     mass, stiffness, damping : (n, n) matrix
         Read-only ndarrays; CSC matrices if mass or stiffness was given sparse.
     beta : float or None
-        None if `damping` was given as a matrix.
+        None if `damping` was not given as a number.
     directions : (n, N_c) matrix
         W, dense or CSC like the others.
     labels : Labels or None
@@ -66,13 +68,13 @@ class Structure:
     beta: float | None
     directions: Matrix
     labels: Labels | None
-    _damping: Matrix | None
+    _damping: Matrix | Rayleigh
 
     def __init__(
         self,
         mass: MatrixLike,
         stiffness: MatrixLike,
-        damping: float | MatrixLike = 0.0,
+        damping: float | Rayleigh | MatrixLike = 0.0,
         *,
         contact: MatrixLike,
         labels: Labels | None = None,
@@ -83,7 +85,7 @@ class Structure:
         if M.diagonal().min() < SMALLEST:
             raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C, beta = _checked_damping(damping, M.shape[0])
+        C = _checked_damping(damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
@@ -92,10 +94,10 @@ class Structure:
         fields = {
             "mass": store(M),
             "stiffness": store(K),
-            "beta": beta,
+            "beta": C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
             "directions": store(W),
             "labels": labels,
-            "_damping": None if C is None else store(C),
+            "_damping": C if isinstance(C, Rayleigh) else store(C),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -116,11 +118,14 @@ class Structure:
 
     @property
     def damping(self) -> Matrix:
-        """C (n, n) [N s/m]; made from the stiffness, where it is beta K, at every call."""
-        if self._damping is not None:
-            return self._damping
-        proportional: Any = self.stiffness * (self.beta or 0.0)
-        return _read_only(proportional) if isinstance(proportional, np.ndarray) else proportional
+        """C (n, n) [N s/m]; made at every call where it is alpha M + beta K."""
+        given = self._damping
+        if not isinstance(given, Rayleigh):
+            return given
+        C: Any = self.stiffness * given.beta
+        if given.alpha:
+            C = C + self.mass * given.alpha
+        return _read_only(C) if isinstance(C, np.ndarray) else C
 
     def partition(self) -> Partition:
         """Split the matrices into elastic and contact coordinates, Eq. (3)."""
@@ -142,7 +147,7 @@ class Structure:
 
 def load_structure(
     path: str | PathLike[str],
-    damping: float | MatrixLike | None = None,
+    damping: float | Rayleigh | MatrixLike | None = None,
     *,
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
@@ -161,7 +166,7 @@ def load_structure(
           CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix) of Ansys and others.
         - Of all matrices: .mat of MATLAB (mass or M, stiffness or K, ...); .op4, .pch of Nastran
           (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`).
-    damping : float or (n, n) matrix, optional
+    damping : float, Rayleigh or (n, n) matrix, optional
         Overrides the stored damping; without either there is none.
     mass : path, optional
         File of the mass, where it has one of its own: that of the same job of Abaqus
@@ -251,19 +256,16 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def _checked_damping(damping: float | MatrixLike, size: int) -> tuple[Matrix | None, float | None]:
-    """C, or beta if C = beta K."""
+def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
+    """C itself, or how it follows from mass and stiffness."""
+    if isinstance(damping, Rayleigh):
+        return damping
     if isinstance(damping, float | int | np.floating):
-        beta = float(damping)
-        if not (beta >= 0.0 and fits(beta)):
-            raise SlipmodeError(
-                f"damping: beta must be a finite number >= 0, {ALLOWED}, got {damping}"
-            )
-        return None, beta
+        return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
-    return C, None
+    return C
 
 
 def _read_only(matrix: Matrix) -> Floats:

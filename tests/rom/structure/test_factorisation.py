@@ -9,12 +9,13 @@ import scipy.sparse
 
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure import factorisation, held, memory
-from slipmode.rom.structure.definiteness import is_positive_mass
-from slipmode.rom.structure.factorisation import NotPositiveDefiniteError, factorise
-from slipmode.rom.structure.lowest_modes import lowest_modes
-from slipmode.rom.structure.mobility import mobility
-from slipmode.rom.structure.nested_dissection import nested_dissection
+from slipmode.rom.structure import held
+from slipmode.rom.structure.solvers import factorisation, memory
+from slipmode.rom.structure.solvers.definiteness import is_positive_mass
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
+from slipmode.rom.structure.solvers.mobility import mobility
+from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 from slipmode.runner.report.cases.blade import blade
 
 SOLVERS = ("pypardiso", "SuperLU")
@@ -156,7 +157,7 @@ def test_the_stiffness_is_factorised_once(law, matrices, monkeypatch):
 
 def test_a_large_mass_matrix_is_not_factorised(matrices, monkeypatch):
     for module in ("definiteness", "mobility"):
-        monkeypatch.setattr(f"slipmode.rom.structure.{module}.factorise", None)
+        monkeypatch.setattr(f"slipmode.rom.structure.solvers.{module}.factorise", None)
     mass = scipy.sparse.csc_array(matrices["mass"])
     assert mass.shape[0] > 500
     assert is_positive_mass(mass)

@@ -19,8 +19,8 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.progress import phase
 from slipmode.rom.structure.matrices import Matrix, Sparse, as_csc, as_dense
-from slipmode.rom.structure.memory import GIB, check_memory
-from slipmode.rom.structure.nested_dissection import nested_dissection
+from slipmode.rom.structure.solvers.memory import GIB, check_memory
+from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 
 _log = logging.getLogger(__name__)
 

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.structure.factorisation import NotPositiveDefiniteError, factorise
 from slipmode.rom.structure.matrices import TOLERANCE, Matrix, as_csc, as_dense, largest_entry
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
 
 _SMALL = 500  # up to here a dense factorisation is the faster one
 _ACCURACY = 0.1  # of the smallest eigenvalue

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.structure.factorisation import factorise
 from slipmode.rom.structure.matrices import Matrix, as_dense
+from slipmode.rom.structure.solvers.factorisation import factorise
 
 _SMALL = 500  # up to here a dense factorisation is the faster one
 _BLOCK = 16  # contacts at a time
