@@ -38,7 +38,7 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene, progress=progress)
-    elastic = scene.output.elastic
+    elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic)
     model, _ = plan.model(contact=contact, progress=progress)
     names = list(plan.schedule.scripts)

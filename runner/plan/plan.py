@@ -26,6 +26,7 @@ from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of
+from slipmode.runner.scene.nodes import located
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
@@ -124,6 +125,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     """
     modes, mode_decisions = _modes(scene)
     structure = scene.structure.build()
+    scene = located(scene, structure)
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
     law = law_of(scene, structure.n_contacts)
     check_scale(scene, law, structure.n_contacts)
