@@ -14,9 +14,13 @@ def modes_below(structure: Structure, frequency: float, at_least: int) -> tuple[
     return bonded(structure).modes(at_least, frequency, _MOST)
 
 
-def fixed_interface_modes(structure: Structure, count: int) -> tuple[Floats, Floats]:
+def fixed_interface_modes(
+    structure: Structure, count: int, reach: float = 0.0
+) -> tuple[Floats, Floats]:
     """Lowest natural frequencies (count,) and modes (n, count) with bonded contacts, Eq. (8).
 
-    Mass-normalised; the largest component of each mode, of the elastic DOFs, is positive.
+    Mass-normalised; the largest component of each mode, of the elastic DOFs, is positive. Modes
+    up to `reach` times the last frequency are computed along with them, for `modes_below`.
     """
-    return bonded(structure).modes(count)
+    omega, shapes = bonded(structure).modes(count, 0.0, _MOST, reach)
+    return omega[:count], shapes[:, :count]

@@ -15,7 +15,11 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
+from slipmode.rom.reduction.nonresonant import (
+    highest_response,
+    no_nonresonant_modes,
+    nonresonant_modes,
+)
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.structure.held import bonded as hold_bonded
@@ -93,11 +97,12 @@ def _reduce_bonded(
     n_elastic = structure.n_dofs - structure.n_contacts
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
-    omega, shapes = fixed_interface_modes(structure, max(modes) + 1)
+    reach = highest_response(1.0) if formulation == "consistent" else 0.0
+    omega, shapes = fixed_interface_modes(structure, max(modes) + 1, reach)
     omega, shapes = omega[list(modes)], shapes[:, list(modes)]
-    parts = structure.partition()
-    constraint_modes = hold_bonded(structure).solve(-(structure.stiffness @ parts.R))
-    constraint_modes += as_dense(parts.R)
+    R = structure.partition().R
+    constraint_modes = hold_bonded(structure).solve(-(structure.stiffness @ R))
+    constraint_modes += as_dense(R)
     project = _reduce_paper if formulation == "paper" else _reduce_consistent
     return project(structure, modes, omega, shapes, constraint_modes)
 

@@ -89,6 +89,4 @@ def reduce_stuck(structure: Structure, modes: tuple[int, ...], contacts: Element
 
 def _modes_in_reach(held: Held, modes: tuple[int, ...]) -> tuple[Floats, Floats]:
     """Frequencies and modes up to the retained ones, and to where others follow statically."""
-    wanted = max(modes) + 1
-    omega, _ = held.modes(wanted)
-    return held.modes(wanted, highest_response(float(omega[-1])), _MOST)
+    return held.modes(max(modes) + 1, 0.0, _MOST, highest_response(1.0))

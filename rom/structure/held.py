@@ -6,6 +6,7 @@ in another way.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -90,7 +91,7 @@ class Held:
         self._may_float = may_float
         self._squares, self._shapes = np.zeros(0), np.zeros((self.size, 0))
         self._factorised: tuple[Factorisation, float] | None = None
-        self._complete = 0.0  # all modes with omega^2 below this are known
+        self._complete = 0.0  # all modes with omega below this are known
 
     @property
     def size(self) -> int:
@@ -98,7 +99,11 @@ class Held:
         return int(self._stiffness.shape[0])
 
     def modes(
-        self, at_least: int, highest: float = 0.0, at_most: int | None = None
+        self,
+        at_least: int,
+        highest: float = 0.0,
+        at_most: int | None = None,
+        reach: float = 0.0,
     ) -> tuple[Floats, Floats]:
         """Lowest natural frequencies (count,) [rad/s] and modes (n, count).
 
@@ -111,6 +116,8 @@ class Held:
             How many.
         highest : float, default 0.0
             Between these, modes below this frequency [rad/s] are wanted.
+        reach : float, default 0.0
+            And those below so many times the frequency of the last that is wanted at least.
 
         Raises
         ------
@@ -120,12 +127,14 @@ class Held:
         at_least = min(at_least, self.size)
         most = self.size if at_most is None else min(max(at_most, at_least), self.size)
         known = self._squares.size
-        if known < at_least or (highest**2 > self._complete and known < most):
-            self._squares, self._shapes = self._lowest(at_least, highest**2, most)
-            self._complete = highest**2
+        if known >= at_least:
+            highest = max(highest, reach * float(np.sqrt(self._squares[at_least - 1])))
+        if known < at_least or (highest > self._complete and known < most):
+            self._squares, self._shapes = self._lowest(at_least, highest, most, reach)
+            highest = max(highest, reach * float(np.sqrt(self._squares[at_least - 1])))
+            self._complete = highest * (1.0 + _ACCURACY)
         count = int(np.clip(np.searchsorted(self._squares, highest**2), at_least, most))
-        shapes = self._shapes[:, :count]
-        return np.sqrt(self._squares[:count]), self._all_dofs(shapes)
+        return np.sqrt(self._squares[:count]), self._all_dofs(self._shapes[:, :count])
 
     def solve(self, load: Any) -> Floats:
         """Static displacement (n, loads) [m] by loads (n, loads) [N], dense or sparse.
@@ -182,17 +191,23 @@ class Held:
                 return error
         return SlipmodeError(_MODES_ARE_RIGID)
 
-    def _lowest(self, at_least: int, highest: float, at_most: int) -> tuple[Floats, Floats]:
-        """omega^2 and modes, those below `highest` among them."""
+    def _lowest(
+        self, at_least: int, highest: float, at_most: int, reach: float
+    ) -> tuple[Floats, Floats]:
+        """omega^2 and modes, as `modes` wants them."""
+
+        def limit(squares: Floats) -> float:
+            return float(max(highest**2, reach**2 * squares[at_least - 1]))
+
         if self.size <= _DENSE_SIZE or 4 * at_least > self.size:
             squares, shapes = self._dense(min(2 * at_least + 16, self.size))
-            if squares[-1] < highest:
+            if squares[-1] < limit(squares):
                 squares, shapes = self._dense(at_most)
         else:
-            squares, shapes = self._krylov(at_least, highest, at_most)
+            squares, shapes = self._krylov(at_least, limit, at_most)
             if self._is_rigid(squares, shapes).any() and self._may_float:
                 self._factorised = self._shifted()  # what was factorised is singular to rounding
-                squares, shapes = self._krylov(at_least, highest, at_most)
+                squares, shapes = self._krylov(at_least, limit, at_most)
         rigid = self._is_rigid(squares, shapes)
         if rigid.any() and not self._may_float:
             raise SlipmodeError(_MODES_ARE_RIGID)
@@ -201,7 +216,9 @@ class Held:
             raise SlipmodeError(_INDEFINITE)
         return squares, shapes
 
-    def _krylov(self, at_least: int, highest: float, at_most: int) -> tuple[Floats, Floats]:
+    def _krylov(
+        self, at_least: int, limit: Callable[[Floats], float], at_most: int
+    ) -> tuple[Floats, Floats]:
         factors, shift = self._factors()
 
         def solve(load: Floats) -> Floats:
@@ -209,7 +226,9 @@ class Held:
             return factors.solve(load)
 
         squares, shapes = lowest_modes(
-            *(solve, self._heavy, self.size, at_least, highest + shift, at_most)
+            *(solve, self._heavy, self.size, at_least),
+            lambda lifted: limit(lifted - shift) + shift,
+            at_most,
         )
         return squares - shift, shapes
 

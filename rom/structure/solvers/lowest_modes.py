@@ -21,7 +21,7 @@ def lowest_modes(
     mass: Operator,
     size: int,
     at_least: int,
-    highest: float = 0.0,
+    highest: Callable[[Floats], float] = lambda squares: 0.0,
     at_most: int | None = None,
 ) -> tuple[Floats, Floats]:
     """Lowest eigenvalues (count,) and vectors (size, count) of A phi = lambda M phi.
@@ -37,8 +37,8 @@ def lowest_modes(
         M of vectors (size, m).
     at_least, at_most : int
         How many modes are wanted.
-    highest : float, default 0.0
-        Between these, modes with eigenvalues below it are wanted.
+    highest : callable
+        Between these, modes with eigenvalues below highest(eigenvalues (at least,)) are wanted.
     """
     most = size if at_most is None else max(at_most, at_least)
     start = np.random.default_rng(0).standard_normal((size, min(_BLOCK, size)))
@@ -52,7 +52,10 @@ def lowest_modes(
         theta, vectors = (each[..., ::-1] for each in scipy.linalg.eigh(projected))
         residual = np.linalg.norm(norm @ vectors[-latest.shape[1] :], axis=0)
         settled = residual <= _SETTLED * np.abs(theta)
-        wanted = min(max(at_least, int(np.count_nonzero(theta * highest > 1.0))), most)
+        wanted = at_least
+        if theta.size > at_least:
+            below = np.count_nonzero(theta * highest(1.0 / theta[:at_least]) > 1.0)
+            wanted = min(max(at_least, int(below)), most)
         whole = following.shape[1] == 0 or theta.size + following.shape[1] > size
         if whole or (wanted < theta.size and settled[: wanted + 1].all()):
             return 1.0 / theta[:wanted], turned(_combined(space, vectors[:, :wanted]))

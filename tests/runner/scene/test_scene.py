@@ -186,7 +186,7 @@ def test_frequencies_may_meet_after_the_run():
 
 REFUSED = [
     # unknown and missing keys
-    ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, direction, dof"),
+    ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, direction"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
      "direction, dof, frequency, node, phase, vector; did you mean amplitude?"),
     ("[log]", "[logs]", "logs: unknown key; allowed: contact, contacts, elastic"),
