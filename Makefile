@@ -9,6 +9,7 @@
 # make paper   set up .venv and draw and judge the figures of the source paper
 # make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
+# make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
@@ -18,7 +19,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper bench-table bench-recordings gallery quick test test-all lint clean
+.PHONY: run fmu report paper bench-table bench-recordings bench-scale gallery quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -37,6 +38,10 @@ bench-table: $(VENV)/.installed
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m slipmode.runner.report.methods.recordings
+
+bench-scale: $(VENV)/.installed
+	@$(PIP) "slipmode[fast]"
+	$(BIN)/python -m slipmode.runner.report.methods.scale
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

@@ -14,11 +14,13 @@ is the state that contacts vibrate about, validity.py what the method assumes.
 import logging
 from importlib.metadata import version
 
+from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
@@ -32,7 +34,7 @@ from slipmode.rom.slow.steady import (
 )
 from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.static_preload import Preload, preload
+from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
@@ -49,9 +51,11 @@ __all__ = [
     "Iwan",
     "Jenkins",
     "LimitCycle",
+    "ModeTable",
     "Model",
     "Motion",
     "Preload",
+    "Rayleigh",
     "Reduced",
     "Region",
     "ResonanceCurve",
@@ -67,6 +71,7 @@ __all__ = [
     "combination_resonances",
     "limit_cycles",
     "load_structure",
+    "modes",
     "preload",
     "reconstruct",
     "reduce",

@@ -22,12 +22,11 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.fixed_interface import fixed_interface_modes, lowest_modes
 from slipmode.rom.reduction.force_response import ForceResponse, Forces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
-from slipmode.rom.reduction.stuck import stuck_stiffness
 from slipmode.rom.representable import round_down, round_up
+from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
@@ -170,12 +169,9 @@ def separation_findings(
 def _neighbouring_frequencies(structure: Structure, reduced: Reduced) -> Floats:
     """Natural frequencies with stuck contacts up to past the highest mode retained [rad/s]."""
     wanted = max(reduced.modes) + 2
-    if reduced.contacts is None:
-        parts = structure.partition()
-        return fixed_interface_modes(parts, min(wanted, parts.K_ec.shape[0]))[0]
-    stiffness = stuck_stiffness(structure, reduced.contacts.reference)
-    squares, _ = lowest_modes(stiffness, structure.mass, min(wanted, structure.n_dofs))
-    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+    contacts = reduced.contacts
+    held = bonded(structure) if contacts is None else stuck(structure, contacts.reference)
+    return held.modes(wanted)[0]
 
 
 def contact_findings(

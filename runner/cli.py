@@ -116,6 +116,15 @@ def _plan(options: argparse.Namespace) -> int:
     return 0
 
 
+def _modes(options: argparse.Namespace) -> int:
+    from slipmode.runner.mode_table import mode_table
+
+    print(
+        mode_table(options.file, options.mass, options.contact, options.stiffness, options.number)
+    )
+    return 0
+
+
 def _scenes(options: argparse.Namespace) -> int:
     from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
@@ -227,6 +236,22 @@ def _parser() -> argparse.ArgumentParser:
 
     plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
     _scene_argument(plan)
+
+    modes = _command(
+        *(commands, "modes", _modes),
+        "modes of a scene or a structure, and what each does at the contacts",
+        "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
+    )
+    modes.add_argument("file", help="a scene, or a file of matrices (see rom.load_structure)")
+    modes.add_argument("--mass", type=Path, help="file of the mass, if it has one of its own")
+    modes.add_argument(
+        "--contact",
+        nargs="+",
+        metavar="WHERE",
+        help="DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch",
+    )
+    modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
+    modes.add_argument("-n", "--number", type=int, default=10, help="how many modes (10)")
 
     add_recording_commands(partial(_command, commands))
 

@@ -43,7 +43,7 @@ def export_fmu(
         reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
         warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
-    elastic = scene.output.elastic
+    elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic)
     model, _ = plan.model(contact=contact, progress=progress)
     names = list(plan.schedule.scripts)

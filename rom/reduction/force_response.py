@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced, force_vector
-from slipmode.rom.reduction.stuck import stuck_response
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.matrices import as_dense, solve
+from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
 
 # One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, which is the force per
@@ -245,11 +244,8 @@ def steady_reaction(reduced: Reduced) -> Complexes:
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
     """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
     squares = np.append(reduced.structural_frequency, reduced.nonresonant_frequency) ** 2
-    shapes = reduced.all_shapes
-    if reduced.contacts is None:
-        parts = structure.partition()
-        held = as_dense(parts.E @ solve(parts.K_ee, as_dense(parts.E.T @ f)))
-    else:
-        held = stuck_response(structure, reduced.contacts, f, shapes[:, squares == 0.0])
-        shapes, squares = shapes[:, squares > 0.0], squares[squares > 0.0]
-    return np.asarray(held - (shapes / squares) @ (shapes.T @ f))
+    elastic = squares > 0.0
+    shapes, squares = reduced.all_shapes[:, elastic], squares[elastic]
+    contacts = reduced.contacts
+    held = bonded(structure) if contacts is None else stuck(structure, contacts.reference)
+    return held.solve(f) - (shapes / squares) @ (shapes.T @ f)

@@ -15,8 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.fixed_interface import modes_below
-from slipmode.rom.structure.matrices import as_dense
-from slipmode.rom.structure.partition import Partition
+from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
@@ -26,7 +25,6 @@ _DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them
 
 def nonresonant_modes(
     structure: Structure,
-    parts: Partition,
     retained: Sequence[int],
     carrier: Floats,
     contact_shapes: Floats,
@@ -49,10 +47,10 @@ def nonresonant_modes(
         As in `responding`.
     """
     highest = highest_response(float(carrier.max()))
-    omega, phi = modes_below(parts, highest, max(retained) + 1)
+    omega, shapes = modes_below(structure, highest, max(retained) + 1)
     others = np.delete(np.arange(omega.size), list(retained))
-    omega, shapes = omega[others], as_dense(parts.E @ phi[:, others])
-    inertia = shapes.T @ as_dense(structure.mass @ contact_shapes)
+    omega, shapes = omega[others], shapes[:, others]
+    inertia = projection(shapes, structure.mass, contact_shapes)
     damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
     chosen = responding(omega, damping, inertia, stiffness, carrier, smallest_response)
     return omega[chosen], shapes[:, chosen]
@@ -112,5 +110,6 @@ def responding(
     dynamic = omega[:, np.newaxis] ** 2 - nu**2 + 1j * damping[:, np.newaxis] * nu
     share = (inertia**2 / stiffness).max(axis=1, initial=0.0)
     floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
-    force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
+    with np.errstate(over="ignore"):  # infinite there
+        force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
     return np.asarray(force > smallest)

@@ -8,19 +8,27 @@ from dataclasses import replace
 from typing import get_args
 
 import numpy as np
+import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.directions import skewed_directions
+from slipmode.rom.progress import phases
 from slipmode.rom.reduction.fixed_interface import fixed_interface_modes
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.nonresonant import no_nonresonant_modes, nonresonant_modes
+from slipmode.rom.reduction.nonresonant import (
+    highest_response,
+    no_nonresonant_modes,
+    nonresonant_modes,
+)
 from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.representable import ALLOWED, fits
-from slipmode.rom.structure.matrices import as_dense, is_positive_definite, solve
-from slipmode.rom.structure.partition import Partition
+from slipmode.rom.structure.held import bonded as hold_bonded
+from slipmode.rom.structure.matrices import as_dense, projection
+from slipmode.rom.structure.solvers.definiteness import is_positive_definite
+from slipmode.rom.structure.solvers.mobility import mobility
 from slipmode.rom.structure.structure import Structure
 
 __all__ = ["Complexes", "Formulation", "Reduced", "force_vector", "reduce"]
@@ -39,6 +47,7 @@ def reduce(
     *,
     smallest_response: float = 1e-3,
     warned: bool = True,
+    progress: bool = False,
 ) -> Reduced:
     """Project a structure on one or two modes with stuck contacts, and its contacts.
 
@@ -74,6 +83,8 @@ def reduce(
         contacts are about as stiff as the body.
     warned : bool
         Warn of contact directions; a scene has them in its plan instead.
+    progress : bool, default False
+        Whether to say on standard error what a large structure is at, and the memory it takes.
 
     Raises
     ------
@@ -101,26 +112,37 @@ def reduce(
         elements = law.elements(structure.n_contacts)
         if warned and (skewed := skewed_directions(structure.directions, law)):
             warnings.warn(f"contacts: {skewed}", ValidityWarning, stacklevel=2)
-        stuck = reduce_stuck(structure, modes, elements, smallest_response)
+        with phases("reduction", shown=progress):
+            stuck = reduce_stuck(structure, modes, elements, smallest_response)
         return _specified(stuck, carrier, force_patterns, aerodynamics)
-    parts = structure.partition()
-    n_elastic = parts.K_ec.shape[0]
+    if formulation == "paper" and force_patterns is not None:
+        raise SlipmodeError("force_patterns: formulation must be 'consistent'")
+    if formulation == "paper" and aerodynamics is not None:
+        raise SlipmodeError("aerodynamics: formulation must be 'consistent'")
+    with phases("reduction", shown=progress):
+        bonded = _reduce_bonded(structure, modes, formulation, smallest_response)
+    return _specified(bonded, carrier, force_patterns, aerodynamics)
+
+
+def _reduce_bonded(
+    structure: Structure,
+    modes: tuple[int, ...],
+    formulation: Formulation,
+    smallest_response: float,
+) -> Reduced:
+    """About the structure whose contacts are bonded."""
+    n_elastic = structure.n_dofs - structure.n_contacts
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
-    omega, phi = fixed_interface_modes(parts, max(modes) + 1)
-    omega, phi = omega[list(modes)], phi[:, list(modes)]
-    mode_shapes = as_dense(parts.E @ phi)
-    constraint_modes = as_dense(parts.R - parts.E @ solve(parts.K_ee, parts.K_ec))
+    reach = highest_response(1.0) if formulation == "consistent" else 0.0
+    omega, shapes = fixed_interface_modes(structure, max(modes) + 1, reach)
+    omega, shapes = omega[list(modes)], shapes[:, list(modes)]
+    R = structure.partition().R
+    constraint_modes = hold_bonded(structure).solve(-(structure.stiffness @ R))
+    constraint_modes += as_dense(R)
     if formulation == "paper":
-        if force_patterns is not None:
-            raise SlipmodeError("force_patterns: formulation must be 'consistent'")
-        if aerodynamics is not None:
-            raise SlipmodeError("aerodynamics: formulation must be 'consistent'")
-        return _reduce_paper(parts, modes, omega, phi, constraint_modes)
-    reduced = _reduce_consistent(
-        structure, parts, modes, omega, mode_shapes, constraint_modes, smallest_response
-    )
-    return _specified(reduced, carrier, force_patterns, aerodynamics)
+        return _reduce_paper(structure, modes, omega, shapes, constraint_modes)
+    return _reduce_consistent(structure, modes, omega, shapes, constraint_modes, smallest_response)
 
 
 def _specified(
@@ -176,20 +198,26 @@ def _aeroelastic(reduced: Reduced, aerodynamics: Sequence[complex]) -> Reduced:
 
 
 def _reduce_paper(
-    parts: Partition, modes: tuple[int, ...], omega: Floats, phi: Floats, constraint_modes: Floats
+    structure: Structure,
+    modes: tuple[int, ...],
+    omega: Floats,
+    Phi: Floats,
+    constraint_modes: Floats,
 ) -> Reduced:
     """Eqs. (13) and (20): K_xx = K_cc - K_ce K_ee^-1 K_ec, coupling K_ce phi, and no more."""
-    nothing = np.zeros_like(parts.K_cc)
-    spring = phi.T @ parts.K_ec
-    stiffness = _symmetric(parts.K_cc - parts.K_ec.T @ solve(parts.K_ee, parts.K_ec))
+    K = structure.stiffness
+    parts = structure.partition()
+    stiffness = _symmetric(projection(constraint_modes, K, as_dense(parts.R)))
+    spring = projection(Phi, K, as_dense(parts.R))
+    nothing = np.zeros_like(stiffness)
     _check_stiffness(stiffness)
     return Reduced(
         formulation="paper",
         modes=modes,
         frequency=omega,
         carrier=omega,
-        modal_damping=np.diag(phi.T @ as_dense(parts.C_ee @ phi)).copy(),
-        mode_shapes=as_dense(parts.E @ phi),
+        modal_damping=np.diag(projection(Phi, structure.damping, Phi)).copy(),
+        mode_shapes=Phi,
         contact_shapes=constraint_modes,
         mass=nothing,
         damping=nothing,
@@ -203,7 +231,6 @@ def _reduce_paper(
 
 def _reduce_consistent(
     structure: Structure,
-    parts: Partition,
     modes: tuple[int, ...],
     omega: Floats,
     Phi: Floats,
@@ -216,16 +243,17 @@ def _reduce_consistent(
     and they couple to the contacts through stiffness and damping alone.
     """
     M, C, K = structure.mass, structure.damping, structure.stiffness
-    X = constraint_modes - Phi @ (Phi.T @ as_dense(M @ constraint_modes))
-    stiffness = _symmetric(X.T @ as_dense(K @ X))
+    X = constraint_modes
+    X -= Phi @ projection(Phi, M, X)
+    stiffness = _symmetric(projection(X, K, X))
     _check_stiffness(stiffness)
-    spring = Phi.T @ as_dense(K @ X)
+    spring = projection(Phi, K, X)
     nonresonant_omega, nonresonant = nonresonant_modes(
-        structure, parts, modes, omega, X, np.diag(stiffness), smallest_response
+        structure, modes, omega, X, np.diag(stiffness), smallest_response
     )
     every = np.hstack((Phi, nonresonant))
-    modal_damping = every.T @ as_dense(C @ every)
-    follows = _symmetric(X.T @ as_dense(M @ X))
+    modal_damping = projection(every, C, every)
+    follows = _symmetric(projection(X, M, X))
     mass = _impact_mass(structure)
     return Reduced(
         formulation="consistent",
@@ -236,18 +264,18 @@ def _reduce_consistent(
         mode_shapes=Phi,
         contact_shapes=X,
         mass=mass,
-        damping=_symmetric(X.T @ as_dense(C @ X)),
+        damping=_symmetric(projection(X, C, X)),
         stiffness=stiffness,
         spring=spring,
-        damper=Phi.T @ as_dense(C @ X),
+        damper=projection(Phi, C, X),
         contact_motion=_frictionless(stiffness, spring),
         carried_mass=_without_rounding(follows - mass, np.diag(follows)),
         nonresonant_frequency=nonresonant_omega,
         nonresonant_damping=np.diag(modal_damping)[len(modes) :].copy(),
         nonresonant_shapes=nonresonant,
         nonresonant_spring=np.zeros((nonresonant.shape[1], len(stiffness))),
-        nonresonant_inertia=nonresonant.T @ as_dense(M @ X),
-        nonresonant_damper=nonresonant.T @ as_dense(C @ X),
+        nonresonant_inertia=projection(nonresonant, M, X),
+        nonresonant_damper=projection(nonresonant, C, X),
         damping_coupling=_without_rounding(
             _symmetric(modal_damping) - np.diag(np.diag(modal_damping)), np.diag(modal_damping)
         ),
@@ -269,8 +297,7 @@ def _frictionless(stiffness: Floats, spring: Floats) -> Complexes:
 
 def _impact_mass(structure: Structure) -> Floats:
     """(W^T M^-1 W)^-1, (N_c, N_c): what the contacts move while nothing else has time to."""
-    W = as_dense(structure.directions)
-    return _symmetric(np.asarray(np.linalg.inv(W.T @ solve(structure.mass, W))))
+    return _symmetric(scipy.linalg.inv(mobility(structure.mass, structure.directions)))
 
 
 def _without_rounding(matrix: Floats, scale: Floats) -> Floats:

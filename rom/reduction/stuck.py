@@ -13,22 +13,18 @@ holds for the harmonics of one holds for those of the other. Bonded contacts are
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import scipy.sparse
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.reduction.fixed_interface import lowest_modes
 from slipmode.rom.reduction.nonresonant import highest_response, responding
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense, solve
+from slipmode.rom.structure.held import Held, stuck
+from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
-_RIGID = 1e-9  # omega^2 of a rigid-body mode, relative to the stiffest DOF
-_STRAINLESS = 1e-12  # strain energy of a rigid-body mode, relative to that of its DOFs alone
+_MOST = 128  # modes computed to reach those that follow statically
 
 
 def reduce_stuck(
@@ -40,37 +36,34 @@ def reduce_stuck(
             "gap: all contacts are open at rest; at least one must touch, or a static force "
             "press it (rom.preload, in scenes [preload])"
         )
-    M, C = structure.mass, structure.damping
-    W = as_dense(structure.directions)
-    K = stuck_stiffness(structure, contacts.reference)
+    M, C, W = structure.mass, structure.damping, structure.directions
     if not all(0 <= mode < structure.n_dofs for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
-    squares, shapes = _modes_in_reach(K, M, modes)
-    rigid = squares <= _RIGID * K.diagonal().max() / M.diagonal().max()
-    retained = np.isin(np.arange(squares.size), modes)
+    held = stuck(structure, contacts.reference)
+    omega, shapes = _modes_in_reach(held, modes)
+    rigid = omega == 0.0
+    retained = np.isin(np.arange(omega.size), modes)
     if np.any(rigid & retained):
         raise SlipmodeError(
             f"modes: the first {rigid.sum()} are rigid-body modes of the stuck structure, and do "
             f"not resonate; retain others, from {rigid.sum()} on"
         )
-    omega = np.sqrt(np.where(rigid, 0.0, squares))
     carrier = omega[list(modes)]
     below = (omega < carrier.min()) & ~retained
-    X = _static(K, M, W, shapes[:, rigid])
+    drawn = as_dense(W.T @ shapes).T
     removed = (retained | below) & ~rigid
-    X -= (shapes[:, removed] / squares[removed]) @ (shapes[:, removed].T @ W)
-    R = W.T @ X
+    X = held.solve(W)
+    X -= (shapes[:, removed] / omega[removed] ** 2) @ drawn[removed]
+    R = as_dense(W.T @ X)
     R = 0.5 * (R + R.T)
-    drawn = shapes.T @ W
-    inertia = shapes.T @ as_dense(M @ X)
+    inertia = projection(shapes, M, X)
     damping = np.einsum("nk,nk->k", shapes, as_dense(C @ shapes))
     soft = np.divide(1.0, contacts.reference, out=np.zeros(len(R)), where=contacts.reference > 0)
     follows = responding(omega, damping, inertia, np.diag(R) + soft, carrier, smallest_response)
     chosen = ~retained & (below | follows)
     every = np.hstack((shapes[:, list(modes)], shapes[:, chosen]))
-    modal_damping = every.T @ as_dense(C @ every)
-    on_contacts = as_dense(C @ X)
-    dampers = every.T @ on_contacts
+    modal_damping = projection(every, C, every)
+    dampers = projection(every, C, X)
     own = np.diag(modal_damping)
     spring = -drawn[list(modes)]
     return Reduced(
@@ -82,12 +75,12 @@ def reduce_stuck(
         mode_shapes=shapes[:, list(modes)],
         contact_shapes=X,
         mass=np.zeros_like(R),
-        damping=X.T @ on_contacts,
+        damping=projection(X, C, X),
         stiffness=-R,
         spring=spring,
         damper=dampers[: len(modes)],
         contact_motion=np.asarray(-contacts.reference * spring, dtype=complex),
-        carried_mass=X.T @ as_dense(M @ X),
+        carried_mass=projection(X, M, X),
         nonresonant_frequency=omega[chosen],
         nonresonant_damping=own[len(modes) :].copy(),
         nonresonant_shapes=shapes[:, chosen],
@@ -99,70 +92,6 @@ def reduce_stuck(
     )
 
 
-def stuck_stiffness(structure: Structure, reference: Floats) -> Matrix:
-    """K + W diag(k_ref) W^T, dense or CSC like the structure."""
-    W = structure.directions
-    if isinstance(structure.stiffness, np.ndarray):
-        dense = as_dense(W)
-        return np.asarray(structure.stiffness + (dense * reference) @ dense.T)
-    return as_csc(structure.stiffness + W @ scipy.sparse.diags_array(reference) @ W.T)
-
-
-def rigid_body_modes(K: Matrix, M: Matrix) -> Floats:
-    """Modes (n, count) that strain nothing beyond rounding, mass-normalised; often none."""
-    size, count = K.shape[0], 8
-    while True:
-        count = min(count, size)
-        _, shapes = _lowest(K, M, count)
-        strain = np.einsum("nk,nk->k", shapes, as_dense(K @ shapes))
-        rigid = np.abs(strain) <= _STRAINLESS * (K.diagonal() @ shapes**2)
-        if count == size or not rigid.all():
-            return shapes[:, rigid]
-        count *= 2
-
-
-def _modes_in_reach(K: Matrix, M: Matrix, modes: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """omega^2 and modes up to the retained ones, and to where others follow statically."""
-    size, count = K.shape[0], max(16, max(modes) + 2)
-    while True:
-        count = min(count, size)
-        squares, shapes = _lowest(K, M, count)
-        squares = np.maximum(squares, 0.0)
-        highest = highest_response(float(np.sqrt(squares[max(modes)])))
-        if count == size or squares[-1] >= highest**2 or count >= 128:
-            kept = max(int(np.searchsorted(squares, highest**2)), max(modes) + 1)
-            return squares[:kept], shapes[:, :kept]
-        count *= 2
-
-
-def _lowest(K: Matrix, M: Matrix, count: int) -> tuple[Floats, Floats]:
-    """The lowest omega^2 and modes, rigid-body modes among them."""
-    try:
-        return lowest_modes(K, M, count)
-    except RuntimeError:  # rigid-body modes
-        stiffest = K.diagonal().max() / M.diagonal().max()
-        return lowest_modes(K, M, count, -_RIGID * stiffest)
-
-
-def stuck_response(
-    structure: Structure, contacts: Elements, force: Floats, rigid: Floats
-) -> Floats:
-    """Static displacement (n, forces) [m] with stuck contacts, less that of rigid-body modes."""
-    K = stuck_stiffness(structure, contacts.reference)
-    return _static(K, structure.mass, force, rigid)
-
-
-def _static(K: Matrix, M: Matrix, W: Floats, rigid: Floats) -> Floats:
-    """K^-1 W, (n, loads); of a structure with rigid-body modes, what is orthogonal to them."""
-    if rigid.shape[1] == 0:
-        return as_dense(solve(K, W))
-    border = as_dense(M @ rigid)
-    corner = np.zeros((rigid.shape[1], rigid.shape[1]))
-    loads = np.vstack((W - border @ (rigid.T @ W), np.zeros((rigid.shape[1], W.shape[1]))))
-    if isinstance(K, np.ndarray):
-        held = np.block([[K, border], [border.T, corner]])
-        return np.asarray(np.linalg.solve(held, loads)[: len(W)])
-    edge: Any = as_csc(border)
-    rows = (scipy.sparse.hstack((K, edge)), scipy.sparse.hstack((edge.T, as_csc(corner))))
-    bordered = as_csc(scipy.sparse.vstack(rows))
-    return as_dense(solve(bordered, loads))[: len(W)]
+def _modes_in_reach(held: Held, modes: tuple[int, ...]) -> tuple[Floats, Floats]:
+    """Frequencies and modes up to the retained ones, and to where others follow statically."""
+    return held.modes(max(modes) + 1, 0.0, _MOST, highest_response(1.0))

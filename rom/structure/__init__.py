@@ -1,7 +1,11 @@
 """Structures: mass, damping and stiffness with contacts, M x'' + C x' + K x + W g(W^T x') = f.
 
-structure.py   Eqs. (1), (2): Structure, checked once; two_mass, Eq. (26) and Table 1. Start here.
-partition.py   Eq. (3): elastic and contact coordinates, x = E x_e + R x_c
-files.py       matrices on disk: .npz, Matrix Market
-matrices.py    dense or sparse; symmetry and definiteness
+structure.py    Eqs. (1), (2): Structure, checked once; two_mass, Eq. (26) and Table 1. Start here.
+partition.py    Eq. (3): elastic and contact coordinates, x = E x_e + R x_c
+held.py         contacts bonded or stuck: static solutions and modes, by one factorisation
+solvers/        sparse and dense: factorisation, lowest modes, definiteness
+damping.py      Rayleigh: damping ratios, loss factor
+labels.py       nodes and directions
+files.py        matrices on disk: .npz, Matrix Market; formats/: of other programs
+matrices.py     dense or sparse, as they are given
 """

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.labels import Labels
 
 REQUIRED = ("mass", "stiffness", "contact")
 OPTIONAL = ("damping",)
@@ -70,7 +72,15 @@ def _read_npz(path: Path) -> dict[str, Any]:
                 matrices[name] = matrix
             elif name in REQUIRED:
                 raise SlipmodeError(f"{path}: key {name} is missing (sparse: {name}_data, ...)")
+        if "labels" in stored:
+            matrices["labels"] = _labels(stored["labels"], path)
         return matrices
+
+
+def _labels(table: NDArray[Any], path: Path) -> Labels:
+    if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
+        raise SlipmodeError(f"{path}: labels must be (n, 2) integers: node, direction")
+    return Labels(*table.T.astype(np.int64))
 
 
 def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:

@@ -1,10 +1,8 @@
-"""The matrix type of a structure and the tests that structural matrices must pass."""
+"""The matrix type of a structure, and matrices as they are given: real, finite, symmetric."""
 
-import warnings
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,6 +17,8 @@ MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatri
 #: Entries may differ from their mirror image, and eigenvalues lie below zero, by this
 #: fraction of the largest entry: what assembling in floating point leaves behind.
 TOLERANCE = 1e-10
+
+_BLOCK = 16  # columns at a time: products of all would need as much memory again
 
 
 def as_matrix(name: str, value: MatrixLike) -> Matrix:
@@ -38,7 +38,7 @@ def as_matrix(name: str, value: MatrixLike) -> Matrix:
     if isinstance(given, np.ndarray):
         entries = matrix = np.array(given, dtype=np.float64)
     else:
-        matrix = as_csc(given.copy())
+        matrix = as_csc(given.copy() if given.format == "csc" else given)
         matrix.sum_duplicates()
         entries = matrix.data
     if not np.isfinite(entries).all():
@@ -56,34 +56,9 @@ def as_symmetric(name: str, value: MatrixLike, size: int | None = None) -> Matri
         raise SlipmodeError(f"{name}: must be square, got {rows} x {columns}")
     if size is not None and rows != size:
         raise SlipmodeError(f"{name}: must be {size} x {size} like mass, got {rows} x {rows}")
-    if _largest(matrix - matrix.T) > TOLERANCE * _largest(matrix):
+    if largest_entry(matrix - matrix.T) > TOLERANCE * largest_entry(matrix):
         raise SlipmodeError(f"{name}: must be symmetric (to {TOLERANCE:g} of its largest entry)")
     return matrix
-
-
-def is_positive_definite(matrix: Matrix) -> bool:
-    """Whether a symmetric matrix is positive definite, from one factorisation."""
-    if not (matrix.diagonal() > 0).all():
-        return False
-    if isinstance(matrix, np.ndarray):
-        try:
-            np.linalg.cholesky(matrix)
-        except np.linalg.LinAlgError:
-            return False
-        return True
-    return _has_positive_pivots(matrix)
-
-
-def is_positive_semidefinite(matrix: Matrix) -> bool:
-    """Whether no eigenvalue of a symmetric matrix is negative beyond rounding.
-
-    The matrix is lifted by the rounding allowance, so that a singular one still factorises.
-    """
-    shift = TOLERANCE * (_largest(matrix) or 1.0)
-    size = matrix.shape[0]
-    if isinstance(matrix, np.ndarray):
-        return is_positive_definite(matrix + shift * np.eye(size))
-    return is_positive_definite(as_csc(matrix + shift * scipy.sparse.eye_array(size)))
 
 
 def as_csc(matrix: Any) -> Sparse:
@@ -98,29 +73,21 @@ def as_dense(matrix: Any) -> Floats:
     return array
 
 
-def solve(matrix: Matrix, right: Floats) -> Floats:
-    """matrix^-1 right, for a symmetric positive definite matrix.
+def projection(left: Floats, matrix: Matrix, right: Floats) -> Floats:
+    """left^T matrix right, for left (n, k) and right (n, m), by a few columns at a time."""
+    if isinstance(matrix, np.ndarray):
+        return np.asarray(left.T @ (matrix @ right))
+    projected = np.empty((left.shape[1], right.shape[1]))
+    for start in range(0, right.shape[1], _BLOCK):
+        block = slice(start, start + _BLOCK)
+        projected[:, block] = left.T @ as_dense(matrix @ right[:, block])
+    return projected
 
-    Raises
-    ------
-    SlipmodeError
-        If rounding makes it a singular one, whatever the units of its rows.
-    """
-    try:
-        if scipy.sparse.issparse(matrix):
-            from scipy.sparse.linalg import splu  # takes a while to import
 
-            return np.asarray(splu(matrix.tocsc()).solve(right))
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            unit = np.exp2(-np.round(0.5 * np.log2(matrix.diagonal())))[:, np.newaxis]
-            scaled = scipy.linalg.solve(unit * matrix * unit.T, unit * right, assume_a="pos")
-    except (RuntimeError, scipy.linalg.LinAlgError, RuntimeWarning, scipy.linalg.LinAlgWarning):
-        raise SlipmodeError(
-            "mass, stiffness: must be positive definite with bonded contacts, also to rounding: "
-            "what is stiffer or heavier than the rest by 1e15 should be modelled as rigid"
-        ) from None
-    return np.asarray(unit * scaled)
+def largest_entry(matrix: Any) -> float:
+    """The largest absolute entry."""
+    entries = matrix if isinstance(matrix, np.ndarray) else matrix.data
+    return float(max(entries.max(initial=0.0), -entries.min(initial=0.0)))
 
 
 def _as_array(name: str, value: Any) -> NDArray[Any]:
@@ -128,25 +95,3 @@ def _as_array(name: str, value: Any) -> NDArray[Any]:
         return np.asarray(value)
     except ValueError as error:
         raise SlipmodeError(f"{name}: rows must all have the same length") from error
-
-
-def _largest(matrix: Any) -> float:
-    """The largest absolute entry."""
-    return float(abs(matrix).max())
-
-
-def _has_positive_pivots(matrix: Sparse) -> bool:
-    """Sylvester's criterion on L D L^T: LU with diagonal pivots only, D = diag(U)."""
-    from scipy.sparse.linalg import splu
-
-    try:
-        factors = splu(
-            matrix,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:  # an exactly singular matrix
-        return False
-    diagonal_pivots = np.array_equal(factors.perm_r, factors.perm_c)
-    return diagonal_pivots and bool((factors.U.diagonal() > 0).all())

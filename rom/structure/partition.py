@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -41,25 +42,18 @@ class Partition:
         Motion by a unit contact displacement with x_e = 0. Sparse if the structure is.
     elastic_dofs : (n_e,) ndarray of int
         The DOFs that serve as x_e, ascending.
-    M_ee, C_ee, K_ee : (n_e, n_e) matrix
-        Dense or CSC, like the structure.
-    M_ec, C_ec, K_ec : (n_e, N_c) ndarray
-        The ce blocks are their transposes.
-    M_cc, C_cc, K_cc : (N_c, N_c) ndarray
+    mass, damping, stiffness : (n, n) matrix
+        Of the structure. Their blocks are computed when they are asked for: M_ee, C_ee, K_ee
+        (n_e, n_e), dense or CSC like the structure; M_ec, C_ec, K_ec (n_e, N_c) and M_cc, C_cc,
+        K_cc (N_c, N_c), dense. The ce blocks are the transposes of ec.
     """
 
     E: Matrix
     R: Matrix
     elastic_dofs: Indices
-    M_ee: Matrix
-    M_ec: Floats
-    M_cc: Floats
-    C_ee: Matrix
-    C_ec: Floats
-    C_cc: Floats
-    K_ee: Matrix
-    K_ec: Floats
-    K_cc: Floats
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
 
     __repr__ = short_repr
 
@@ -67,24 +61,58 @@ class Partition:
     def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:
         """Split the matrices of a structure along its contact directions W (n, N_c)."""
         E, R, elastic_dofs = _coordinate_maps(as_csc(directions))
-        M_ee, M_ec, M_cc = _blocks(mass, E, R)
-        C_ee, C_ec, C_cc = _blocks(damping, E, R)
-        K_ee, K_ec, K_cc = _blocks(stiffness, E, R)
         as_given = as_dense if isinstance(mass, np.ndarray) else as_csc
-        return cls(
-            E=as_given(E),
-            R=as_given(R),
-            elastic_dofs=elastic_dofs,
-            M_ee=M_ee,
-            M_ec=M_ec,
-            M_cc=M_cc,
-            C_ee=C_ee,
-            C_ec=C_ec,
-            C_cc=C_cc,
-            K_ee=K_ee,
-            K_ec=K_ec,
-            K_cc=K_cc,
-        )
+        return cls(as_given(E), as_given(R), elastic_dofs, mass, damping, stiffness)
+
+    @cached_property
+    def M_ee(self) -> Matrix:  # noqa: N802
+        """E^T M E, (n_e, n_e)."""
+        return self._elastic(self.mass)
+
+    @cached_property
+    def C_ee(self) -> Matrix:  # noqa: N802
+        """E^T C E, (n_e, n_e)."""
+        return self._elastic(self.damping)
+
+    @cached_property
+    def K_ee(self) -> Matrix:  # noqa: N802
+        """E^T K E, (n_e, n_e)."""
+        return self._elastic(self.stiffness)
+
+    @cached_property
+    def M_ec(self) -> Floats:  # noqa: N802
+        """E^T M R, (n_e, N_c)."""
+        return as_dense(self.E.T @ (self.mass @ self.R))
+
+    @cached_property
+    def C_ec(self) -> Floats:  # noqa: N802
+        """E^T C R, (n_e, N_c)."""
+        return as_dense(self.E.T @ (self.damping @ self.R))
+
+    @cached_property
+    def K_ec(self) -> Floats:  # noqa: N802
+        """E^T K R, (n_e, N_c)."""
+        return as_dense(self.E.T @ (self.stiffness @ self.R))
+
+    @cached_property
+    def M_cc(self) -> Floats:  # noqa: N802
+        """R^T M R, (N_c, N_c)."""
+        return as_dense(self.R.T @ (self.mass @ self.R))
+
+    @cached_property
+    def C_cc(self) -> Floats:  # noqa: N802
+        """R^T C R, (N_c, N_c)."""
+        return as_dense(self.R.T @ (self.damping @ self.R))
+
+    @cached_property
+    def K_cc(self) -> Floats:  # noqa: N802
+        """R^T K R, (N_c, N_c)."""
+        return as_dense(self.R.T @ (self.stiffness @ self.R))
+
+    def _elastic(self, matrix: Matrix) -> Matrix:
+        """E^T matrix E."""
+        block: Any = self.E.T @ (matrix @ self.E)
+        return block if isinstance(block, np.ndarray) else as_csc(block)
 
 
 def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
@@ -170,14 +198,3 @@ def _coordinate_maps(W: Sparse) -> tuple[Sparse, Sparse, Indices]:
     R = _selection(pivots, n_dofs) @ as_csc(np.linalg.inv(W[pivots].toarray().T))
     E = S_e - R @ (W.T @ S_e)
     return as_csc(E), as_csc(R), elastic_dofs
-
-
-def _blocks(matrix: Matrix, E: Sparse, R: Sparse) -> tuple[Matrix, Floats, Floats]:
-    """The ee, ec and cc blocks of a symmetric matrix in the coordinates (x_e, x_c)."""
-    ee: Any = E.T @ (matrix @ E)
-    on_contact = matrix @ R
-    return (
-        ee if isinstance(ee, np.ndarray) else as_csc(ee),
-        as_dense(E.T @ on_contact),
-        as_dense(R.T @ on_contact),
-    )

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.representable import ALLOWED, SMALLEST, fits
+from slipmode.rom.representable import SMALLEST
+from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
+from slipmode.rom.structure.formats.external import ENDINGS, read_external
+from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import (
     Matrix,
     MatrixLike,
     as_csc,
     as_dense,
     as_symmetric,
-    is_positive_definite,
-    is_positive_semidefinite,
 )
 from slipmode.rom.structure.partition import Partition, contact_directions
+from slipmode.rom.structure.solvers.definiteness import is_positive_mass, is_positive_semidefinite
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -36,20 +39,24 @@ class Structure:
         M [kg], symmetric, positive definite.
     stiffness : (n, n) array or sparse matrix
         K [N/m], symmetric. May have rigid-body modes, as long as the contacts hold them.
-    damping : float or (n, n) array or sparse matrix, default 0.0
-        beta [s] for C = beta K, or C [N s/m] itself: symmetric, positive semidefinite.
+    damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
+        beta [s] for C = beta K, `Rayleigh` for damping ratios or a loss factor at frequencies, or
+        C [N s/m] itself: symmetric, positive semidefinite.
     contact : sequence of int, or (n, N_c) array or sparse matrix
         The contact DOFs, or directions W: the contact displacement is x_c = W^T x, so a
         column with +1 and -1 is the relative displacement of two nodes.
+    labels : Labels, optional
+        Which node and direction each DOF is, of structures that other programs made.
 
     Attributes
     ----------
     mass, stiffness, damping : (n, n) matrix
         Read-only ndarrays; CSC matrices if mass or stiffness was given sparse.
     beta : float or None
-        None if `damping` was given as a matrix.
+        None if `damping` was not given as a number.
     directions : (n, N_c) matrix
         W, dense or CSC like the others.
+    labels : Labels or None
 
     Raises
     ------
@@ -59,34 +66,39 @@ class Structure:
 
     mass: Matrix
     stiffness: Matrix
-    damping: Matrix
     beta: float | None
     directions: Matrix
+    labels: Labels | None
+    _damping: Matrix | Rayleigh
 
     def __init__(
         self,
         mass: MatrixLike,
         stiffness: MatrixLike,
-        damping: float | MatrixLike = 0.0,
+        damping: float | Rayleigh | MatrixLike = 0.0,
         *,
         contact: MatrixLike,
+        labels: Labels | None = None,
     ) -> None:
         M = as_symmetric("mass", mass)
-        if not is_positive_definite(M):
+        if not is_positive_mass(M):
             raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
         if M.diagonal().min() < SMALLEST:
             raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C, beta = _damping(damping, K)
+        C = _checked_damping(damping, M.shape[0])
+        if labels is not None and labels.node.size != M.shape[0]:
+            raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         fields = {
             "mass": store(M),
             "stiffness": store(K),
-            "damping": store(C),
-            "beta": beta,
+            "beta": C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
             "directions": store(W),
+            "labels": labels,
+            "_damping": C if isinstance(C, Rayleigh) else store(C),
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -116,7 +128,7 @@ class Structure:
         added = {
             "mass": as_dense(self.mass),
             "stiffness": as_dense(self.stiffness) + stiffness,
-            "damping": as_dense(self.damping) + damping,
+            "_damping": as_dense(self.damping) + damping,
             "directions": as_dense(self.directions),
         }
         surrounded = copy(self)
@@ -124,6 +136,17 @@ class Structure:
             object.__setattr__(surrounded, name, _read_only(matrix))
         object.__setattr__(surrounded, "beta", None)
         return surrounded
+
+    @property
+    def damping(self) -> Matrix:
+        """C (n, n) [N s/m]; made at every call where it is alpha M + beta K."""
+        given = self._damping
+        if not isinstance(given, Rayleigh):
+            return given
+        C: Any = self.stiffness * given.beta
+        if given.alpha:
+            C = C + self.mass * given.alpha
+        return _read_only(C) if isinstance(C, np.ndarray) else C
 
     def partition(self) -> Partition:
         """Split the matrices into elastic and contact coordinates, Eq. (3)."""
@@ -138,37 +161,76 @@ class Structure:
                 "stiffness": self.stiffness,
                 "damping": self.damping if self.beta is None else self.beta,
                 "contact": self.directions,
-            },
+            }
+            | ({} if self.labels is None else {"labels": self.labels.table}),
         )
 
 
 def load_structure(
-    path: str | PathLike[str], damping: float | MatrixLike | None = None
+    path: str | PathLike[str],
+    damping: float | Rayleigh | MatrixLike | None = None,
+    *,
+    mass: str | PathLike[str] | None = None,
+    contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
 ) -> Structure:
-    """Read a structure from a .npz file or a folder of Matrix Market files.
+    """Read a structure from a file of slipmode or of another program.
 
     Parameters
     ----------
     path : path
-        A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
-        damping (C, or the number beta); a sparse matrix is stored as mass_data,
-        mass_indices, mass_indptr and mass_shape (CSR). Or a folder with mass.mtx,
-        stiffness.mtx, optionally damping.mtx, and contact.mtx (W) or contact.txt (indices).
-    damping : float or (n, n) matrix, optional
+        - A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
+          damping (C, or the number beta); a sparse matrix is stored as mass_data,
+          mass_indices, mass_indptr and mass_shape (CSR).
+        - A folder with mass.mtx, stiffness.mtx, optionally damping.mtx (Matrix Market), and
+          contact.mtx (W) or contact.txt (indices).
+        - Of the stiffness: .mtx of Matrix Market or of Abaqus (*MATRIX GENERATE), .sti of
+          CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix) of Ansys and others.
+        - Of all matrices: .mat of MATLAB (mass or M, stiffness or K, ...); .op4, .pch of Nastran
+          (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`).
+    damping : float, Rayleigh or (n, n) matrix, optional
         Overrides the stored damping; without either there is none.
+    mass : path, optional
+        File of the mass, where it has one of its own: that of the same job of Abaqus
+        (JOB_MASS1.mtx of JOB_STIF1.mtx) or CalculiX (.mas) is found.
+    contact : as of Structure, or sequence of (node, direction) or (node, node, direction)
+        Overrides the stored contacts. Nodes are named as in the other program, directions
+        "x", "y", "z", "rx", "ry", "rz"; of two nodes it is the relative motion.
 
     Raises
     ------
     SlipmodeError
         Naming the file and the part that is missing, unreadable or refused.
     """
-    matrices = read_matrices(Path(path))
+    file = Path(path)
+    if file.is_dir() or file.suffix not in ENDINGS:
+        matrices = read_matrices(file)
+    else:
+        matrices = read_external(file, None if mass is None else Path(mass))
     if damping is not None:
         matrices["damping"] = damping
     try:
+        if contact is not None:
+            matrices["contact"] = _labelled(contact, matrices.get("labels"))
+        if "contact" not in matrices:
+            raise SlipmodeError(
+                'contact: is missing; give contact=, as DOF indices, W or [(node, "x"), ...]'
+            )
         return Structure(**matrices)
     except SlipmodeError as error:
         raise SlipmodeError(f"{path}: {error}") from error
+
+
+def _labelled(contact: Any, labels: Labels | None) -> Any:
+    """Contacts as they are given, or W of those that are named by nodes."""
+    named = isinstance(contact, list | tuple) and any(
+        isinstance(each, list | tuple) and any(isinstance(word, str) for word in each)
+        for each in contact
+    )
+    if not named:
+        return contact
+    if labels is None:
+        raise SlipmodeError("contact: the file names no nodes; give DOF indices or W")
+    return labels.directions(contact)
 
 
 def two_mass(
@@ -215,19 +277,16 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def _damping(damping: float | MatrixLike, stiffness: Matrix) -> tuple[Matrix, float | None]:
-    """C, and beta if C = beta K."""
+def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
+    """C itself, or how it follows from mass and stiffness."""
+    if isinstance(damping, Rayleigh):
+        return damping
     if isinstance(damping, float | int | np.floating):
-        beta = float(damping)
-        if not (beta >= 0.0 and fits(beta)):
-            raise SlipmodeError(
-                f"damping: beta must be a finite number >= 0, {ALLOWED}, got {damping}"
-            )
-        return stiffness * beta, beta
-    C = as_symmetric("damping", damping, stiffness.shape[0])
+        return Rayleigh(0.0, float(damping))
+    C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
-    return C, None
+    return C
 
 
 def _read_only(matrix: Matrix) -> Floats:

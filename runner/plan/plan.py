@@ -9,6 +9,7 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
+from slipmode.rom.contact.static_preload import Preload, preload_findings
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
@@ -19,7 +20,6 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.transient import LARGEST_CHANGE, said_change
-from slipmode.rom.static_preload import Preload, preload_findings
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import Finding as Decision
@@ -29,6 +29,7 @@ from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
+from slipmode.runner.scene.nodes import located
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
@@ -127,6 +128,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     """
     modes, mode_decisions = _modes(scene)
     structure = scene.structure.build()
+    scene = located(scene, structure)
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
     law = law_of(scene, structure.n_contacts)
     rest = preloaded(scene, structure, law)
@@ -139,6 +141,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         law=None if isinstance(law, RigidFriction) else law,
         warned=False,
         aerodynamics=_aerodynamics(scene, modes),
+        progress=progress,
     )
     excited = Excited(
         modes,

@@ -10,11 +10,11 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh, preload
+from slipmode.rom.contact.static_preload import Preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic, ElasticLaw
 from slipmode.rom.laws.friction import is_homogeneous, limits
 from slipmode.rom.laws.law_record import LAWS
-from slipmode.rom.static_preload import Preload
 from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, StaticForce
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
 

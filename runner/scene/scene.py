@@ -12,6 +12,8 @@ import numpy as np
 
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.structure import two_mass
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
@@ -24,6 +26,8 @@ from slipmode.runner.scene.contacts import (
     read_friction,
     read_preload,
 )
+from slipmode.runner.scene.nodes import NodeDof, read_nodes
+from slipmode.runner.scene.nodes import read_contacts as read_structure_contacts
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import (
     ContactGroup,
@@ -65,8 +69,9 @@ __all__ = [
 _TWO_MASS_PARAMETERS = tuple(
     name for name in inspect.signature(two_mass).parameters if name != "beta"
 )
+_OF_MATRICES = ("mass", "contacts", "rayleigh")
 _SECTIONS = {
-    "structure": ("model", "matrices", "damping", *_TWO_MASS_PARAMETERS),
+    "structure": ("model", "matrices", "damping", *_OF_MATRICES, *_TWO_MASS_PARAMETERS),
     "friction": FRICTION,
     "preload": PRELOAD,
     "limits": ("scale",),
@@ -76,10 +81,10 @@ _SECTIONS = {
     "aerodynamics": MODES,
     "run": ("duration", "step", "tolerance"),
     "model": ("tolerance", "formulation", "amplitude", "table", "transients"),
-    "output": ("elastic",),
+    "output": ("elastic", "nodes"),
     "log": ("mcap", "rerun"),
 }
-_FORCING = ("dof", "vector", "amplitude", "frequency", "phase")
+_FORCING = ("dof", "node", "direction", "vector", "amplitude", "frequency", "phase")
 _WINDOW = ("window", "samples_per_period")
 # [[contact]] and [[contacts]] look alike: whose key it is, and where it goes
 _OF_LAWS = dict.fromkeys(CONTACTS, "the laws of contacts are in [[contacts]]")
@@ -184,12 +189,26 @@ def _structure(table: Table, folder: Path) -> TwoMass | MatrixFile:
     damping = table.number("damping", NON_NEGATIVE) if "damping" in table else None
     if "model" in table:
         table.choice("model", ("two-mass",))
+        for key in _OF_MATRICES:
+            if key in table:
+                raise table.error(key, 'is for matrices, not for model = "two-mass"')
         parameters = {key: table.number(key) for key in _TWO_MASS_PARAMETERS if key in table}
         return TwoMass(parameters if damping is None else {"beta": damping, **parameters})
     for key in _TWO_MASS_PARAMETERS:
         if key in table:
             raise table.error(key, 'is a parameter of model = "two-mass", not of matrices')
-    return MatrixFile(_existing(table, "matrices", folder), damping)
+    return MatrixFile(
+        _existing(table, "matrices", folder),
+        _rayleigh(table) if "rayleigh" in table else damping,
+        _existing(table, "mass", folder) if "mass" in table else None,
+        read_structure_contacts(table, "contacts"),
+    )
+
+
+def _rayleigh(table: Table) -> Rayleigh:
+    if "damping" in table:
+        raise table.error("rayleigh", "give one of damping and rayleigh")
+    return Rayleigh(*table.numbers("rayleigh", NON_NEGATIVE, 2))
 
 
 def _existing(table: Table, key: str, folder: Path) -> Path:
@@ -251,15 +270,25 @@ def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
 
 
 def _forcing_of(mode: str, table: Table) -> Forcing:
-    if ("dof" in table) == ("vector" in table):
-        raise table.error("dof", "give exactly one of dof and vector")
+    if sum(key in table for key in ("dof", "node", "vector")) != 1:
+        raise table.error("dof", "give exactly one of dof and vector (or node, direction)")
+    if "direction" in table and "node" not in table:
+        raise table.error("direction", "is of node, which is missing")
     return Forcing(
         mode=mode,
-        pattern=table.integer("dof") if "dof" in table else table.numbers("vector"),
+        pattern=_pattern(table),
         amplitude=table.script("amplitude", _AMPLITUDE),
         frequency=table.script("frequency", POSITIVE),
         phase=table.script("phase", FINITE, default=0.0),
     )
+
+
+def _pattern(table: Table) -> int | tuple[float, ...] | NodeDof:
+    if "dof" in table:
+        return table.integer("dof")
+    if "node" in table:
+        return NodeDof(table.integer("node", FINITE), table.choice("direction", DIRECTIONS))
+    return table.numbers("vector")
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
@@ -353,11 +382,13 @@ def _output(table: Table, contact: tuple[Window, ...], elastic: tuple[Window, ..
     dofs = table.integers("elastic") if "elastic" in table else ()
     if len(set(dofs)) < len(dofs):
         raise table.error("elastic", "DOFs must be distinct")
-    if dofs and not (contact or elastic):
-        raise table.error("elastic", "is reconstructed inside windows; give [[elastic]] window")
-    if elastic and not dofs:
+    nodes = read_nodes(table, "nodes")
+    wanted = "elastic" if dofs else "nodes"
+    if (dofs or nodes) and not (contact or elastic):
+        raise table.error(wanted, "is reconstructed inside windows; give [[elastic]] window")
+    if elastic and not (dofs or nodes):
         raise SlipmodeError("elastic.window: needs output.elastic, the DOFs that are wanted")
-    return Output(dofs)
+    return Output(dofs, nodes)
 
 
 def _log(table: Table) -> Log:

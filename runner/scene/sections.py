@@ -16,7 +16,9 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.reduction.reduced import force_vector
+from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.scene.nodes import NodeDof
 from slipmode.runner.scene.script import Script
 
 
@@ -33,14 +35,16 @@ class TwoMass:
 
 @dataclass(frozen=True)
 class MatrixFile:
-    """Matrices from a .npz file or a Matrix Market folder; damping beta [s] overrides theirs."""
+    """Matrices on disk, as `rom.load_structure` reads them; what is given overrides theirs."""
 
     path: Path
-    damping: float | None
+    damping: float | Rayleigh | None
+    mass: Path | None = None
+    contacts: tuple[tuple[int | str, ...], ...] | None = None
 
     def build(self) -> Structure:
         """Load the structure."""
-        return load_structure(self.path, self.damping)
+        return load_structure(self.path, self.damping, mass=self.mass, contact=self.contacts)
 
 
 @dataclass(frozen=True)
@@ -115,7 +119,7 @@ class Forcing:
     """The force `amplitude cos(theta)` of a pattern; theta' = frequency, plus phase."""
 
     mode: str
-    pattern: int | tuple[float, ...]
+    pattern: int | tuple[float, ...] | NodeDof
     amplitude: Script
     frequency: Script
     phase: Script
@@ -135,6 +139,7 @@ class Forcing:
                     f"got {len(self.pattern)}"
                 )
             return np.array(self.pattern)
+        assert isinstance(self.pattern, int)  # nodes have been located
         if self.pattern >= n_dofs:
             raise SlipmodeError(
                 f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.pattern}"
@@ -179,9 +184,10 @@ class Window:
 
 @dataclass(frozen=True)
 class Output:
-    """DOFs of the structure reconstructed inside the windows."""
+    """DOFs of the structure reconstructed inside the windows; `nodes` until they are located."""
 
     elastic: tuple[int, ...]
+    nodes: tuple[NodeDof, ...] = ()
 
 
 @dataclass(frozen=True)

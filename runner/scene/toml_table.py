@@ -140,6 +140,12 @@ class Table:
         """A whole number >= 0 or a list of them."""
         return self.integers(key) if self._is_list(key) else self.integer(key)
 
+    def rows(self, key: str, wanted: str) -> tuple[tuple[Any, ...], ...]:
+        """A list of lists, each `wanted`."""
+        name = self._full(key)
+        rows = _list(name, self._get(key), f"a list of {wanted}")
+        return tuple(tuple(_list(f"{name}[{i}]", row, wanted)) for i, row in enumerate(rows))
+
     def number(self, key: str, rule: Rule = FINITE, default: float | None = None) -> float:
         """A finite number."""
         return _number(self._full(key), self._get(key, default), rule)

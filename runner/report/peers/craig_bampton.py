@@ -24,9 +24,9 @@ def craig_bampton(case: Case, modes: int) -> tuple[Case, Floats]:
         x = basis y.
     """
     parts = case.structure.partition()
-    _, phi = fixed_interface_modes(parts, modes)
+    _, shapes = fixed_interface_modes(case.structure, modes)
     static = -np.linalg.solve(as_dense(parts.K_ee), parts.K_ec)
-    basis = np.hstack([as_dense(parts.E @ phi), as_dense(parts.R) + as_dense(parts.E @ static)])
+    basis = np.hstack([shapes, as_dense(parts.R) + as_dense(parts.E @ static)])
     M, C, K = (
         0.5 * (projected + projected.T)
         for matrix in (case.structure.mass, case.structure.damping, case.structure.stiffness)

@@ -186,9 +186,9 @@ def test_frequencies_may_meet_after_the_run():
 
 REFUSED = [
     # unknown and missing keys
-    ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, dof"),
+    ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, direction"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
-     "dof, frequency, phase, vector; did you mean amplitude?"),
+     "direction, dof, frequency, node, phase, vector; did you mean amplitude?"),
     ("[log]", "[logs]", "logs: unknown key; allowed: aerodynamics, contact, contacts"),
     ("[forcing.B]", "[forcing.C]", "forcing.C: unknown key; allowed: A, B"),
     ("samples_per_period", "samples", "contact[0].samples: unknown key"),

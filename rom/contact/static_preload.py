@@ -17,9 +17,9 @@ from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.states import OPEN, contact_states
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.reduction.stuck import rigid_body_modes, stuck_response, stuck_stiffness
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity import Finding, warn
@@ -160,14 +160,15 @@ def _equilibrium(
     With K_s of contacts that all touch and stick, x = K_s^-1 F + X y, y = k_ref x_c - f.
     """
     held = replace(elements, reference=_stiffness(elements))
-    rigid = rigid_body_modes(stuck_stiffness(structure, held.reference), structure.mass)
+    solution = hold_stuck(structure, held.reference)
+    rigid = solution.rigid_body_modes()
     if np.any(np.abs(rigid.T @ F) > _BALANCED * (np.abs(rigid.T) @ np.abs(F))):
         raise SlipmodeError(
             "static_force: moves the structure as a whole, for nothing holds it even where all "
             "contacts stick; its sum and moments must be 0, or a DOF be fixed"
         )
     W = as_dense(structure.directions)
-    response = stuck_response(structure, held, np.column_stack((W, F)), rigid)
+    response = solution.solve(np.column_stack((W, F)))
     X, stuck = response[:, :-1], response[:, -1]
     R = W.T @ X
     R, drawn = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)

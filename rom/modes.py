@@ -1,0 +1,190 @@
+"""Modes to choose from: free, stuck and bonded, and what each has to do with the contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.progress import phases
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.held import Held, bonded, stuck
+from slipmode.rom.structure.labels import DIRECTIONS
+from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.structure import Structure
+
+_SEPARATION = 0.05  # of modes that have a slow flow of their own from their neighbours
+_AT_STAKE = 1e-3  # share of a mode's stiffness that friction has to be able to take away
+_PAIRS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class ModeSet:
+    """Lowest modes of the structure with its contacts in one state.
+
+    Attributes
+    ----------
+    frequency : (count,) ndarray
+        [rad/s]; 0 of rigid-body modes.
+    damping : (count,) ndarray
+        Damping ratio phi^T C phi / (2 omega) [-]; 0 of rigid-body modes.
+    shapes : (n, count) ndarray
+        Mass-normalised [kg^-1/2].
+    contact : (count, N_c) ndarray
+        How far each mode moves each contact, W^T phi [kg^-1/2]: 0 if they are bonded.
+    effective_mass : (count, 3) ndarray or None
+        Share of the mass that moves along in x, y, z [-]; None without labels.
+    """
+
+    frequency: Floats
+    damping: Floats
+    shapes: Floats
+    contact: Floats
+    effective_mass: Floats | None
+
+    __repr__ = short_repr
+
+    @property
+    def hertz(self) -> Floats:
+        """Frequencies (count,) [Hz]."""
+        return np.asarray(self.frequency / (2.0 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class ModeTable:
+    """Modes in the states of the contacts; `print` shows it as a table.
+
+    Attributes
+    ----------
+    states : mapping of "free", "stuck", "bonded" to ModeSet
+        "stuck" where a law was given.
+    reference : {"stuck", "bonded"}
+        The state whose modes `reduce` numbers.
+    free_mode : (count,) ndarray of int
+        The free mode that is most like each reference mode.
+    at_stake : (count,) ndarray
+        Share of each reference mode's stiffness that is lost when its contacts slip freely [-].
+    contact : (count, N_c) ndarray
+        How far each reference mode moves the contacts [kg^-1/2]; of bonded contacts, how far the
+        free mode does.
+    pairs : tuple of (int, int)
+        Modes worth choosing as A and B, best first: friction acts on both, at the same contacts,
+        and they are well apart from their neighbours.
+    """
+
+    states: Mapping[str, ModeSet]
+    reference: str
+    free_mode: NDArray[np.intp]
+    at_stake: Floats
+    contact: Floats
+    pairs: tuple[tuple[int, int], ...]
+
+    __repr__ = short_repr
+
+    def __str__(self) -> str:
+        chosen = self.states[self.reference]
+        masses = chosen.effective_mass is not None
+        head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>12}" for name in self.states)
+        head += f"{self.reference + ' rad/s':>14} {'damping':>8}"
+        head += "".join(f"{'m_' + k:>7}" for k in DIRECTIONS[:3]) if masses else ""
+        head += f"  {'at stake':>8}  contacts moved (largest 1)"
+        lines = [head]
+        largest = np.abs(self.contact).max() or 1.0
+        for k in range(chosen.frequency.size):
+            line = f"{k:4}" + "".join(f"{s.hertz[k]:12.5g}" for s in self.states.values())
+            line += f"{chosen.frequency[k]:14.5g} {chosen.damping[k]:8.2%}"
+            if chosen.effective_mass is not None:
+                line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
+            line += f"  {self.at_stake[k]:8.2%}  {_moved(self.contact[k] / largest)}"
+            lines.append(line)
+        named = ", ".join(f"{a} and {b}" for a, b in self.pairs)
+        lines.append(
+            f"pairs worth choosing: {named}"
+            if named
+            else "no pair of modes is apart from its neighbours and touched by friction"
+        )
+        return "\n".join(lines)
+
+
+def modes(
+    structure: Structure, law: Elastic | None = None, n: int = 10, progress: bool = False
+) -> ModeTable:
+    """Lowest modes with free, stuck and bonded contacts.
+
+    Parameters
+    ----------
+    structure : Structure
+    law : elastic law, optional
+        Whose springs the stuck contacts are; without it the reference state is bonded.
+    n : int, default 10
+        How many modes of each state.
+    progress : bool, default False
+        Whether to say on standard error what a large structure is at.
+    """
+    if n < 1:
+        raise SlipmodeError(f"n: must be at least 1, got {n}")
+    count = min(n, structure.n_dofs - structure.n_contacts)
+    with phases("modes", shown=progress):
+        free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
+        fixed = _mode_set(structure, bonded(structure), count)
+        states = {"free": free, "bonded": fixed}
+        if law is not None:  # last: what is factorised for the reference is kept for reduce
+            reference = law.elements(structure.n_contacts).reference
+            held = _mode_set(structure, stuck(structure, reference), count)
+            states = {"free": free, "stuck": held, "bonded": fixed}
+    name = "bonded" if law is None else "stuck"
+    chosen = states[name]
+    likeness = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
+    alike = np.argmax(likeness, axis=1)
+    stiffness = np.maximum(chosen.frequency, np.finfo(float).tiny) ** 2
+    at_stake = np.clip(1.0 - free.frequency[alike] ** 2 / stiffness, 0.0, 1.0)
+    contact = free.contact[alike] if law is None else chosen.contact
+    return ModeTable(
+        states, name, alike, at_stake, contact, _pairs(chosen.frequency, at_stake, contact)
+    )
+
+
+def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
+    frequency, shapes = held.modes(count)
+    damped = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
+    ratio = np.divide(damped, 2 * frequency, out=np.zeros(count), where=frequency > 0)
+    contact = np.asarray(structure.directions.T @ shapes).T
+    return ModeSet(frequency, ratio, shapes, contact, _effective_mass(structure, shapes))
+
+
+def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
+    """(phi^T M r)^2 / r^T M r for unit motion r in x, y, z."""
+    if structure.labels is None:
+        return None
+    unit = (structure.labels.direction[:, np.newaxis] == np.arange(1, 4)).astype(float)
+    moved = as_dense(structure.mass @ unit)
+    total = np.einsum("nk,nk->k", unit, moved)
+    share = np.asarray(shapes.T @ moved) ** 2
+    return np.asarray(np.divide(share, total, out=np.zeros_like(share), where=total > 0))
+
+
+def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[int, int], ...]:
+    """Pairs by what friction can do to both at the contacts that both move."""
+    apart = np.abs(frequency[:, np.newaxis] / np.maximum(frequency, 1e-300) - 1.0)
+    np.fill_diagonal(apart, np.inf)
+    apart[:, frequency == 0.0] = np.inf
+    fit = (apart.min(axis=1) >= _SEPARATION) & (at_stake >= _AT_STAKE) & (frequency > 0)
+    share = np.abs(contact)
+    share = share / np.maximum(np.linalg.norm(share, axis=1, keepdims=True), 1e-300)
+    worth = {
+        (a, b): float(share[a] @ share[b] * np.sqrt(at_stake[a] * at_stake[b]))
+        for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
+    }
+    return tuple(sorted(worth, key=lambda pair: -worth[pair])[:_PAIRS])
+
+
+def _moved(motion: Floats) -> str:
+    """The contacts that a mode moves most."""
+    order = np.argsort(-np.abs(motion), kind="stable")[:3]
+    return ", ".join(f"{c}: {motion[c]:.2f}" for c in order)

@@ -1,0 +1,85 @@
+"""Damping as it is given: by ratios or a loss factor at frequencies, or by two coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import ALLOWED, fits
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """C = alpha M + beta K.
+
+    A mode at omega [rad/s] has the damping ratio (alpha / omega + beta omega) / 2.
+
+    Parameters
+    ----------
+    alpha : float
+        [1/s], >= 0.
+    beta : float
+        [s], >= 0.
+    """
+
+    alpha: float
+    beta: float
+
+    def __post_init__(self) -> None:
+        for name, value in (("alpha", self.alpha), ("beta", self.beta)):
+            if not (value >= 0.0 and fits(value)):
+                raise SlipmodeError(
+                    f"damping: {name} must be a finite number >= 0, {ALLOWED}, got {value}"
+                )
+
+    @classmethod
+    def from_ratios(cls, ratio: Sequence[float], frequency: Sequence[float]) -> Self:
+        """With damping ratios [-] at one or two frequencies [rad/s], of modes A and B say.
+
+        One gives C = beta K.
+
+        Raises
+        ------
+        SlipmodeError
+            If no alpha, beta >= 0 have them: between the frequencies the ratios may differ at
+            most as the frequencies do.
+        """
+        zeta, omega = np.asarray(ratio, dtype=float), np.asarray(frequency, dtype=float)
+        if zeta.size not in (1, 2) or zeta.shape != omega.shape:
+            raise SlipmodeError(
+                f"ratio, frequency: must be one or two of each, got {ratio} and {frequency}"
+            )
+        if not (np.all(zeta >= 0.0) and np.all(omega > 0.0) and fits(zeta) and fits(omega)):
+            raise SlipmodeError(
+                f"ratio, frequency: must be >= 0 and > 0, got {ratio} and {frequency}"
+            )
+        if zeta.size == 1:
+            return cls(0.0, float(2.0 * zeta[0] / omega[0]))
+        if omega[0] == omega[1]:
+            raise SlipmodeError(f"frequency: must be two different ones, got {frequency}")
+        rows = 0.5 * np.stack((1.0 / omega, omega), axis=1)
+        alpha, beta = np.linalg.solve(rows, zeta).tolist()
+        if alpha < 0.0 or beta < 0.0:
+            quotient = float(omega.max() / omega.min())
+            raise SlipmodeError(
+                f"ratio: alpha M + beta K reaches ratios that differ by a factor of {quotient:.3g}"
+                f" at most at these frequencies, got {ratio}; give a damping matrix"
+            )
+        return cls(alpha, beta)
+
+    @classmethod
+    def from_loss_factor(cls, loss_factor: float, frequency: Sequence[float]) -> Self:
+        """With the losses of a structural (hysteretic) loss factor eta [-] near each carrier.
+
+        Stiffness K (1 + i eta) takes as much energy a cycle, at resonance, as the ratio eta / 2.
+
+        Parameters
+        ----------
+        frequency : sequence of one or two float
+            Of the carriers [rad/s]; the losses are right there, and larger or smaller elsewhere.
+        """
+        return cls.from_ratios([0.5 * loss_factor] * len(frequency), frequency)

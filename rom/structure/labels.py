@@ -1,0 +1,114 @@
+"""Which node and direction each DOF of a structure is, as the program that made it says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+Label = tuple[int, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """Labels of the DOFs.
+
+    Parameters
+    ----------
+    node : (n,) array of int
+        Numbers of nodes.
+    direction : (n,) array of int
+        1, 2, 3 for x, y, z; 4, 5, 6 for rotations about them; other numbers as they came.
+
+    Raises
+    ------
+    SlipmodeError
+        If two DOFs have the same label.
+    """
+
+    node: NDArray[np.int64]
+    direction: NDArray[np.int64]
+
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        if len(self._index) < self.node.size:
+            pairs, count = np.unique(self.table, axis=0, return_counts=True)
+            node, direction = pairs[np.argmax(count)]
+            raise SlipmodeError(f"labels: node {node} has direction {_name(direction)} twice")
+
+    @property
+    def table(self) -> NDArray[np.int64]:
+        """Node and direction of each DOF, (n, 2)."""
+        return np.stack((self.node, self.direction), axis=1)
+
+    @cached_property
+    def _index(self) -> dict[tuple[int, int], int]:
+        return {(int(node), int(k)): dof for dof, (node, k) in enumerate(self.table)}
+
+    def dof(self, node: int, direction: str) -> int:
+        """The DOF of a node in a direction: "x", "y", "z", "rx", "ry", "rz".
+
+        Raises
+        ------
+        SlipmodeError
+            If there is none.
+        """
+        if direction not in DIRECTIONS:
+            raise SlipmodeError(f"direction: must be {', '.join(DIRECTIONS)}, got {direction!r}")
+        dof = self._index.get((int(node), DIRECTIONS.index(direction) + 1))
+        if dof is not None:
+            return dof
+        found = [_name(int(k)) for k in self.direction[self.node == node]]
+        if found:
+            raise SlipmodeError(
+                f"node {node}: has no free direction {direction}, allowed: {', '.join(found)}"
+            )
+        raise SlipmodeError(
+            f"node {node}: is not in the structure, whose nodes are {self.node.min()} to "
+            f"{self.node.max()}"
+        )
+
+    def places(self, others: Labels) -> NDArray[np.int64]:
+        """Where the DOFs of others are among these; -1 where they are not."""
+        return np.array(
+            [self._index.get((int(node), int(k)), -1) for node, k in others.table],
+            dtype=np.int64,
+        )
+
+    def directions(self, contacts: Sequence[Sequence[Any]]) -> Any:
+        """W (n, N_c), sparse, of contacts named by nodes.
+
+        Parameters
+        ----------
+        contacts : sequence of (node, direction) or (node, other node, direction)
+            Motion of a node, or of a node relative to another.
+        """
+        entries, rows, columns = [], [], []
+        for column, contact in enumerate(contacts):
+            if len(contact) not in (2, 3):
+                raise SlipmodeError(
+                    "contact: must be (node, direction) or (node, other node, direction), got "
+                    f"{tuple(contact)}"
+                )
+            *nodes, direction = contact
+            for node, sign in zip(nodes, (1.0, -1.0), strict=False):
+                rows.append(self.dof(int(node), str(direction)))
+                columns.append(column)
+                entries.append(sign)
+        shape = (self.node.size, len(contacts))
+        return scipy.sparse.csc_array((entries, (rows, columns)), shape=shape)
+
+
+def _name(direction: int) -> str:
+    return DIRECTIONS[direction - 1] if 1 <= direction <= 6 else str(direction)

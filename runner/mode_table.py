@@ -1,0 +1,64 @@
+"""The modes of a scene or of a file of matrices: `slipmode modes`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from slipmode import rom
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import RigidFriction
+from slipmode.runner.scene.contacts import law_of
+from slipmode.runner.scene.scene import load_scene, shipped_scenes
+
+_NODES = re.compile(r"(\d+)(?:-(\d+))?:(\w+)")
+
+
+def mode_table(
+    file: str,
+    mass: Path | None = None,
+    contact: Sequence[str] | None = None,
+    stiffness: float | None = None,
+    number: int = 10,
+) -> rom.ModeTable:
+    """Modes of a scene with its contacts, or of a structure with the contacts that are named.
+
+    Parameters
+    ----------
+    file : str
+        A scene file, the name of a shipped scene, or matrices.
+    contact : sequence of str, optional
+        DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION.
+    stiffness : float, optional
+        Of elastic contacts [N/m]; rigid otherwise.
+    """
+    if file in shipped_scenes() or Path(file).suffix == ".toml":
+        if mass or contact or stiffness:
+            raise SlipmodeError("--mass, --contact, --stiffness: the scene says what they are")
+        scene = load_scene(file)
+        structure = scene.structure.build()
+        of_scene = law_of(scene, structure.n_contacts)
+        law = None if isinstance(of_scene, RigidFriction) else of_scene
+        return rom.modes(structure, law, number, progress=True)
+    where = None if contact is None else _contacts(contact)
+    structure = rom.load_structure(file, mass=mass, contact=where)
+    springs = None if stiffness is None else rom.Jenkins(1.0, stiffness)
+    return rom.modes(structure, springs, number, progress=True)
+
+
+def _contacts(words: Sequence[str]) -> Any:
+    if all(word.isdecimal() for word in words):
+        return [int(word) for word in words]
+    found = [_NODES.fullmatch(word) for word in words]
+    if not all(found):
+        wrong = words[found.index(None)]
+        raise SlipmodeError(
+            f"--contact: must be DOFs, NODE:DIRECTION or NODE-NODE:DIRECTION, got {wrong!r}"
+        )
+    named = [match.groups() for match in found if match]
+    return [
+        (int(a), direction) if b is None else (int(a), int(b), direction)
+        for a, b, direction in named
+    ]

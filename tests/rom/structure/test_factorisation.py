@@ -1,0 +1,199 @@
+"""Large structures: one factorisation, by either solver; modes; what is refused."""
+
+import sys
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse
+
+from slipmode import rom
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure import held
+from slipmode.rom.structure.solvers import factorisation, memory
+from slipmode.rom.structure.solvers.definiteness import is_positive_mass
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
+from slipmode.rom.structure.solvers.mobility import mobility
+from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
+from slipmode.runner.report.cases.blade import blade
+
+SOLVERS = ("pypardiso", "SuperLU")
+
+
+@pytest.fixture(scope="module")
+def matrices():
+    return blade(500, 4)
+
+
+@pytest.fixture(params=SOLVERS)
+def solver(request, monkeypatch):
+    """Each way to factorise a sparse matrix, where it is installed."""
+    if request.param == "SuperLU":
+        monkeypatch.setitem(sys.modules, "pypardiso", None)
+    else:
+        pytest.importorskip("pypardiso")
+    return request.param
+
+
+def free_chain(n):
+    """n equal masses, springs between neighbours, no ground: mass, stiffness (sparse)."""
+    ends = np.full(n, 2.0)
+    ends[[0, -1]] = 1.0
+    bands = [np.full(n - 1, -1.0), ends, np.full(n - 1, -1.0)]
+    return scipy.sparse.eye_array(n), scipy.sparse.diags_array(bands, offsets=[-1, 0, 1])
+
+
+def test_a_sparse_factorisation_solves(solver, matrices):
+    stiffness = scipy.sparse.csc_array(matrices["stiffness"])
+    factors = factorise(stiffness)
+    assert type(factors).__name__ == {"pypardiso": "_Pardiso"}.get(solver, "_SuperLU")
+    exact = np.random.default_rng(1).standard_normal((stiffness.shape[0], 20))
+    for x in (exact, exact[:, 0]):
+        np.testing.assert_allclose(factors.solve(stiffness @ x), x, atol=1e-8)
+
+
+def test_what_is_not_positive_definite_is_not_factorised(solver, matrices):
+    shifted = scipy.sparse.csc_array(matrices["stiffness"] - 1e9 * matrices["mass"])
+    assert (shifted.diagonal() > 0).all()
+    with pytest.raises(NotPositiveDefiniteError):
+        factorise(shifted)
+
+
+def test_without_enough_memory_one_line_says_how_much_before_it_begins(
+    solver, matrices, monkeypatch
+):
+    monkeypatch.setattr(memory, "_available", lambda: 1e5)
+    with pytest.raises(SlipmodeError) as refusal:
+        factorise(scipy.sparse.csc_array(matrices["stiffness"]))
+    words = str(refusal.value)
+    assert words.startswith("factorising stiffness (")
+    assert "GiB are free" in words
+    assert ("slipmode[fast]" in words) == (solver == "SuperLU")
+
+
+def test_one_line_says_what_would_be_faster(matrices, monkeypatch, caplog):
+    monkeypatch.setitem(sys.modules, "pypardiso", None)
+    monkeypatch.setattr(factorisation, "LARGE", 600)
+    factorise(scipy.sparse.csc_array(matrices["stiffness"]))
+    (record,) = caplog.records
+    assert "pip install 'slipmode[fast]' (PARDISO) needs less time and memory" in record.message
+
+
+def test_a_dissection_is_a_permutation_that_fills_little():
+    from scipy.sparse.linalg import splu
+
+    stiffness = scipy.sparse.csc_array(blade(3000, 1)["stiffness"])
+    dissection = nested_dissection(stiffness)
+    np.testing.assert_array_equal(np.sort(dissection.order), np.arange(stiffness.shape[0]))
+
+    def fill(matrix, order):
+        options = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        return splu(matrix, order, **options).nnz
+
+    ordered = stiffness[dissection.order][:, dissection.order].tocsc()
+    entries = fill(ordered, "NATURAL")
+    assert entries < 1.4 * fill(stiffness, "MMD_AT_PLUS_A")  # large ones: 0.4
+    assert 0.8 < 2 * dissection.fill / entries < 1.5  # what memory is told from
+
+
+def test_lanczos_finds_the_modes_of_a_dense_solution(matrices):
+    K, M = (scipy.sparse.csc_array(matrices[name]) for name in ("stiffness", "mass"))
+    squares, shapes = lowest_modes(factorise(K).solve, lambda x: M @ x, K.shape[0], 20)
+    exact = scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 19))
+    np.testing.assert_allclose(squares, exact, rtol=1e-7)  # rounding of the dense solution
+    np.testing.assert_allclose(shapes.T @ (M @ shapes), np.eye(20), atol=1e-10)
+    residual = K @ shapes - (M @ shapes) * squares
+    assert np.linalg.norm(residual) < 1e-6 * np.linalg.norm(K @ shapes)
+    reach = exact[11] / exact[1] * 1.0001
+    found = lowest_modes(
+        *(factorise(K).solve, lambda x: M @ x, K.shape[0], 2), lambda squares: reach * squares[1]
+    )
+    assert len(found[0]) == 12
+
+
+def test_lanczos_finds_equal_frequencies():
+    grounded = free_chain(100)[1] + 1e-3 * scipy.sparse.eye_array(100)
+    K = scipy.sparse.csc_array(scipy.sparse.kron(grounded, np.eye(6)))
+    squares, _ = lowest_modes(factorise(K).solve, lambda x: x, K.shape[0], 12)
+    exact = np.repeat(1e-3 + 4.0 * np.sin(np.arange(2) * np.pi / 200) ** 2, 6)
+    np.testing.assert_allclose(squares, exact, rtol=1e-11)
+
+
+@pytest.mark.parametrize("law", [None, rom.Jenkins(1.0, 1e7)], ids=["rigid", "elastic"])
+def test_a_large_sparse_structure_is_reduced_as_its_dense_copy(law, solver, matrices):
+    damping = 1e-7
+    sparse = rom.Structure(**matrices, damping=damping)
+    full = {name: matrices[name].toarray() for name in ("mass", "stiffness")}
+    dense = rom.Structure(**full, contact=matrices["contact"], damping=damping)
+    found, expected = (rom.reduce(each, law=law) for each in (sparse, dense))
+    np.testing.assert_allclose(found.frequency, expected.frequency, rtol=1e-9)
+    for name in ("stiffness", "carried_mass", "damping", "mass"):
+        a, b = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(a, b, atol=1e-6 * np.abs(b).max(initial=0.0))
+    turn = np.sign(np.sum(found.mode_shapes * expected.mode_shapes, axis=0))
+    np.testing.assert_allclose(
+        found.spring * turn[:, np.newaxis],
+        expected.spring,
+        atol=1e-6 * np.abs(expected.spring).max(),
+    )
+
+
+@pytest.mark.parametrize("law", [None, rom.Jenkins(1.0, 1e7)], ids=["rigid", "elastic"])
+def test_the_stiffness_is_factorised_once(law, matrices, monkeypatch):
+    calls = []
+
+    def counted(matrix, name="stiffness"):
+        calls.append(name)
+        return factorise(matrix, name)
+
+    monkeypatch.setattr(held, "factorise", counted)
+    structure = rom.Structure(**matrices)
+    reduced = rom.reduce(structure, law=law)
+    from slipmode.rom.reduction.force_response import ForceResponse
+    from slipmode.rom.validity import separation_findings
+
+    monkeypatch.setattr(held, "lowest_modes", None)  # once too
+    ForceResponse.of(reduced, ({5: 1.0}, {8: 1.0}), structure)
+    separation_findings(structure, reduced)
+    assert calls == ["stiffness"]
+
+
+def test_a_large_mass_matrix_is_not_factorised(matrices, monkeypatch):
+    for module in ("definiteness", "mobility"):
+        monkeypatch.setattr(f"slipmode.rom.structure.solvers.{module}.factorise", None)
+    mass = scipy.sparse.csc_array(matrices["mass"])
+    assert mass.shape[0] > 500
+    assert is_positive_mass(mass)
+    assert not is_positive_mass(mass - 0.2 * scipy.sparse.diags_array(mass.diagonal()))
+    W = scipy.sparse.csc_array(np.eye(mass.shape[0])[:, matrices["contact"]])
+    exact = np.linalg.inv(mass.toarray())[np.ix_(matrices["contact"], matrices["contact"])]
+    np.testing.assert_allclose(mobility(mass, W), exact, atol=1e-7 * exact.max())
+
+
+@pytest.mark.parametrize("n", [40, 600])
+def test_a_structure_that_floats_has_its_static_motion_without_rigid_bodies(n):
+    mass, stiffness = free_chain(n)
+    structure = rom.Structure(mass, stiffness, contact=[0, n - 1])
+    open_contacts = held.stuck(structure, np.zeros(2))
+    frequency, shapes = open_contacts.modes(4)
+    exact = 2.0 * np.sin(np.arange(4) * np.pi / (2 * n))
+    np.testing.assert_allclose(frequency, exact, rtol=1e-8)
+    assert frequency[0] == 0.0
+    load = np.zeros((n, 1))
+    load[0] = 1.0
+    moved = open_contacts.solve(load)
+    inverse = np.linalg.pinv(stiffness.toarray(), hermitian=True, rtol=1e-12)
+    np.testing.assert_allclose(moved, inverse @ load, atol=1e-9 * np.abs(moved).max())
+    assert shapes.shape == (n, 4)
+
+
+def test_low_modes_of_a_slender_body_are_no_rigid_bodies():
+    """omega_1^2 is 1e-10 of the stiffest DOF's: as of a blade of a million DOFs."""
+    n = 40_000
+    mass, stiffness = free_chain(n)
+    ground = scipy.sparse.csc_array(([1.0], ([0], [0])), shape=(n, n))
+    structure = rom.Structure(mass, stiffness + ground, contact=[n - 1])
+    frequency, _ = held.stuck(structure, np.zeros(1)).modes(2)
+    np.testing.assert_allclose(frequency, [np.pi / (2 * n), 3 * np.pi / (2 * n)], rtol=1e-4)
+    assert frequency[0] ** 2 / 2.0 < 1e-9
