@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts, Elastic, ElasticLaw
 from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -22,7 +23,6 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
-from slipmode.rom.validity import Finding, warn
 
 _BALANCED = 1e-6  # force left over, relative to the forces in an equation
 _LOADED = 0.1  # of what friction can hold: tangential force at rest that the law forgets
@@ -133,23 +133,23 @@ def preload(
         gap=gap,
         tangential_share=_tangential_share(elements, f, N),
     )
-    if warned:
-        warn(preload_findings(found))
+    if warned and (loaded := loaded_by_friction(found)):
+        words = f"static force tangential at contacts: {loaded}"
+        warnings.warn(words, ValidityWarning, stacklevel=2)
     return found
 
 
-def preload_findings(found: Preload) -> list[Finding]:
-    """Contacts must carry little by friction at rest, for the law forgets it."""
+def loaded_by_friction(found: Preload) -> str | None:
+    """Whether contacts carry much by friction at rest, which the law forgets; and the reason."""
     most = int(np.argmax(found.tangential_share))
     share = found.tangential_share[most]
     if share <= _LOADED:
-        return []
-    reason = (
+        return None
+    return (
         f"contact {most} carries {share:.0%} of what friction can hold, above {_LOADED:.0%}: it "
         "starts without that; steady vibration under varying normal loads, and transients, depend "
         "on it"
     )
-    return [Finding("static force", "tangential at contacts", reason, "warning")]
 
 
 def _equilibrium(

@@ -153,7 +153,8 @@ class Held:
 
     def rigid_body_modes(self) -> Floats:
         """Modes (n, count) that strain nothing, mass-normalised; often none."""
-        return self._all_dofs(self._shapes[:, self._rigid()])
+        rigid = self._rigid()  # which may be what finds the shapes
+        return self._all_dofs(self._shapes[:, rigid])
 
     def _tell(self, text: str) -> None:
         if self.size >= LARGE:

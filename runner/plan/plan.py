@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
-from slipmode.rom.contact.static_preload import Preload, preload_findings
+from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
@@ -237,7 +237,10 @@ def _preload_decisions(rest: Preload | None) -> list[Decision]:
     pressed = (
         f"normal forces {closed.min():.3g} to {closed.max():.3g} N" if closed.size else "no load"
     )
-    return [Decision("contacts at rest", states, pressed), *preload_findings(rest)]
+    found = [Decision("contacts at rest", states, pressed)]
+    if reason := loaded_by_friction(rest):
+        found.append(Decision("static force", "tangential at contacts", reason, "warning"))
+    return found
 
 
 def _aerodynamics(scene: Scene, modes: Sequence[Mode]) -> list[complex] | None:
