@@ -29,6 +29,11 @@ from slipmode.rom.structure.structure import Structure
 
 _DENSE_SIZE = 500  # up to here a dense eigenvalue problem is the faster one
 _RIGID = 1e-13  # strain energy of a mode that is rounding, relative to that of its entries
+# Where matrices have been multiplied or exported, it is more than theirs: omega^2 of a rigid-body
+# mode, over that of the stiffest DOF, and over that of the first elastic mode.
+_ROUNDED = 1e-9
+_GAP = 1e-6
+_FREE = 8  # modes by which that gap is seen: six may be rigid
 _SHIFT = 1e-8  # of the stiffest DOF: mass that holds a structure with rigid-body modes
 _BLOCK = 16  # loads at a time
 _PASSES = 30
@@ -225,6 +230,8 @@ class Held:
         self, at_least: int, limit: Callable[[Floats], float], at_most: int
     ) -> tuple[Floats, Floats]:
         factors, shift = self._factors()
+        if self._may_float:
+            at_least = max(at_least, _FREE)
 
         def solve(load: Floats) -> Floats:
             self._tell("modes")
@@ -244,10 +251,13 @@ class Held:
         return squares, turned(shapes)
 
     def _is_rigid(self, squares: Floats, shapes: Floats) -> Flags:
-        """Which modes store no energy beyond rounding of what their entries add up to."""
-        size = np.abs(shapes)
+        """Which modes, ascending, store no energy beyond rounding."""
+        size, energy = np.abs(shapes), np.abs(squares)
         entries = np.einsum("nk,nk->k", size, as_dense(abs(self._stiffness) @ size))
-        return np.asarray(np.abs(squares) <= _RIGID * entries)
+        small = energy <= _ROUNDED * self._stiffness.diagonal().max() / self._mass.diagonal().max()
+        gaps = np.flatnonzero(small[:-1] & (energy[:-1] <= _GAP * energy[1:]))
+        below = np.arange(energy.size) <= (gaps[-1] if gaps.size else -1)
+        return np.asarray((energy <= _RIGID * entries) | below)
 
     def _solved(self, load: Floats) -> Floats:
         """K^-1 load, (n_h, loads)."""

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
 
 from slipmode.rom.structure.matrices import Sparse
 
@@ -99,15 +100,8 @@ def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
 
 def _levels(graph: _Graph, start: int) -> _Nodes:
     """Distance of every node from one, in edges; -1 where there is no way."""
-    level = np.full(graph.shape[0], -1, dtype=np.intp)
-    level[start] = distance = 0
-    front = np.array([start])
-    while front.size:
-        distance += 1
-        met = graph[front].indices
-        front = np.unique(met[level[met] < 0])
-        level[front] = distance
-    return level
+    distance: Any = dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
+    return np.where(np.isfinite(distance), distance, -1.0).astype(np.intp)
 
 
 def _eliminated_later(graph: _Graph, nodes: _Nodes, placed: _Nodes, weight: _Nodes) -> int:
