@@ -10,6 +10,7 @@
 # make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
+# make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
@@ -19,7 +20,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper bench-table bench-recordings bench-scale gallery quick test test-all lint clean
+.PHONY: run fmu report paper family bench-table bench-recordings bench-scale gallery quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -35,6 +36,9 @@ paper: $(VENV)/.installed-report
 
 bench-table: $(VENV)/.installed
 	$(BIN)/python -c "from slipmode.runner.report.methods.contact_solves import main; main()"
+
+family: $(VENV)/.installed
+	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m slipmode.runner.report.methods.recordings
