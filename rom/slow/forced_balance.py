@@ -96,6 +96,8 @@ class _Receptance:
     resonant: tuple[NDArray[np.intp], NDArray[np.intp]]
     kappa: Floats
 
+    __repr__ = short_repr
+
     @classmethod
     def of(
         cls, reduced: Reduced, orders: Sequence[Order], half: Floats, led: float
@@ -160,6 +162,8 @@ class ForcedBalance:
     half: Floats
     tolerance: float
     led: float
+
+    __repr__ = short_repr
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: Balanced | None

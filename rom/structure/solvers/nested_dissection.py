@@ -14,7 +14,6 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
 
 from slipmode.rom.structure.matrices import Sparse
 
@@ -100,6 +99,8 @@ def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
 
 def _levels(graph: _Graph, start: int) -> _Nodes:
     """Distance of every node from one, in edges; -1 where there is no way."""
+    from scipy.sparse.csgraph import dijkstra  # takes a while to import
+
     distance: Any = dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
     return np.where(np.isfinite(distance), distance, -1.0).astype(np.intp)
 
