@@ -60,6 +60,7 @@ def test_it_is_the_tables_where_there_is_one(law):
     assert np.all(solved.error <= 2e-3 * np.abs(solved.amplitude))
 
 
+@pytest.mark.slow
 def test_more_harmonics_and_steps_change_it_by_less_than_its_error():
     rough, fine = of_member(1, 5e-3)[2], of_member(1, 1e-3)[2]
     assert np.all(np.abs(rough.amplitude - fine.amplitude) <= rough.error + fine.error)
@@ -100,9 +101,9 @@ def test_bad_arguments_are_named(key, change):
 
 
 @pytest.mark.skipif(not PUBLISHED.exists(), reason="needs published/ of the shared data")
-@pytest.mark.parametrize("every", [9, pytest.param(1, marks=pytest.mark.slow)])
-def test_the_curve_of_nlvib_example_08(every):
-    """Beam with friction at a soft DOF, RMS tip displacement: 54 frequencies, 21 harmonics."""
+@pytest.mark.slow
+def test_the_curve_of_nlvib_example_08():
+    """Beam with friction at a soft DOF, RMS tip displacement, by its 21 harmonics."""
     beam = scipy.io.loadmat(PUBLISHED / "nlvib08_beam.mat")
     published = np.load(PUBLISHED / "nlvib08_reference.npz")
     damping = 0.5 * (beam["D"] + beam["D"].T)
@@ -110,7 +111,7 @@ def test_the_curve_of_nlvib_example_08(every):
     reduced = rom.reduce(structure, (0,))
     law = rom.Tanh(limit=1.5, alpha=6e-7)
     peak = published["rmsT_2"].max()
-    for Omega, expected in list(zip(published["OM_2"], published["rmsT_2"], strict=True))[::every]:
-        state = rom.steady_state(reduced, law, [Omega], [beam["Fex1"].ravel()], 2e-3)
+    for Omega, expected in zip(published["OM_2"], published["rmsT_2"], strict=True):
+        state = rom.steady_state(reduced, law, [Omega], [beam["Fex1"].ravel()], 4e-3)
         tip = state.displacement(structure) @ beam["T_tip"].ravel()
         assert np.sqrt(2.0 * np.sum(np.abs(tip) ** 2)) == pytest.approx(expected, abs=0.01 * peak)
