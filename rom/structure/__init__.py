@@ -4,4 +4,5 @@ structure.py   Eqs. (1), (2): Structure, checked once; two_mass, Eq. (26) and Ta
 partition.py   Eq. (3): elastic and contact coordinates, x = E x_e + R x_c
 files.py       matrices on disk: .npz, Matrix Market
 matrices.py    dense or sparse; symmetry and definiteness
+pairing/       contacts from meshes: W, areas, gaps and frames of surfaces that face each other
 """
