@@ -18,6 +18,7 @@ from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.pairing.projection import OVERHANG, project
 from slipmode.rom.structure.pairing.surfaces import Surface, as_surface
 
+_ROUNDING = 1e-14  # weights of corners that a point has nothing of
 _TOUCHING = 1e-6  # of the extent of the surfaces: distances that rounded coordinates leave
 
 
@@ -102,22 +103,25 @@ def contact_pairs(
     weight, outward = _areas_and_normals(one, area, towards)
     met = _onto_facets if other.facets is not None else _onto_nodes
     found = met(one, other, tolerance, outward)
-    own = one.position[found.point]
-    gap = np.einsum("kx,kx->k", found.foot - own, found.normal)
-    extent = np.ptp(np.concatenate((one.position, other.position)), axis=0).max()
     motion = _displacements(number[one.nodes[found.point], np.newaxis], np.eye(3), size)
-    pairs = ContactPairs(
-        relative=as_csc(motion - _displacements(number[found.corners], found.motion, size)),
-        frames=local_frames(found.normal, None if tangent is None else _unit("tangent", tangent)),
-        area=weight[found.point],
+    relative = as_csc(motion - _displacements(number[found.corners], found.motion, size))
+    moved = np.flatnonzero(abs(relative).sum(axis=0).reshape(-1, 3).any(axis=1))
+    if not moved.size:
+        raise SlipmodeError("dofs: all nodes where surface meets target are held, on both sides")
+    point, normals = found.point[moved], found.normal[moved]
+    own = one.position[point]
+    gap = np.einsum("kx,kx->k", found.foot[moved] - own, normals)
+    extent = np.ptp(np.concatenate((one.position, other.position)), axis=0).max()
+    return ContactPairs(
+        relative=relative[:, (3 * moved[:, np.newaxis] + np.arange(3)).ravel()],
+        frames=local_frames(normals, None if tangent is None else _unit("tangent", tangent)),
+        area=weight[point],
         gap=np.where(gap > _TOUCHING * extent, gap, 0.0),
         position=own,
-        nodes=tuple(one.nodes[found.point, np.newaxis]),
-        unpaired=np.delete(one.nodes, found.point),
+        nodes=tuple(one.nodes[point, np.newaxis]),
+        unpaired=np.delete(one.nodes, point),
         tangents=tangents,
     )
-    _check_moved(pairs)
-    return pairs
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ def _displacements(dofs: Indices, motion: Floats, n_dofs: int) -> Sparse:
     row = np.broadcast_to(dofs[..., np.newaxis], shape)
     column = 3 * np.arange(len(dofs))[:, np.newaxis, np.newaxis, np.newaxis] + np.arange(3)
     column = np.broadcast_to(column, shape)
-    kept = (row >= 0) & (value != 0.0)
+    kept = (row >= 0) & (np.abs(value) > _ROUNDING)
     entries = (value[kept], (row[kept], column[kept]))
     return as_csc(scipy.sparse.coo_array(entries, shape=(n_dofs, 3 * len(dofs))))
 
@@ -255,14 +259,3 @@ def _unit(name: str, given: ArrayLike) -> Floats:
     if not 0.0 < length < np.inf:
         raise SlipmodeError(f"{name}: must be a direction (3,), got {np.array2string(vector)}")
     return vector / length
-
-
-def _check_moved(pairs: ContactPairs) -> None:
-    """Each contact direction has a DOF that moves it."""
-    still = np.flatnonzero(abs(pairs.W).sum(axis=0) == 0.0)
-    if still.size:
-        contact = still[0] // (pairs.tangents + 1)
-        raise SlipmodeError(
-            f"dofs: the contact of node {pairs.nodes[contact][0]} of surface is held on both "
-            "sides; leave the node out"
-        )

@@ -16,6 +16,7 @@ from slipmode.rom.structure.pairing.facets import Indices
 from slipmode.rom.structure.pairing.frames import local_frames
 from slipmode.rom.structure.pairing.patches import patch_of
 
+_STILL = 1e-12  # length of a direction that moves nothing
 _BENT = 0.5  # length of the mean of unit normals: 60 degrees to each side
 
 
@@ -38,7 +39,7 @@ class ContactPairs:
     nodes : tuple of (k,) ndarray of int
         Nodes of the surface that each contact is made of.
     unpaired : (k,) ndarray of int
-        Nodes of the surface that meet nothing.
+        Nodes of the surface that meet nothing, or are held, and so is what they meet.
     tangents : {1, 2}
         Tangential directions that W has of each contact.
     """
@@ -56,9 +57,24 @@ class ContactPairs:
 
     @property
     def W(self) -> Sparse:  # noqa: N802
-        """Directions (n, N_c): of each contact its tangents, then its normal, positive closing."""
+        """Directions (n, N_c): of each contact its tangents, then its normal, positive closing.
+
+        Raises
+        ------
+        SlipmodeError
+            If a contact cannot move in a direction.
+        """
         kept = self.frames[:, [*range(self.tangents), 2]]
-        return as_csc(self.relative @ scipy.sparse.block_diag(kept.swapaxes(1, 2)))
+        W = as_csc(self.relative @ scipy.sparse.block_diag(kept.swapaxes(1, 2)))
+        length = np.sqrt(W.power(2).sum(axis=0))
+        if np.any(length <= _STILL):
+            contact, place = divmod(int(np.argmin(length)), self.tangents + 1)
+            axis = "normal" if place == self.tangents else f"tangent {place + 1}"
+            raise SlipmodeError(
+                f"dofs: contact {contact}, at node {self.nodes[contact][0]}, is held on both "
+                f"sides along its {axis}; gather it with others, or take its node out of surface"
+            )
+        return W
 
     def gathered(self, patches: int | ArrayLike) -> ContactPairs:
         """Fewer contacts, each of the contacts of a patch.

@@ -361,10 +361,31 @@ def test_a_mesh_that_does_not_fit_is_refused():
         "dofs: must be integers": (x, dofs[:-1]),
         "dofs: must be 0 or more": (x, dofs - 2),
         "dofs: DOF 5 is there twice": (x, twice),
-        "dofs: the contact of node 0 of surface is held": (x, held),
+        "dofs: all nodes where surface meets target are held": (x, held),
     }.items():
         with pytest.raises(rom.SlipmodeError, match=f"^{words}"):
             rom.contact_pairs(*args, **surfaces_)
+
+
+def test_what_is_held_on_both_sides_is_no_contact():
+    """A clamped edge; and one that is held along it alone, which patches can have."""
+    mesh = MESHES["quadrilaterals on triangles"]
+    edge = np.flatnonzero(mesh.coordinates @ mesh.turn[:, 0] < 1e-9)
+    dofs = mesh.dofs.copy()
+    dofs[edge] = -1
+    given = {"tolerance": 0.1, "tangent": [0.0, 0.0, 1.0]}
+    pairs = rom.contact_pairs(mesh.coordinates, dofs, mesh.lower, mesh.upper, **given)
+    np.testing.assert_array_equal(pairs.unpaired, edge[mesh.is_lower[edge]])
+    assert len(pairs.area) == mesh.is_lower.sum() - len(pairs.unpaired)
+    assert np.linalg.matrix_rank(pairs.W.toarray()) == 3 * len(pairs.area)
+    flat = Surfaces(mesh.coordinates @ mesh.turn, mesh.lower, mesh.upper, np.eye(3))
+    dofs = flat.dofs.copy()
+    dofs[edge, 0] = -1
+    pairs = rom.contact_pairs(flat.coordinates, dofs, flat.lower, flat.upper, tolerance=0.1)
+    assert len(pairs.unpaired) == 0
+    with pytest.raises(rom.SlipmodeError, match=r"^dofs: contact 2, at node 2, is held .* tangent 1;"):
+        _ = pairs.W
+    assert np.linalg.matrix_rank(pairs.gathered(4).W.toarray()) == 12
 
 
 @pytest.mark.parametrize("patches", [0, 21, 1.5, [0, 1], [[0]], "all"])
