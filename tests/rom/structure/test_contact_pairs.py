@@ -383,7 +383,7 @@ def test_what_is_held_on_both_sides_is_no_contact():
     dofs[edge, 0] = -1
     pairs = rom.contact_pairs(flat.coordinates, dofs, flat.lower, flat.upper, tolerance=0.1)
     assert len(pairs.unpaired) == 0
-    with pytest.raises(rom.SlipmodeError, match=r"^dofs: contact 2, at node 2, is held .* tangent 1;"):
+    with pytest.raises(rom.SlipmodeError, match=r"^dofs: contact 2, at node 2, is held"):
         _ = pairs.W
     assert np.linalg.matrix_rank(pairs.gathered(4).W.toarray()) == 12
 
