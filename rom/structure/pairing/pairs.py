@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse
@@ -44,7 +44,7 @@ class ContactPairs:
         Tangential directions that W has of each contact.
     """
 
-    relative: Sparse
+    relative: Sparse = field(repr=False)
     frames: Floats
     area: Floats
     gap: Floats

@@ -12,7 +12,8 @@ from slipmode.rom.structure.pairing.facets import Facets, Indices, overhang, sha
 OVERHANG = 0.1  # of a facet: how far beyond the edge of a surface a point still meets it
 _FACING = -0.5  # cosine of the angle between two normals: 60 degrees off
 _SAME = 1e-9  # of the size: distances that are equal but for rounding
-_MOST_PASSES = 50
+_MOST_PASSES = 30
+_FARTHEST = 3.0  # local coordinate that is looked at
 _STEP, _SETTLED = 1e-14, 1e-10  # in local coordinates
 
 
@@ -89,15 +90,16 @@ def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indic
 def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, Flags]:
     """Local coordinates (k, 2) where each point stands upright on its facet; whether found."""
     at = np.where(triangular[:, np.newaxis], 1.0 / 3.0, np.zeros((len(points), 2)))
-    step = np.zeros_like(at)
+    step = np.zeros(len(points))
+    moving = np.arange(len(points))
     for _ in range(_MOST_PASSES):
-        N, slopes = shape_functions(triangular, at)
-        left = points - np.einsum("ki,kix->kx", N, corners)
-        step = np.einsum("kax,kx->ka", _gradients(slopes @ corners), left)
-        at = np.clip(at + step, -3.0, 3.0)
-        if np.abs(step).max(initial=0.0) <= _STEP:
-            break
-    return at, np.abs(step).max(axis=1) <= _SETTLED
+        N, slopes = shape_functions(triangular[moving], at[moving])
+        left = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
+        change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), left)
+        at[moving] = np.clip(at[moving] + change, -_FARTHEST, _FARTHEST)
+        step[moving] = np.abs(change).max(axis=1)
+        moving = moving[step[moving] > _STEP]
+    return at, step <= _SETTLED
 
 
 def _gradients(tangents: Floats) -> Floats:

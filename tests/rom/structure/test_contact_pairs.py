@@ -263,6 +263,12 @@ def test_patches_are_means_by_area():
     np.testing.assert_allclose((same.W - pairs.W).toarray(), 0.0, atol=1e-14)
 
 
+def test_a_short_representation():
+    words = repr(MESHES["quadrilaterals on triangles"].pairs())
+    assert words.startswith("ContactPairs(frames=<float64 20 x 3 x 3>, area=<float64 20>")
+    assert len(words) < 800
+
+
 def test_bisected_patches_have_about_the_same_area():
     pairs = surfaces((30, 20)).pairs()
     for count in (1, 2, 6, 7):
