@@ -86,7 +86,7 @@ class FrictionalContact:
         pressure : float or (contacts,) array_like
             At rest [Pa], >= 0.
         """
-        A = np.asarray(checked("area", np.asarray(area).tolist(), "m^2", positive=True))
+        A = np.asarray(checked("area", np.asarray(area).tolist(), "[m^2]", positive=True))
         given = {
             "preload": ("pressure", pressure, "[Pa]"),
             "tangential_stiffness": ("tangential_stiffness", tangential_stiffness, "[N/m^3]"),

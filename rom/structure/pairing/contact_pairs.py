@@ -64,7 +64,8 @@ def contact_pairs(
         From the surface towards the target. Facets are turned to it, so that their order does not
         matter; without any it is the normal of all contacts.
     tangent : (3,) array_like, optional
-        The first tangent as it lies across each normal. Default: a global axis.
+        The first tangent as it lies across each normal. Default: a global axis, the same for all
+        contacts. Where it is along a normal, the global axis farthest from that.
     area : float or (k,) array_like, optional
         Of the nodes of a surface without facets [m^2].
     tangents : {1, 2}

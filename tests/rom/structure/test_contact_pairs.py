@@ -223,6 +223,9 @@ def test_frames_hardly_turn_where_normals_hardly_do(tilt):
     frames = mesh.pairs().frames
     np.testing.assert_allclose(frames, np.tile(np.eye(3), (len(frames), 1, 1)), atol=3e-3)
     np.testing.assert_allclose(np.linalg.det(frames), 1.0)
+    along = mesh.pairs(tangent=[0.0, 0.0, 1.0]).frames  # no tangent: an axis instead
+    np.testing.assert_allclose(np.linalg.det(along), 1.0)
+    np.testing.assert_allclose(along[:, 2], frames[:, 2], atol=1e-14)
     given = mesh.pairs(tangent=[0.0, 3.0, 1.0]).frames
     np.testing.assert_allclose(given[:, 0], np.tile([0, 1.0, 0], (len(frames), 1)), atol=3e-3)
 
