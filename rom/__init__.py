@@ -35,6 +35,8 @@ from slipmode.rom.slow.steady import (
 from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.pairing.contact_pairs import contact_pairs
+from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
@@ -44,6 +46,7 @@ from slipmode.rom.table.tabulation import tabulate
 __all__ = [
     "Accuracy",
     "CombinationResonance",
+    "ContactPairs",
     "Contacts",
     "Coulomb",
     "Friction",
@@ -69,6 +72,7 @@ __all__ = [
     "ValidityWarning",
     "__version__",
     "combination_resonances",
+    "contact_pairs",
     "limit_cycles",
     "load_structure",
     "modes",

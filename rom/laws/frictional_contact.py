@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.errors import SlipmodeError
@@ -58,6 +60,45 @@ class FrictionalContact:
         fits = 1 in (loads.size, gaps.size) or loads.size == gaps.size
         if fits and np.any((gaps > 0.0) & (loads > 0.0)):
             raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
+
+    @classmethod
+    def on_areas(
+        cls,
+        area: ArrayLike,
+        *,
+        mu: float | Sequence[float],
+        tangential_stiffness: ArrayLike,
+        normal_stiffness: ArrayLike,
+        pressure: ArrayLike = 0.0,
+        gap: ArrayLike = 0.0,
+        tangents: int = 2,
+    ) -> Self:
+        """Of surfaces with a stiffness per area under a pressure: each times the area.
+
+        Parameters
+        ----------
+        area : (contacts,) array_like
+            [m^2], as `ContactPairs` has it.
+        mu, gap, tangents
+            As of the law itself.
+        tangential_stiffness, normal_stiffness : float or (contacts,) array_like
+            Per area [N/m^3], > 0.
+        pressure : float or (contacts,) array_like
+            At rest [Pa], >= 0.
+        """
+        A = np.asarray(checked("area", np.asarray(area).tolist(), "[m^2]", positive=True))
+        given = {
+            "preload": ("pressure", pressure, "[Pa]"),
+            "tangential_stiffness": ("tangential_stiffness", tangential_stiffness, "[N/m^3]"),
+            "normal_stiffness": ("normal_stiffness", normal_stiffness, "[N/m^3]"),
+        }
+        forces: dict[str, Any] = {}
+        for name, (said, value, unit) in given.items():
+            positive = name != "preload"
+            per_area = checked(said, np.asarray(value).tolist(), unit, positive=positive)
+            forces[name] = tuple((per_contact(said, per_area, A.size) * A).tolist())
+        gaps = tuple(per_contact("gap", gap, A.size).tolist())
+        return cls(mu=mu, gap=gaps, tangents=tangents, **forces)
 
     def elements(self, contacts: int) -> Elements:
         """Of so many contact DOFs, `tangents` + 1 for each contact."""

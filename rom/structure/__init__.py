@@ -8,4 +8,5 @@ damping.py      Rayleigh: damping ratios, loss factor
 labels.py       nodes and directions
 files.py        matrices on disk: .npz, Matrix Market; formats/: of other programs
 matrices.py     dense or sparse, as they are given
+pairing/        contacts from meshes: W, areas, gaps and frames of surfaces that face each other
 """

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
+from slipmode.rom import full
 from slipmode.runner.view.replay import replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -53,3 +54,28 @@ def test_flutter_keeps_its_numbers():
     amplitudes = [abs(cycle.amplitude[0]) for cycle in held]
     np.testing.assert_allclose(amplitudes, [1.2642, 4.6889], rtol=2e-3)
     assert lost == ()
+
+
+def test_blocks_on_meshes_that_do_not_match_keep_their_numbers():
+    """Stuck at first, slipping at twice the force: that of full order."""
+    blocks = example("two_blocks")
+    structure, pairs, (_, sideways, _) = blocks.two_blocks()
+    assert pairs.area == pytest.approx([0.04 * 0.03 / 4] * 4)
+    rest, reduced, (stuck, slipping) = blocks.shaken([1000.0, 2000.0])
+    np.testing.assert_allclose(rest.normal_force, 5e7 * pairs.area, rtol=1e-6)
+    assert reduced.frequency == pytest.approx([38159.3], rel=1e-5)
+    assert abs(stuck.amplitude[0]) == pytest.approx(8.6157e-6, rel=1e-4)
+    Omega, shapes = blocks.BELOW * reduced.frequency, reduced.mode_shapes
+    a = slipping.amplitude
+    near = full.State(0.0, 2 * np.real(shapes @ a), 2 * np.real(shapes @ (1j * Omega * a)))
+    found = full.steady_amplitude(
+        structure,
+        rest.law,
+        full.Excitation.harmonic(structure, [2000.0 * sideways], Omega),
+        outputs=shapes.T @ structure.mass,
+        tolerance=1e-3,
+        steps_per_period=64,
+        start=near,
+    )
+    assert a == pytest.approx(found.amplitude[0], rel=6e-3)  # 0.43 %
+    assert abs(a[0]) < 0.96 * 2.0 * abs(stuck.amplitude[0])

@@ -1,0 +1,262 @@
+"""From two surfaces of a mesh that face each other to contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.matrices import Sparse, as_csc
+from slipmode.rom.structure.pairing.facets import Indices
+from slipmode.rom.structure.pairing.frames import local_frames
+from slipmode.rom.structure.pairing.pairs import ContactPairs
+from slipmode.rom.structure.pairing.projection import OVERHANG, project
+from slipmode.rom.structure.pairing.surfaces import Surface, as_surface
+
+_ROUNDING = 1e-14  # weights of corners that a point has nothing of
+_TOUCHING = 1e-6  # of the extent of the surfaces: distances that rounded coordinates leave
+
+
+def contact_pairs(
+    coordinates: ArrayLike,
+    dofs: ArrayLike,
+    surface: ArrayLike,
+    target: ArrayLike,
+    *,
+    tolerance: float,
+    normal: ArrayLike | None = None,
+    tangent: ArrayLike | None = None,
+    area: ArrayLike | None = None,
+    tangents: int = 2,
+    n_dofs: int | None = None,
+) -> ContactPairs:
+    """Make a contact of each node of a surface that meets the target.
+
+    It meets the facet that it stands on, whose corners move the point beneath it by their shape
+    functions; or, of a target without facets, the nearest node. Meshes need not match:
+
+        pairs = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4).gathered(8)
+        structure = rom.Structure(M, K, contact=pairs.W)
+        law = rom.FrictionalContact.on_areas(
+            pairs.area, mu=0.3, tangential_stiffness=1e12, normal_stiffness=1e12, gap=pairs.gap
+        )
+        rest = rom.preload(structure, law, bolts)
+
+    Parameters
+    ----------
+    coordinates : (nodes, 3) array_like
+        [m]
+    dofs : (nodes, 3) array_like of int
+        DOFs of the x, y, z displacement of each node; -1 where it is held.
+    surface, target : (k,) or (facets, 3 or 4) array_like of int
+        Nodes, by their row in `coordinates`; or facets, counter-clockwise as seen from outside the
+        body, of which a triangle among quadrilaterals has its last node twice. The surface is best
+        the one with the finer mesh.
+    tolerance : float
+        Largest distance of a node from what it meets [m], gap included. It may lie beyond the edge
+        of the target by a tenth of a facet.
+    normal : (3,) array_like, optional
+        From the surface towards the target. Facets are turned to it, so that their order does not
+        matter; without any it is the normal of all contacts.
+    tangent : (3,) array_like, optional
+        The first tangent as it lies across each normal. Default: a global axis, the same for all
+        contacts. Where it is along a normal, the global axis farthest from that.
+    area : float or (k,) array_like, optional
+        Of the nodes of a surface without facets [m^2].
+    tangents : {1, 2}
+        Tangential directions of each contact. A plane model has one: z = 0, its DOFs -1.
+    n_dofs : int, optional
+        Of the structure, where it has more DOFs than `dofs` has.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the argument and the node or facet at fault; if no node meets the target.
+
+    Notes
+    -----
+    A motion of both bodies as one moves no contact: the point on a facet is carried along with it,
+    also across a gap. Between two nodes it is only where these coincide: a rotation moves them
+    against each other by their distance.
+
+    Areas are integrals of the shape functions over the facets of the surface, as for a pressure;
+    of nodes at the border of a target that is smaller they are not cut.
+    """
+    x, number = _mesh(coordinates, dofs)
+    size = _n_dofs(n_dofs, number)
+    if tangents not in (1, 2):
+        raise SlipmodeError(f"tangents: must be 1 or 2, got {tangents}")
+    if not (isinstance(tolerance, float | int | np.floating) and 0.0 < tolerance < np.inf):
+        raise SlipmodeError(f"tolerance: must be a positive distance [m], got {tolerance}")
+    towards = None if normal is None else _unit("normal", normal)
+    one = as_surface("surface", surface, x, towards)
+    other = as_surface("target", target, x, None if towards is None else -towards)
+    shared = np.intersect1d(one.nodes, other.nodes)
+    if shared.size:
+        raise SlipmodeError(
+            f"target: node {shared[0]} is in surface too; bodies in contact share no nodes"
+        )
+    weight, outward = _areas_and_normals(one, area, towards)
+    met = _onto_facets if other.facets is not None else _onto_nodes
+    found = met(one, other, tolerance, outward)
+    motion = _displacements(number[one.nodes[found.point], np.newaxis], np.eye(3), size)
+    relative = as_csc(motion - _displacements(number[found.corners], found.motion, size))
+    moved = np.flatnonzero(abs(relative).sum(axis=0).reshape(-1, 3).any(axis=1))
+    if not moved.size:
+        raise SlipmodeError("dofs: all nodes where surface meets target are held, on both sides")
+    point, normals = found.point[moved], found.normal[moved]
+    own = one.position[point]
+    gap = np.einsum("kx,kx->k", found.foot[moved] - own, normals)
+    extent = np.ptp(np.concatenate((one.position, other.position)), axis=0).max()
+    return ContactPairs(
+        relative=relative[:, (3 * moved[:, np.newaxis] + np.arange(3)).ravel()],
+        frames=local_frames(normals, None if tangent is None else _unit("tangent", tangent)),
+        area=weight[point],
+        gap=np.where(gap > _TOUCHING * extent, gap, 0.0),
+        position=own,
+        nodes=tuple(one.nodes[point, np.newaxis]),
+        unpaired=np.delete(one.nodes, point),
+        tangents=tangents,
+    )
+
+
+@dataclass(frozen=True)
+class _Met:
+    """What points of the surface meet: nodes of the target and how these move the place there."""
+
+    point: Indices  # (pairs,)
+    corners: Indices  # (pairs, corners)
+    motion: Floats  # (pairs, corners, 3, 3)
+    foot: Floats  # (pairs, 3)
+    normal: Floats  # (pairs, 3)
+
+
+def _onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
+    facets = other.facets
+    assert facets is not None
+    found = project(one.position, facets, tolerance, outward)
+    if not found.point.size and found.averted:
+        raise SlipmodeError(
+            "target: its facets do not face surface, where they are near they are turned away "
+            "from it; order the nodes of facets counter-clockwise as seen from outside the body, "
+            "or give normal"
+        )
+    if not found.point.size:
+        raise _nothing_met(one, other, tolerance)
+    normal = -found.normal if one.facets is None or outward is None else outward[found.point]
+    return _Met(found.point, facets.nodes[found.facet], found.motion, found.foot, normal)
+
+
+def _onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
+    from scipy.spatial import cKDTree  # takes a while to import
+
+    if outward is None:
+        raise SlipmodeError("normal: needed, for neither surface nor target has facets")
+    distance, found = cKDTree(other.position).query(one.position)
+    point = np.flatnonzero(distance <= tolerance)
+    if not point.size:
+        raise _nothing_met(one, other, tolerance)
+    nearest = np.asarray(found)[point]
+    order = np.argsort(nearest, kind="stable")
+    twice = np.flatnonzero(np.diff(nearest[order]) == 0)
+    if twice.size:
+        a, b = one.nodes[point[order[twice[0] : twice[0] + 2]]]
+        raise SlipmodeError(
+            f"target: its node {other.nodes[nearest[order[twice[0]]]]} is the nearest of both "
+            f"nodes {a} and {b} of surface; give facets of target where meshes do not match"
+        )
+    motion = np.broadcast_to(np.eye(3), (point.size, 1, 3, 3))
+    corners = other.nodes[nearest, np.newaxis]
+    return _Met(point, corners, motion, other.position[nearest], outward[point])
+
+
+def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeError:
+    from scipy.spatial import cKDTree
+
+    least = float(np.min(cKDTree(other.position).query(one.position)[0]))
+    said = f"the nearest node of target is {least:.3g} m away"
+    if other.facets is not None and least <= tolerance:
+        said = f"they lie beyond its edge, by more than {OVERHANG:.0%} of a facet"
+    return SlipmodeError(
+        f"tolerance: no node of surface meets target within {tolerance:g} m; {said}"
+    )
+
+
+def _areas_and_normals(
+    surface: Surface, area: Any, towards: Floats | None
+) -> tuple[Floats, Floats | None]:
+    """Of each node of the surface: area (nodes,) and unit normal (nodes, 3), if it is known."""
+    if surface.facets is not None:
+        if area is not None:
+            raise SlipmodeError("area: leave it out where surface has facets, which say it")
+        return surface.areas_and_normals()
+    if area is None:
+        raise SlipmodeError(
+            "area: needed where surface has no facets; give facets, or the area of each node"
+        )
+    count = len(surface.nodes)
+    given = np.asarray(area, dtype=float)
+    if given.shape not in ((), (count,)):
+        raise SlipmodeError(f"area: must be one number or {count} (one per node of surface)")
+    if not np.all((given > 0.0) & (given < np.inf)):
+        raise SlipmodeError("area: must be positive [m^2]")
+    normals = None if towards is None else np.tile(towards, (count, 1))
+    return np.broadcast_to(given, count).copy(), normals
+
+
+def _displacements(dofs: Indices, motion: Floats, n_dofs: int) -> Sparse:
+    """x, y, z displacement of each contact (n, 3 contacts), of corner DOFs (contacts, corners, 3).
+
+    `motion`, (contacts, corners, 3, 3), is what these make of it.
+    """
+    shape = (*dofs.shape, 3)
+    value = np.broadcast_to(motion.swapaxes(-1, -2), shape)  # [contact, corner, DOF, direction]
+    row = np.broadcast_to(dofs[..., np.newaxis], shape)
+    column = 3 * np.arange(len(dofs))[:, np.newaxis, np.newaxis, np.newaxis] + np.arange(3)
+    column = np.broadcast_to(column, shape)
+    kept = (row >= 0) & (np.abs(value) > _ROUNDING)
+    entries = (value[kept], (row[kept], column[kept]))
+    return as_csc(scipy.sparse.coo_array(entries, shape=(n_dofs, 3 * len(dofs))))
+
+
+def _mesh(coordinates: ArrayLike, dofs: ArrayLike) -> tuple[Floats, Indices]:
+    try:
+        x = np.asarray(coordinates, dtype=float)
+        number: Any = np.asarray(dofs)
+    except (ValueError, TypeError):
+        raise SlipmodeError("coordinates, dofs: must be (nodes, 3), numbers") from None
+    if x.ndim != 2 or x.shape[1] != 3 or not np.isfinite(x).all():
+        raise SlipmodeError(f"coordinates: must be (nodes, 3), finite, got shape {x.shape}")
+    if number.shape != x.shape or number.dtype.kind not in "iu":
+        raise SlipmodeError(
+            f"dofs: must be integers {x.shape} like coordinates, got {number.dtype} {number.shape}"
+        )
+    if np.any(number < -1):
+        raise SlipmodeError("dofs: must be 0 or more, or -1 where a node is held")
+    found, count = np.unique(number[number >= 0], return_counts=True)
+    if np.any(count > 1):
+        raise SlipmodeError(f"dofs: DOF {found[np.argmax(count > 1)]} is there twice")
+    return x, np.asarray(number, dtype=np.intp)
+
+
+def _n_dofs(given: int | None, dofs: Indices) -> int:
+    least = int(dofs.max(initial=-1)) + 1
+    if given is not None and given < least:
+        raise SlipmodeError(f"n_dofs: must be at least {least}, for dofs has {least - 1}")
+    return least if given is None else int(given)
+
+
+def _unit(name: str, given: ArrayLike) -> Floats:
+    try:
+        vector = np.asarray(given, dtype=float)
+    except (ValueError, TypeError):
+        vector = np.empty(0)
+    length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
+    if not 0.0 < length < np.inf:
+        raise SlipmodeError(f"{name}: must be a direction (3,), got {np.array2string(vector)}")
+    return vector / length

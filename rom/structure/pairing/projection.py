@@ -1,0 +1,121 @@
+"""Points projected into facets, and how they move with these."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.structure.pairing.facets import Facets, Indices, overhang, shape_functions
+
+OVERHANG = 0.1  # of a facet: how far beyond the edge of a surface a point still meets it
+_FACING = -0.5  # cosine of the angle between two normals: 60 degrees off
+_SAME = 1e-9  # of the size: distances that are equal but for rounding
+_MOST_PASSES = 30
+_FARTHEST = 3.0  # local coordinate that is looked at
+_STEP, _SETTLED = 1e-14, 1e-10  # in local coordinates
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Points x = sum N_i x_i + d n on the facets that they meet.
+
+    Attributes
+    ----------
+    point, facet : (pairs,) ndarray of int
+        Points in ascending order; those that meet no facet are left out.
+    foot : (pairs, 3) ndarray
+        sum N_i x_i [m].
+    normal : (pairs, 3) ndarray
+        Of the facet there, outwards.
+    motion : (pairs, 4, 3, 3) ndarray
+        What displacements of the corners make of that of the point, which the facet carries.
+    averted : int
+        Number of points that are near a facet and face away from it.
+    """
+
+    point: Indices
+    facet: Indices
+    foot: Floats
+    normal: Floats
+    motion: Floats
+    averted: int
+
+
+def project(
+    points: Floats, facets: Facets, tolerance: float, outward: Floats | None = None
+) -> Projection:
+    """Find the nearest facet of each point (p, 3), at most the tolerance [m] away.
+
+    With `outward`, (p, 3), normals of the surface that the points are on: of those that face it.
+    """
+    point, facet = _candidates(points, facets, tolerance)
+    corners, triangular = facets.corners[facet], facets.triangular[facet]
+    at, settled = _feet(points[point], corners, triangular)
+    N, slopes = shape_functions(triangular, at)
+    foot = np.einsum("ki,kix->kx", N, corners)
+    tangents = slopes @ corners
+    normal = np.cross(tangents[:, 0], tangents[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
+    beyond = overhang(triangular, at)
+    size = facets.size()[facet]
+    height = np.einsum("kx,kx->k", points[point] - foot, normal)
+    distance = np.hypot(height, beyond * size)
+    near = settled & (distance <= tolerance) & (beyond <= OVERHANG)
+    faced = near
+    if outward is not None:
+        faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= _FACING)
+    averted = np.setdiff1d(point[near], point[faced]).size
+    own = np.flatnonzero(faced)
+    # of equal distances the first facet, whatever rounding says
+    rank = np.round(distance[own] / (_SAME * max(tolerance, size.max(initial=0.0))))
+    own = own[np.lexsort((facet[own], rank, point[own]))]
+    own = own[np.unique(point[own], return_index=True)[1]]
+    motion = _motion(N[own], slopes[own], tangents[own], normal[own], height[own])
+    return Projection(point[own], facet[own], foot[own], normal[own], motion, averted)
+
+
+def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indices, Indices]:
+    """Pairs of point and facet that are near each other."""
+    from scipy.spatial import cKDTree  # takes a while to import
+
+    centre, reach = facets.corners.mean(axis=1), 1.5 * facets.size() + tolerance
+    found = cKDTree(points).query_ball_point(centre, reach)
+    facet = np.repeat(np.arange(len(centre)), [len(each) for each in found])
+    point = np.fromiter((p for each in found for p in each), dtype=np.intp, count=facet.size)
+    return point, facet
+
+
+def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, Flags]:
+    """Local coordinates (k, 2) where each point stands upright on its facet; whether found."""
+    at = np.where(triangular[:, np.newaxis], 1.0 / 3.0, np.zeros((len(points), 2)))
+    step = np.zeros(len(points))
+    moving = np.arange(len(points))
+    for _ in range(_MOST_PASSES):
+        N, slopes = shape_functions(triangular[moving], at[moving])
+        left = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
+        change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), left)
+        at[moving] = np.clip(at[moving] + change, -_FARTHEST, _FARTHEST)
+        step[moving] = np.abs(change).max(axis=1)
+        moving = moving[step[moving] > _STEP]
+    return at, step <= _SETTLED
+
+
+def _gradients(tangents: Floats) -> Floats:
+    """Gradients of the local coordinates in the tangent plane (k, 2, 3), of d x / d them."""
+    a, b = tangents[:, 0], tangents[:, 1]
+    normal = np.cross(a, b)
+    square = np.maximum(np.einsum("kx,kx->k", normal, normal), np.finfo(float).tiny)
+    dual = np.stack((np.cross(b, normal), np.cross(normal, a)), axis=1)
+    return np.asarray(dual / square[:, np.newaxis, np.newaxis])
+
+
+def _motion(N: Floats, slopes: Floats, tangents: Floats, normal: Floats, height: Floats) -> Floats:
+    """Corners to u = sum N_i u_i + d dn, with the turn of the normal dn = -sum grad N_i (n . u_i).
+
+    So a point off the facet moves as if it were fixed to it: rotations leave them together.
+    """
+    gradient = np.einsum("kax,kai->kix", _gradients(tangents), slopes)
+    turn = np.einsum("k,kix,ky->kixy", height, gradient, normal)
+    return np.asarray(N[:, :, np.newaxis, np.newaxis] * np.eye(3) - turn)

@@ -1,0 +1,417 @@
+"""Contacts from meshes: rigid motions, areas, resultants, frames, patches, bad input."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from slipmode import rom
+
+TURN = Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_matrix()
+
+
+@dataclass
+class Surfaces:
+    """Two surfaces that face each other, the lower one first; `up` is its normal before TURN."""
+
+    coordinates: np.ndarray
+    lower: np.ndarray  # facets
+    upper: np.ndarray
+    turn: np.ndarray
+
+    @property
+    def dofs(self):
+        return np.arange(self.coordinates.size).reshape(-1, 3)
+
+    @property
+    def is_lower(self):
+        return np.isin(np.arange(len(self.coordinates)), self.lower)
+
+    def pairs(self, **changed):
+        given = {"surface": self.lower, "target": self.upper, "tolerance": 0.1} | changed
+        return rom.contact_pairs(self.coordinates, self.dofs, **given)
+
+
+def grid(nx, ny, kind, seed):
+    """Points of a unit square, inner ones moved in it, and facets counter-clockwise."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, nx + 1), np.linspace(0, 1, ny + 1), indexing="ij")
+    inside = (x % 1 != 0) & (y % 1 != 0)
+    x, y = (c + 0.15 / max(nx, ny) * inside * rng.standard_normal(c.shape) for c in (x, y))
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack(
+        [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1
+    ).reshape(-1, 4)
+    triangles = np.concatenate((quads[:, [0, 1, 2, 2]], quads[:, [0, 2, 3, 3]]))
+    facets = {
+        "quads": quads,
+        "triangles": triangles[:, :3],
+        "mixed": np.concatenate(
+            (quads[::2], quads[1::2, [0, 1, 2, 2]], quads[1::2, [0, 2, 3, 3]])
+        ),
+    }[kind]
+    return np.stack((x.ravel(), y.ravel(), np.zeros(x.size)), axis=1), facets
+
+
+def surfaces(lower=(4, 3), upper=(3, 5), kinds=("quads", "triangles"), gap=0.0, bend=0.0, seed=0):
+    """Squares turned in space; bent ones do not lie on each other's facets."""
+    below, facets = grid(*lower, kinds[0], seed)
+    above, others = grid(*upper, kinds[1], seed + (lower != upper))
+    above[:, 2] += gap
+    x = np.concatenate((below, above))
+    x[:, 2] += bend * np.sin(2.0 * x[:, 0] + x[:, 1])
+    return Surfaces(x @ TURN.T, facets, others[:, ::-1] + len(below), TURN)
+
+
+MESHES = {
+    "matching quadrilaterals": surfaces((4, 3), (4, 3), ("quads", "quads")),
+    "quadrilaterals on triangles": surfaces(),
+    "triangles on quadrilaterals": surfaces(kinds=("triangles", "quads")),
+    "with a gap": surfaces(gap=0.05),
+    "bent, with a gap": surfaces(gap=0.03, bend=0.05, kinds=("quads", "quads")),
+    "mixed": surfaces(kinds=("mixed", "quads")),
+}
+
+
+def rigid_motions(coordinates):
+    """Three translations and three rotations, (6, n)."""
+    moved = [np.tile(e, (len(coordinates), 1)) for e in np.eye(3)]
+    return np.array(
+        [each.ravel() for each in moved + [np.cross(e, coordinates) for e in np.eye(3)]]
+    )
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+@pytest.mark.parametrize("patches", [None, 4])
+def test_bodies_that_move_as_one_move_no_contact(mesh, patches):
+    pairs = mesh.pairs()
+    assert pairs.unpaired.size == 0
+    if patches:
+        pairs = pairs.gathered(patches)
+    motions = rigid_motions(mesh.coordinates + np.array([3.0, -2.0, 5.0]))
+    np.testing.assert_allclose(motions @ pairs.W, 0.0, atol=1e-13)
+    alone = motions * np.repeat(mesh.is_lower, 3)
+    assert np.abs(alone @ pairs.W).max() > 1.0
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+@pytest.mark.parametrize("patches", [None, 4])
+def test_surfaces_that_close_by_one_close_every_contact_by_one(mesh, patches):
+    pairs = mesh.pairs(normal=mesh.turn[:, 2])
+    if patches:
+        pairs = pairs.gathered(patches)
+    up = np.outer(mesh.is_lower, mesh.turn[:, 2]).ravel()
+    x_c = (up @ pairs.W).reshape(-1, 3)
+    cosine = pairs.frames[:, 2] @ mesh.turn[:, 2]
+    np.testing.assert_allclose(x_c[:, 2], cosine, rtol=1e-13)
+    if mesh is not MESHES["bent, with a gap"]:
+        np.testing.assert_allclose(x_c, np.tile([0.0, 0.0, 1.0], (len(x_c), 1)), atol=1e-14)
+    down = -np.outer(~mesh.is_lower, mesh.turn[:, 2]).ravel()
+    np.testing.assert_allclose(down @ pairs.W, x_c.ravel(), atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["quads", "triangles", "mixed"])
+def test_areas_and_their_moments_are_those_of_the_surface(kind):
+    mesh = surfaces(kinds=(kind, "quads"))
+    for pairs in (mesh.pairs(), mesh.pairs().gathered(5)):
+        assert pairs.area.sum() == pytest.approx(1.0, rel=1e-13)
+        centre = mesh.turn @ [0.5, 0.5, 0.0]
+        np.testing.assert_allclose(pairs.area @ pairs.position, centre, atol=1e-13)
+
+
+def test_a_cylinder_has_the_area_of_its_facets_and_normals_that_point_outwards():
+    """Into a tube around it, with a gap that differs by what facets cut off."""
+    circumference, rows, gap = 24, 4, 0.01
+    angle = 2 * np.pi * np.arange(circumference) / circumference
+
+    def shell(radius, turn):
+        ring = np.stack((radius * np.cos(angle + turn), radius * np.sin(angle + turn)), axis=1)
+        z = np.linspace(0.0, 1.0, rows + 1)
+        return np.concatenate([np.column_stack((ring, np.full(len(ring), h))) for h in z])
+
+    k = np.arange(circumference)
+    row = np.stack((k, (k + 1) % circumference), axis=1)
+    facets = np.concatenate(
+        [np.column_stack((row + r * 24, row[:, ::-1] + (r + 1) * 24)) for r in range(rows)]
+    )
+    inner, outer = shell(1.0, 0.0), shell(1.0 + gap, 0.1)
+    x = np.concatenate((inner, outer))
+    dofs = np.arange(x.size).reshape(-1, 3)
+    pairs = rom.contact_pairs(x, dofs, facets, facets[:, ::-1] + len(inner), tolerance=0.05)
+    assert pairs.unpaired.size == 0
+    assert pairs.area.sum() == pytest.approx(circumference * 2 * np.sin(np.pi / circumference))
+    np.testing.assert_allclose(pairs.frames[:, 2, :2], pairs.position[:, :2], atol=1e-12)
+    np.testing.assert_allclose(pairs.frames[:, 0, 2], 1.0)
+    sagitta = (1 + gap) * (1 - np.cos(np.pi / circumference))
+    assert np.all((pairs.gap > gap - sagitta - 1e-12) & (pairs.gap < gap + 1e-12))
+    np.testing.assert_allclose(rigid_motions(x) @ pairs.W, 0.0, atol=1e-13)
+    with pytest.raises(rom.SlipmodeError, match=r"^patches: patch 0 bends too much"):
+        pairs.gathered(1)
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+def test_a_constant_pressure_has_its_resultants_on_both_surfaces(mesh):
+    """Force and moment of p n on the surface; the opposite, exactly, on the target."""
+    pairs = mesh.pairs()
+    f = np.zeros((len(pairs.area), 3))
+    f[:, 2] = 3.0 * pairs.area
+    on_nodes = pairs.W @ f.ravel()
+    motions = rigid_motions(mesh.coordinates)
+    lower, upper = (motions * np.repeat(which, 3) for which in (mesh.is_lower, ~mesh.is_lower))
+    force = f[:, 2:] * pairs.frames[:, 2]
+    moment = np.cross(pairs.position, force).sum(axis=0)
+    expected = np.concatenate((force.sum(axis=0), moment))
+    np.testing.assert_allclose(lower @ on_nodes, expected, atol=1e-13)
+    np.testing.assert_allclose(upper @ on_nodes, -expected, atol=1e-13)
+    if mesh is not MESHES["bent, with a gap"]:
+        n, centre = mesh.turn[:, 2], mesh.turn @ [0.5, 0.5, 0.0]
+        geometric = 3.0 * np.concatenate((n, np.cross(centre, n)))
+        np.testing.assert_allclose(expected, geometric, atol=1e-12)
+
+
+def test_linear_displacements_are_met_exactly_on_meshes_that_do_not_match():
+    """The patch test: a linear field of both bodies has no relative motion where they touch."""
+    for kinds in (("quads", "triangles"), ("triangles", "quads")):
+        mesh = surfaces(kinds=kinds)
+        field = mesh.coordinates @ np.random.default_rng(1).standard_normal((3, 3)) + [1.0, 2, 3]
+        np.testing.assert_allclose(field.ravel() @ mesh.pairs().W, 0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("target", ["facets", "nodes"])
+def test_nodes_that_match_are_tied_one_to_one(target):
+    mesh = MESHES["matching quadrilaterals"]
+    upper = mesh.upper if target == "facets" else np.unique(mesh.upper)[::-1]
+    pairs = mesh.pairs(target=upper)
+    count = len(mesh.coordinates) // 2
+    x = np.random.default_rng(2).standard_normal((2, count, 3))
+    expected = np.einsum("kab,kb->ka", pairs.frames, x[0] - x[1])
+    np.testing.assert_allclose(x.ravel() @ pairs.W, expected.ravel(), atol=1e-13)
+    assert [list(nodes) for nodes in pairs.nodes] == [[k] for k in range(count)]
+    np.testing.assert_array_equal(pairs.gap, 0.0)
+
+
+def test_two_node_sets_with_a_normal_and_areas():
+    x = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 0.01], [1, 0, 0.02], [9, 0, 0]], float)
+    dofs = np.array([[0, -1, 1], [2, -1, 3], [4, -1, 5], [6, -1, 7], [8, -1, 9], [-1, -1, -1]])
+    pairs = rom.contact_pairs(
+        x, dofs, [2, 1, 0], [3, 4], tolerance=0.1, normal=[0, 0, 2], area=[3, 2, 1], tangents=1,
+        n_dofs=12,
+    )  # fmt: skip
+    np.testing.assert_array_equal(pairs.unpaired, [2])
+    np.testing.assert_array_equal(pairs.area, [2, 1])
+    np.testing.assert_allclose(pairs.gap, [0.02, 0.01])
+    expected = np.zeros((12, 4))
+    expected[[2, 3, 0, 1], range(4)] = 1.0
+    expected[[8, 9, 6, 7], range(4)] = -1.0
+    np.testing.assert_array_equal(pairs.W.toarray(), expected)
+
+
+def test_gaps_are_distances_along_the_normal():
+    np.testing.assert_allclose(MESHES["with a gap"].pairs().gap, 0.05, rtol=1e-12)
+    np.testing.assert_array_equal(surfaces(gap=-0.02).pairs().gap, 0.0)
+    rounded = surfaces(gap=0.0)
+    rounded.coordinates = np.round(rounded.coordinates, 7)
+    np.testing.assert_array_equal(rounded.pairs().gap, 0.0)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-9, -1e-9, 1e-3])
+def test_frames_hardly_turn_where_normals_hardly_do(tilt):
+    mesh = surfaces()
+    back = Rotation.from_euler("xy", [tilt, -2 * tilt]).as_matrix() @ mesh.turn.T
+    mesh.coordinates = mesh.coordinates @ back.T
+    frames = mesh.pairs().frames
+    np.testing.assert_allclose(frames, np.tile(np.eye(3), (len(frames), 1, 1)), atol=3e-3)
+    np.testing.assert_allclose(np.linalg.det(frames), 1.0)
+    along = mesh.pairs(tangent=[0.0, 0.0, 1.0]).frames  # no tangent: an axis instead
+    np.testing.assert_allclose(np.linalg.det(along), 1.0)
+    np.testing.assert_allclose(along[:, 2], frames[:, 2], atol=1e-14)
+    given = mesh.pairs(tangent=[0.0, 3.0, 1.0]).frames
+    np.testing.assert_allclose(given[:, 0], np.tile([0, 1.0, 0], (len(frames), 1)), atol=3e-3)
+
+
+def test_a_normal_makes_the_order_of_nodes_in_facets_indifferent():
+    mesh = MESHES["quadrilaterals on triangles"]
+    expected = mesh.pairs()
+    lower = mesh.lower.copy()
+    lower[::2] = lower[::2, ::-1]
+    found = mesh.pairs(surface=lower, target=mesh.upper[:, ::-1], normal=mesh.turn @ [0.3, 0, 1])
+    np.testing.assert_allclose((found.W - expected.W).toarray(), 0.0, atol=1e-14)
+
+
+def test_nodes_beyond_the_target_are_unpaired():
+    mesh = surfaces((10, 2), (3, 3))
+    mesh.coordinates[~mesh.is_lower] += 0.45 * mesh.turn[:, 0]
+    pairs = mesh.pairs()
+    along = mesh.coordinates @ mesh.turn[:, 0]
+    beyond = np.flatnonzero(mesh.is_lower & (along < 0.45 - 0.04))
+    np.testing.assert_array_equal(pairs.unpaired, beyond)
+    assert len(pairs.area) + len(beyond) == mesh.is_lower.sum()
+
+
+def test_patches_are_means_by_area():
+    mesh = MESHES["quadrilaterals on triangles"]
+    pairs = mesh.pairs()
+    labels = (pairs.position @ mesh.turn[:, 0] > 0.6).astype(int)
+    found = pairs.gathered(labels)
+    x = np.random.default_rng(3).standard_normal(mesh.coordinates.size)
+    relative = (x @ pairs.W).reshape(-1, 3)  # all frames are the same
+    for patch in (0, 1):
+        own = labels == patch
+        mean = pairs.area[own] @ relative[own] / pairs.area[own].sum()
+        np.testing.assert_allclose((x @ found.W).reshape(-1, 3)[patch], mean, atol=1e-13)
+        assert found.area[patch] == pytest.approx(pairs.area[own].sum())
+        np.testing.assert_array_equal(found.nodes[patch], np.flatnonzero(own))
+    same = pairs.gathered(np.arange(len(pairs.area)))
+    np.testing.assert_allclose((same.W - pairs.W).toarray(), 0.0, atol=1e-14)
+
+
+def test_a_short_representation():
+    words = repr(MESHES["quadrilaterals on triangles"].pairs())
+    assert words.startswith("ContactPairs(frames=<float64 20 x 3 x 3>, area=<float64 20>")
+    assert len(words) < 800
+
+
+def test_bisected_patches_have_about_the_same_area():
+    pairs = surfaces((30, 20)).pairs()
+    for count in (1, 2, 6, 7):
+        area = pairs.gathered(count).area
+        assert len(area) == count
+        np.testing.assert_allclose(area, 1.0 / count, rtol=0.03)
+    assert len(pairs.gathered(len(pairs.area)).area) == len(pairs.area)
+
+
+def test_a_law_on_areas_and_a_structure_take_what_was_found():
+    mesh = MESHES["with a gap"]
+    pairs = mesh.pairs().gathered(3)
+    n = mesh.coordinates.size
+    structure = rom.Structure(np.eye(n), np.eye(n), contact=pairs.W)
+    assert structure.n_contacts == 9
+    law = rom.FrictionalContact.on_areas(
+        pairs.area, mu=0.3, tangential_stiffness=5.0, normal_stiffness=7.0, gap=pairs.gap
+    )
+    np.testing.assert_allclose(law.tangential_stiffness, 5.0 * pairs.area)
+    np.testing.assert_allclose(law.normal_stiffness, 7.0 * pairs.area)
+    np.testing.assert_allclose(law.gap, 0.05)
+    found = rom.preload(structure, law, 0.2 * np.outer(mesh.is_lower, mesh.turn[:, 2]).ravel())
+    assert np.all(found.normal_force > 0.0)
+    pressed = rom.FrictionalContact.on_areas(
+        [1.0, 2.0],
+        mu=0.3,
+        tangential_stiffness=5,
+        normal_stiffness=[7, 8],
+        pressure=10,
+        tangents=1,
+    )
+    assert (pressed.preload, pressed.normal_stiffness) == ((10.0, 20.0), (7.0, 16.0))
+
+
+def refused(words, mesh=None, **changed):
+    mesh = mesh or MESHES["quadrilaterals on triangles"]
+    with pytest.raises(rom.SlipmodeError, match=rf"^{words}") as error:
+        mesh.pairs(**changed)
+    assert "\n" not in str(error.value)
+
+
+def test_bad_input_is_one_line_that_names_the_argument():
+    mesh = MESHES["quadrilaterals on triangles"]
+    nodes, others = np.unique(mesh.lower), np.unique(mesh.upper)
+    refused("surface: node 99 is unknown; coordinates has nodes 0 to 43", surface=[0, 99])
+    refused("target: node -1 is unknown", target=[[-1, 30, 31]])
+    refused("surface: node 3 is there twice", surface=[3, 4, 3])
+    refused("surface: facet 1 has a node twice", surface=[[0, 1, 5, 4], [0, 1, 1, 4]])
+    refused("surface: facet 0 has a node twice", surface=[[1, 1, 5, 4]])
+    refused("surface: facet 0 has a node twice", surface=[[1, 2, 1]])
+    refused("surface: facet 0 has a node twice", surface=[[1, 2, 1, 1]])
+    refused("surface: facets 0 and 2 have the same", surface=mesh.lower[[0, 1, 0]])
+    refused("surface: facets 0 and 1 have opposite sides out",
+            surface=np.array([mesh.lower[0], mesh.lower[1, ::-1]]))  # fmt: skip
+    refused("surface: must have at least one node", surface=[])
+    refused("surface: must be a list of nodes, or facets", surface=[[0, 1]])
+    refused("surface: must be a list of nodes, or facets", surface=[[0, 1, 2], [0, 1]])
+    refused("surface: nodes must be integers", surface=[0.5])
+    refused("target: node 2 is in surface too", target=[2, 30])
+    refused("target: its facets do not face surface", target=mesh.upper[:, ::-1])
+    refused("target: its facets do not face surface", surface=mesh.lower[:, ::-1])
+    refused("target: its node 20 is the nearest of both nodes 0 and 1", target=[20],
+            surface=[0, 1], area=1.0, normal=[0, 0, 1], tolerance=2.0)  # fmt: skip
+    refused("normal: needed, for neither", surface=nodes, target=others, area=1.0)
+    refused("normal: lies in facet 0 of surface", normal=mesh.turn[:, 0])
+    refused("normal: must be a direction", normal=[0, 0, 0])
+    refused("tangent: must be a direction", tangent="x")
+    refused("area: needed where surface has no facets", surface=nodes)
+    refused("area: leave it out", area=1.0)
+    refused("area: must be one number or 20", surface=nodes, area=[1.0, 2.0])
+    refused("area: must be positive", surface=nodes, area=0.0)
+    refused("tolerance: must be a positive distance", tolerance=0.0)
+    refused("tolerance: must be a positive distance", tolerance=np.nan)
+    refused("tangents: must be 1 or 2", tangents=3)
+    refused("n_dofs: must be at least 132, for dofs has 131", n_dofs=44)
+
+
+def test_surfaces_that_meet_nowhere_say_how_far_they_are():
+    mesh = surfaces(gap=0.5)
+    refused(r"tolerance: no node of surface meets target within 0.1 m; .* is 0.5.* m away", mesh)
+    aside = surfaces((1, 1), (1, 1))
+    aside.coordinates[~aside.is_lower] += 1.2 * aside.turn[:, 0]
+    refused(r"tolerance: no node .*; they lie beyond its edge", aside, tolerance=0.25)
+
+
+def test_a_mesh_that_does_not_fit_is_refused():
+    mesh = MESHES["quadrilaterals on triangles"]
+    x, dofs = mesh.coordinates, mesh.dofs
+    surfaces_ = {"surface": mesh.lower, "target": mesh.upper, "tolerance": 0.1}
+    twice = dofs.copy()
+    twice[1, 0] = 5
+    held = np.full_like(dofs, -1)
+    for words, args in {
+        "coordinates: must be": (x[:, :2], dofs),
+        "coordinates, dofs: must be": ([["a", 0, 0]], dofs),
+        "dofs: must be integers": (x, dofs[:-1]),
+        "dofs: must be 0 or more": (x, dofs - 2),
+        "dofs: DOF 5 is there twice": (x, twice),
+        "dofs: all nodes where surface meets target are held": (x, held),
+    }.items():
+        with pytest.raises(rom.SlipmodeError, match=f"^{words}"):
+            rom.contact_pairs(*args, **surfaces_)
+
+
+def test_what_is_held_on_both_sides_is_no_contact():
+    """A clamped edge; and one that is held along it alone, which patches can have."""
+    mesh = MESHES["quadrilaterals on triangles"]
+    edge = np.flatnonzero(mesh.coordinates @ mesh.turn[:, 0] < 1e-9)
+    dofs = mesh.dofs.copy()
+    dofs[edge] = -1
+    given = {"tolerance": 0.1, "tangent": [0.0, 0.0, 1.0]}
+    pairs = rom.contact_pairs(mesh.coordinates, dofs, mesh.lower, mesh.upper, **given)
+    np.testing.assert_array_equal(pairs.unpaired, edge[mesh.is_lower[edge]])
+    assert len(pairs.area) == mesh.is_lower.sum() - len(pairs.unpaired)
+    assert np.linalg.matrix_rank(pairs.W.toarray()) == 3 * len(pairs.area)
+    flat = Surfaces(mesh.coordinates @ mesh.turn, mesh.lower, mesh.upper, np.eye(3))
+    dofs = flat.dofs.copy()
+    dofs[edge, 0] = -1
+    pairs = rom.contact_pairs(flat.coordinates, dofs, flat.lower, flat.upper, tolerance=0.1)
+    assert len(pairs.unpaired) == 0
+    with pytest.raises(rom.SlipmodeError, match=r"^dofs: contact 2, at node 2, is held"):
+        _ = pairs.W
+    assert np.linalg.matrix_rank(pairs.gathered(4).W.toarray()) == 12
+
+
+@pytest.mark.parametrize("patches", [0, 21, 1.5, [0, 1], [[0]], "all"])
+def test_patches_that_do_not_fit_are_refused(patches):
+    pairs = MESHES["quadrilaterals on triangles"].pairs()
+    with pytest.raises(rom.SlipmodeError, match=r"^patches: "):
+        pairs.gathered(patches)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("area", [1.0, 0.0]), ("pressure", -1.0), ("tangential_stiffness", 0.0),
+        ("normal_stiffness", [1.0, 2.0, 3.0]), ("gap", [0.0, 0.0, 0.0]),
+    ],
+)  # fmt: skip
+def test_a_law_on_areas_names_what_does_not_fit(name, value):
+    given = {"area": [1.0, 2.0], "mu": 0.3, "tangential_stiffness": 1.0, "normal_stiffness": 1.0}
+    with pytest.raises(rom.SlipmodeError, match=f"^{name}: "):
+        rom.FrictionalContact.on_areas(**(given | {name: value}))
