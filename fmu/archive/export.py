@@ -127,7 +127,7 @@ def export(
     )
     variables = list_variables(model, choice)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
-    sources = binaries.source_files()
+    sources = binaries.source_files(fmi)
     description = Description(
         name=name,
         description=_summary(model),

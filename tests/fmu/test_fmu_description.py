@@ -17,6 +17,7 @@ from lxml import etree
 
 from slipmode import fmu, rom
 from slipmode.fmu.archive.binaries import source_files
+from slipmode.fmu.archive.cross_compiler import fmi_headers
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.rom import SlipmodeError
 
@@ -170,6 +171,33 @@ def test_the_reference_result_is_the_components(unzipped, two_mode_model):
     last = stepped.outputs()
     for name in result.dtype.names:
         assert result[name][-1] == last[name]
+
+
+def listed_sources(folder, fmi):
+    if fmi == 3:
+        description = etree.parse(folder / "sources" / "buildDescription.xml")
+        return [{file.get("name") for file in description.iter("SourceFile")}]
+    description = etree.parse(folder / "modelDescription.xml")
+    return [
+        {file.get("name") for file in files.iter("File")}
+        for files in description.iter("SourceFiles")
+    ]
+
+
+def test_sources_need_the_headers_of_their_version_alone(unzipped, fmi, tmp_path):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler (cc)")
+    folder = unzipped[fmi] / "sources"
+    present = {path.relative_to(folder).as_posix() for path in folder.rglob("*.c")}
+    lists = listed_sources(unzipped[fmi], fmi)
+    assert lists and all(listed == present for listed in lists)
+    for header in fmi_headers().glob(f"fmi{fmi}*.h"):
+        shutil.copy(header, tmp_path)
+    faces = [name for name in present if name.startswith("faces/")]
+    assert faces
+    command = [compiler, "-std=c99", "-fsyntax-only", f"-I{folder}", f"-I{tmp_path}", *faces]
+    subprocess.run(command, cwd=folder, check=True)
 
 
 @pytest.mark.parametrize(
