@@ -2,6 +2,7 @@
 
 import importlib.util
 import io
+import re
 import shutil
 import subprocess
 import zipfile
@@ -268,6 +269,15 @@ def test_the_library_shows_the_functions_of_fmi_alone():
     names = {line.split()[-1] for line in listed.stdout.splitlines()}
     assert {"fmi2DoStep", "fmi3DoStep"} <= names
     assert not {name for name in names if not name.startswith("fmi")}
+
+
+def test_the_library_loads_on_old_systems():
+    """Those with glibc 2.17, of 2013, and newer: what its symbols ask for is no newer."""
+    found = importlib.util.find_spec("slipmode.fmu._native")
+    needed = re.findall(rb"\0GLIBC_2\.(\d+)[.\0]", Path(found.origin).read_bytes())
+    if not needed:
+        pytest.skip("no library for glibc")
+    assert max(map(int, needed)) <= 17
 
 
 def test_no_two_sources_have_one_file_name():
