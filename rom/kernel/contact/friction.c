@@ -1,7 +1,5 @@
 #include "contact/friction.h"
 
-#include "base/oldest_glibc.h"
-
 /* About 1 - tanh w where c w + tanh w = 1. It only shapes the first guess of the resolvent. */
 static double transition_width(double c) {
     double w = 1.0;

@@ -1,6 +1,7 @@
 /* How the rates and powers of the slow flow change with amplitudes and inputs. */
+#include <math.h>
+
 #include "base/check.h"
-#include "base/oldest_glibc.h"
 #include "slow/first_order.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"

@@ -4,7 +4,6 @@
 
 #include "base/block.h"
 #include "base/exact_sum.h"
-#include "base/oldest_glibc.h"
 
 void sm_torus_power(double c, double s, int m, double *re, double *im) {
     const double signed_s = m < 0 ? -s : s;

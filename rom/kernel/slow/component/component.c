@@ -5,7 +5,6 @@
 #include "base/check.h"
 #include "slow/component/contact_output.h"
 #include "base/exact_sum.h"
-#include "base/oldest_glibc.h"
 #include "slow/discontinuity.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"

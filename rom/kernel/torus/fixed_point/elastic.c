@@ -12,7 +12,6 @@
 #include "base/block.h"
 #include "base/check.h"
 #include "base/exact_sum.h"
-#include "base/oldest_glibc.h"
 #include "contact/elastic/solve.h"
 #include "torus/grid.h"
 #include "torus/fixed_point/marched.h"

@@ -1,6 +1,6 @@
 #include "torus/periodic/periodicity.h"
 
-#include "base/oldest_glibc.h"
+#include <math.h>
 
 /* Half periods without progress after which a change is put down to the discretisation: phases
  * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
