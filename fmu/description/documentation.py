@@ -35,11 +35,14 @@ _VALIDITY = (
 )
 
 _USE = (
+    "<b>Inputs.</b> An input holds its value, and moves at its rate (<code>force_rate_A</code>, "
+    "...), until it is set again: in Co-Simulation during the steps, in Model Exchange with the "
+    "time that the importer sets. Sweeps by rates are exact and continuous in phase.",
     "<b>Co-Simulation.</b> Steps may have any length; results do not depend on it within the "
-    "tolerance. An input holds its value, and moves at its rate (<code>force_rate_A</code>, ...), "
-    "until it is set again, so that sweeps are exact and continuous in phase.",
+    "tolerance.",
     "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
-    "energy. Contact motion is that of the last few periods on amplitudes which are straight "
+    "energy. The state of a carrier angle grows without end; the variable (<code>theta_A</code>) "
+    "reads in [0, 2 pi), as in Co-Simulation. Contact motion is that of the last few periods on amplitudes which are straight "
     "lines; in a transient it differs from Co-Simulation by about their curvature.",
     "Where a force jumps, in amplitude or phase, the modes go on as they were, and the free "
     "vibrations that this leaves behind are part of the amplitudes. In Co-Simulation that is "

@@ -205,7 +205,7 @@ def _states(model: Model, choice: Choice) -> Iterator[Variable]:
                 nominal=float(amplitude_range[mode]),
             )
     for mode, name in enumerate(choice.mode_names):
-        description = f"Carrier angle of mode {name}, the integral of its frequency"
+        description = f"Carrier angle of mode {name}: the integral of its frequency, in [0, 2 pi)"
         yield _output(f"theta_{name}", description, _ANGLES + mode, Quantity.ANGLE, nominal=1.0)
     yield _output(
         "dissipated_energy",

@@ -82,6 +82,7 @@ static fmu_status start(fmu_instance *instance) {
     if (instance->started) return FMU_OK;
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
     instance->outputs[0] = instance->start;
+    fmu_hold_inputs(instance);
     memcpy(instance->outputs + 1, instance->amplitude, sizeof instance->amplitude);
     fmu_status built = check_carriers(instance, &instance->inputs);
     if (built == FMU_OK) built = build(instance);

@@ -9,6 +9,7 @@
 #include "slow/discontinuity.h"
 #include "resources/model.h"
 
+#define FMU_INPUTS (sizeof(sm_inputs) / sizeof(double))
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
 
 /* As fmi2Status and fmi3Status count them. */
@@ -51,6 +52,8 @@ typedef struct {
     double parameters[FMU_PARAMETERS];
     double amplitude[2 * SM_MODES];     /* at the start */
     sm_inputs inputs;                   /* in the importer's units; angles unused */
+    sm_inputs held_inputs;              /* Model Exchange: as they were set, */
+    double held_since[FMU_INPUTS];      /* and when each was, or its rate [s] */
     sm_held_force held;                 /* known within an event: what acted before it */
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
     double *outputs;                    /* as sm_component_outputs packs them */
@@ -97,6 +100,19 @@ fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t
 /* dv/dt of inputs during the steps to come. */
 fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference, size_t count,
                                const double *value);
+
+/* ---- inputs ---------------------------------------------------------------------------- */
+
+/* The slot of an input's rate among the doubles of sm_inputs; negative for one that has none. */
+int32_t fmu_rate_slot(int32_t slot);
+int fmu_input_is_positive(int32_t slot);
+/* An input, or a rate at which one moves from now on. */
+void fmu_set_input(fmu_instance *instance, int32_t slot, double value);
+/* Model Exchange: all inputs move from the present time on; and come to where they are then. */
+void fmu_hold_inputs(fmu_instance *instance);
+void fmu_move_inputs(fmu_instance *instance);
+
+/* ---- derivatives ----------------------------------------------------------------------- */
 
 double fmu_modulus(const double amplitude[2]);
 /* sensitivity = d unknown / d known seed */
