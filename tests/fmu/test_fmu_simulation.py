@@ -235,19 +235,6 @@ def test_instances_in_threads_do_not_meet(unzipped, fmi):
     np.testing.assert_array_equal(together, alone)
 
 
-def test_an_amplitude_beyond_the_table_is_discarded(unzipped, fmi):
-    with instance(unzipped[fmi], fmi) as made:
-        made.start(force_A=3.0).step(0.0, 1.0)
-        before = made.serialize()
-        with pytest.raises(FMI_ERRORS) as refused:
-            made.step(1.0, 100.0)
-        assert refused.value.status == 2  # discard: a shorter step may do
-        assert "outside the friction table" in made.messages[-1][1]
-        assert made.serialize() == before
-        made.step(1.0, 1.0)
-        made.fmu.terminate()
-
-
 @pytest.mark.parametrize("exchange", [False, True])
 def test_a_frequency_that_no_slow_flow_follows_is_refused(unzipped, fmi, exchange):
     with instance(unzipped[fmi], fmi, exchange=exchange) as made:

@@ -1,6 +1,7 @@
 /* Inputs move at their rates: in Co-Simulation from step to step, in Model Exchange with time. */
 #include "instance/instance.h"
 
+#include <math.h>
 #include <stddef.h>
 
 /* Doubles of sm_inputs. */
@@ -40,6 +41,7 @@ static void hold(fmu_instance *instance, int32_t slot) {
 void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
     slots(&instance->inputs)[slot] = value;
     if (instance->interface == FMU_MODEL_EXCHANGE) hold(instance, slot);
+    instance->refused_at = NAN; /* a step may go another way now */
     instance->inputs_current = instance->outputs_current = 0;
     instance->rates_current = instance->motion_current = 0;
 }

@@ -58,6 +58,8 @@ typedef struct {
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
     double *outputs;                    /* as sm_component_outputs packs them */
     size_t output_count;
+    double refused_at, refused;         /* time and duration of the last step that was discarded */
+    int terminated;                     /* whether it was, and to try again would not help */
     int started;                        /* whether the start values are in effect */
     int inputs_current, outputs_current, rates_current, motion_current;
 } fmu_instance;
@@ -114,6 +116,8 @@ void fmu_move_inputs(fmu_instance *instance);
 
 /* ---- derivatives ----------------------------------------------------------------------- */
 
+/* Of the variable of a kind with a slot. */
+const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot);
 double fmu_modulus(const double amplitude[2]);
 /* sensitivity = d unknown / d known seed */
 fmu_status fmu_directional(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
@@ -137,6 +141,13 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     double d_power[2]);
 /* Advances a component by duration > 0. */
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration);
+/* An evaluation or step that leaves the friction table is discarded; `outputs` are where. */
+fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, const char *doing,
+                           const char *consequence);
+/* A step that does is, and how far it would go is found out. */
+fmu_status fmu_refuse_step(fmu_instance *instance, double duration);
+/* Steps that were discarded end the simulation where none can be done, or one is asked for again. */
+void fmu_note_refusal(fmu_instance *instance, double duration, int stuck);
 /* Passes the inputs to a component if that is still to be done. */
 void fmu_evaluate_inputs(fmu_instance *instance);
 /* Puts a component with these parameters into a state; what was evaluated is forgotten. */

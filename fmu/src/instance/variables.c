@@ -41,6 +41,14 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
     }
 }
 
+const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot) {
+    const fmu_model *model = &instance->model;
+    for (int32_t k = 0; k < model->variables; k++)
+        if (model->variable[k].kind == kind && model->variable[k].slot == slot)
+            return model->name[k];
+    return "(a variable without a name)";
+}
+
 double fmu_modulus(const double amplitude[2]) {
     return sqrt(amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]);
 }
