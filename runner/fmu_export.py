@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 from slipmode import fmu
 from slipmode.fmu.description.description import FmiVersion
+from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
@@ -19,6 +22,7 @@ def export_fmu(
     fmi: FmiVersion = 3,
     platforms: Sequence[str] = (),
     *,
+    headroom: float = 1.0,
     progress: bool = False,
 ) -> Path:
     """Export the model that a scene needs.
@@ -34,15 +38,22 @@ def export_fmu(
         Default: the scene's name with .fmu, in the present folder.
     fmi, platforms
         As in `slipmode.fmu.archive.export`.
+    headroom : float
+        Range of the friction table relative to what the scene needs, 1 or more: for importers
+        that force the model harder. With 1 runs of the scene by the FMU have the bits of those
+        without it.
     progress : bool
         Progress bars on work longer than a second.
     """
+    if not (isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.model.transients == "hybrid":
         reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
         warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
+    plan = replace(plan, amplitude=tuple(headroom * reach for reach in plan.amplitude))
     elastic = scene.output.elastic
     contact = bool(scene.contact or elastic)
     model, _ = plan.model(contact=contact, progress=progress)

@@ -70,9 +70,8 @@ def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
     }
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
         raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
-    left_out = _ROOMS_LEFT_OUT
-    if fmi is not None:
-        left_out += ("faces/fmi3",) if fmi == 2 else ("faces/fmi2",)
+    other = {None: (), 2: ("faces/fmi3",), 3: ("faces/fmi2",)}[fmi]
+    left_out = (*_ROOMS_LEFT_OUT, *other)
     return {name: path for name, path in found.items() if not name.startswith(left_out)}
 
 

@@ -52,10 +52,42 @@ def test_an_fmu_of_a_scene_without_scripts_runs_as_the_scene(tmp_path):
     np.testing.assert_allclose(final, values[-1], rtol=1e-12)
 
 
+def start_of(path, name):
+    (variable,) = (v for v in fmpy.read_model_description(path).modelVariables if v.name == name)
+    return variable.start
+
+
+def through(path, **inputs):
+    """What an FMU says where inputs take it out of its table; None where they do not."""
+    folder = path.with_suffix("")
+    shutil.unpack_archive(path, folder, format="zip")
+    with instance(folder, 2) as made:
+        made.start(**inputs)
+        try:
+            made.step(0.0, 400.0)
+        except fmpy.fmi1.FMICallException:
+            return made.messages[-1][1]
+
+
+@pytest.mark.slow
+def test_an_fmu_for_larger_amplitudes_than_the_scene_s(tmp_path):
+    """As the message says that those of a scene give where they end."""
+    paths = {factor: tmp_path / f"{factor}.fmu" for factor in ("1", "2")}
+    for factor, path in paths.items():
+        arguments = ["fmu", "one-mode", "-o", str(path), "--fmi", "2"]
+        assert main([*arguments, *(("--range", factor) if factor != "1" else ())]) == 0
+    force = 1.3 * float(start_of(paths["1"], "force_A"))
+    said = through(paths["1"], force_A=force)
+    assert "lower force_A, now" in said and "slipmode fmu --range" in said
+    assert through(paths["2"], force_A=force) is None
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("no-such-scene",), "'no-such-scene': no such scene file"),
+        (("one-mode", "--range", "0.5"), "range: must be a finite number >= 1, got 0.5"),
+        (("one-mode", "--range", "nan"), "range: must be a finite number >= 1, got nan"),
         (("one-mode", "--platforms", "vax"), "platforms: vax is none of x86_64-linux"),
         (("one-mode", "-o", "no/such/folder/x.fmu"), "no/such/folder/x.fmu"),
     ],

@@ -77,6 +77,25 @@ def test_start_values_are_those_given(fmus, fmi, two_mode_model):
     assert variables["theta_A"].start is None
 
 
+def test_forcing_frequencies_declare_the_range_that_is_allowed(unzipped, fmi):
+    variables = fmpy.read_model_description(unzipped[fmi]).modelVariables
+    for variable in (v for v in variables if v.name in ("frequency_A", "frequency_B")):
+        lowest, highest = float(variable.min), float(variable.max)
+        for value, allowed in (
+            *((lowest, True), (highest, True)),
+            *((0.999 * lowest, False), (1.001 * highest, False)),
+        ):
+            with instance(unzipped[fmi], fmi) as made:
+                other = {"frequency_A": 1.3, "frequency_B": 1.4} | {variable.name: value}
+                made.set(**other)
+                if allowed:
+                    made.start()
+                else:
+                    with pytest.raises(fmpy.fmi1.FMICallException):
+                        made.start()
+                    assert f"{variable.name}: must be" in made.messages[-1][1]
+
+
 def test_dependencies_tell_what_moves_what(unzipped, fmi):
     """A derivative depends on nothing that is not listed, and on what is listed."""
     description = fmpy.read_model_description(unzipped[fmi])
