@@ -12,6 +12,7 @@ from slipmode import fmu
 from slipmode.fmu.description.description import FmiVersion
 from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import Finding, warn
+from slipmode.runner.plan.euler_step import euler_step
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 
@@ -28,8 +29,10 @@ def export_fmu(
     """Export the model that a scene needs.
 
     Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
-    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. All of
-    it is in slow time: an FMU has no full order, and a scene that asks for it is warned.
+    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. The
+    step that it declares is the scene's, or a part of it that fixed-step integrators can take in
+    Model Exchange. All of it is in slow time: an FMU has no full order, and a scene that asks for
+    it is warned.
 
     Parameters
     ----------
@@ -71,6 +74,7 @@ def export_fmu(
         name=scene.title,
         start=dict(zip(names, first, strict=True)) | plan.excited.start(),
         stop_time=scene.run.duration,
-        step_size=scene.run.step,
+        step_size=euler_step(plan, model),
+        reference_step=scene.run.step,
         tolerance=scene.run.tolerance,
     )

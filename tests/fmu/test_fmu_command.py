@@ -1,5 +1,6 @@
 """`slipmode fmu`, and libraries for other platforms."""
 
+import ctypes
 import importlib.util
 import re
 import shutil
@@ -11,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from fmu_exchange import Master
 from fmu_fixtures import VERSIONS, instance
 
 from slipmode.fmu.archive import binaries
@@ -21,6 +23,7 @@ from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
 
 ROOT = Path(__file__).parents[2]
+DOUBLES = ctypes.POINTER(ctypes.c_double)
 MAGIC = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}
 
 
@@ -50,6 +53,36 @@ def test_an_fmu_of_a_scene_without_scripts_runs_as_the_scene(tmp_path):
             made.step(start, end - start)
         final = made.get("A_re", "A_im", "A_abs")
     np.testing.assert_allclose(final, values[-1], rtol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["sweep", "beating", "one-mode"])
+def test_explicit_euler_follows_at_the_declared_step(scene, tmp_path):
+    """The simplest integrator that an importer has, in the transient that begins a scene."""
+    path = export_fmu(scene, tmp_path / "scene.fmu", 2)
+    folder = tmp_path / "scene"
+    shutil.unpack_archive(path, folder, format="zip")
+    step = float(fmpy.read_model_description(path).defaultExperiment.stepSize)
+    with instance(folder, 2) as slave, instance(folder, 2, exchange=True) as made:
+        Master(made).start()
+        names = ("A_re", "A_im")
+        states = np.empty(4 if scene == "one-mode" else 7)
+        rates = np.empty_like(states)
+        pointer = states.ctypes.data_as(DOUBLES), states.size
+        made.fmu.getContinuousStates(*pointer)
+        slave.start()
+        apart, largest = 0.0, 0.0
+        for k in range(round(200.0 / step)):
+            made.fmu.getDerivatives(rates.ctypes.data_as(DOUBLES), rates.size)
+            states += step * rates
+            made.fmu.setTime((k + 1) * step)
+            made.fmu.setContinuousStates(*pointer)
+            slave.step(k * step, step)
+            expected = slave.get(*names)
+            apart = max(apart, np.abs(made.get(*names) - expected).max())
+            largest = max(largest, np.abs(expected).max())
+    assert largest > 0.5
+    assert apart < 0.05 * largest
 
 
 def start_of(path, name):
