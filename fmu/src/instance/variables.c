@@ -59,10 +59,6 @@ static double wrapped(double angle) {
     return rest >= 0.0 && rest < turn ? rest : 0.0; /* either by rounding alone */
 }
 
-static int is_angle(const fmu_variable *variable) {
-    return variable->kind == FMU_OUTPUT && (variable->slot == 5 || variable->slot == 6);
-}
-
 static double present_value(const fmu_instance *instance, const fmu_variable *variable) {
     const double *amplitude = instance->outputs + 1 + 2 * variable->slot;
     switch (variable->kind) {
@@ -74,7 +70,9 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
     default: break;
     }
     const double value = instance->outputs[variable->slot];
-    return is_angle(variable) ? wrapped(value) : value;
+    const int wraps = instance->interface == FMU_MODEL_EXCHANGE &&
+                      (variable->slot == 5 || variable->slot == 6);
+    return wraps ? wrapped(value) : value;
 }
 
 /* Before anything is evaluated: a wrong reference is an error, whatever the state. */
