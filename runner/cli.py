@@ -159,7 +159,12 @@ def _validate(options: argparse.Namespace) -> int:
 def _fmu(options: argparse.Namespace) -> int:
     from slipmode.runner.fmu_export import export_fmu
 
-    print(export_fmu(options.scene, options.output, options.fmi, options.platforms, progress=True))
+    path = export_fmu(
+        *(options.scene, options.output, options.fmi, options.platforms),
+        headroom=options.range,
+        progress=True,
+    )
+    print(path)
     return 0
 
 
@@ -275,6 +280,14 @@ def _parser() -> argparse.ArgumentParser:
     _scene_argument(fmu)
     fmu.add_argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)")
     fmu.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)")
+    fmu.add_argument(
+        "--range",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="amplitudes that it holds for, relative to what the scene needs: more for importers "
+        "that force it harder (1)",
+    )
     fmu.add_argument(
         "--platforms",
         nargs="+",

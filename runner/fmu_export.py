@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 from slipmode import fmu
 from slipmode.fmu.description.description import FmiVersion
+from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import Finding, warn
+from slipmode.runner.plan.euler_step import euler_step
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 
@@ -19,13 +23,16 @@ def export_fmu(
     fmi: FmiVersion = 3,
     platforms: Sequence[str] = (),
     *,
+    headroom: float = 1.0,
     progress: bool = False,
 ) -> Path:
     """Export the model that a scene needs.
 
     Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
-    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. All of
-    it is in slow time: an FMU has no full order, and a scene that asks for it is warned.
+    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. The
+    step that it declares is the scene's, or a part of it that fixed-step integrators can take in
+    Model Exchange. All of it is in slow time: an FMU has no full order, and a scene that asks for
+    it is warned.
 
     Parameters
     ----------
@@ -34,15 +41,22 @@ def export_fmu(
         Default: the scene's name with .fmu, in the present folder.
     fmi, platforms
         As in `slipmode.fmu.archive.export`.
+    headroom : float
+        Range of the friction table relative to what the scene needs, 1 or more: for importers
+        that force the model harder. With 1 runs of the scene by the FMU have the bits of those
+        without it.
     progress : bool
         Progress bars on work longer than a second.
     """
+    if not (isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.model.transients == "hybrid":
         reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
         warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
+    plan = replace(plan, amplitude=tuple(headroom * reach for reach in plan.amplitude))
     elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic)
     model, _ = plan.model(contact=contact, progress=progress)
@@ -60,6 +74,7 @@ def export_fmu(
         name=scene.title,
         start=dict(zip(names, first, strict=True)) | plan.excited.start(),
         stop_time=scene.run.duration,
-        step_size=scene.run.step,
+        step_size=euler_step(plan, model),
+        reference_step=scene.run.step,
         tolerance=scene.run.tolerance,
     )

@@ -7,6 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
+from slipmode.fmu.description.description import FmiVersion
 from slipmode.rom import SlipmodeError
 
 _PACKAGE = Path(__file__).parents[1]
@@ -56,10 +57,11 @@ def extension(platform_tuple: str) -> str:
     return EXTENSIONS[platform_tuple.rpartition("-")[2]]
 
 
-def source_files() -> dict[str, Path]:
+def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
     """C sources and headers by their place in sources/, without the standard's own headers.
 
-    No two have the same file name, for importers that put all objects into one folder.
+    No two have the same file name, for importers that put all objects into one folder. With
+    `fmi`, those that need the headers of that version of the standard alone; else of both.
     """
     found = {
         path.relative_to(folder).as_posix(): path
@@ -68,7 +70,9 @@ def source_files() -> dict[str, Path]:
     }
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
         raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
-    return {name: path for name, path in found.items() if not name.startswith(_ROOMS_LEFT_OUT)}
+    other = {None: (), 2: ("faces/fmi3",), 3: ("faces/fmi2",)}[fmi]
+    left_out = (*_ROOMS_LEFT_OUT, *other)
+    return {name: path for name, path in found.items() if not name.startswith(left_out)}
 
 
 def is_face(source: Path) -> bool:

@@ -49,6 +49,7 @@ def export(
     start: Mapping[str, float] | None = None,
     stop_time: float = 100.0,
     step_size: float = 1.0,
+    reference_step: float | None = None,
     tolerance: float = SLOW_FLOW,
 ) -> Path:
     """Write a model as an FMU for Co-Simulation and Model Exchange.
@@ -79,6 +80,8 @@ def export(
         Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
     stop_time, step_size : float
         Default experiment [s].
+    reference_step : float, optional
+        Interval of the reference result inside the file [s]; default: `step_size`.
     tolerance : float
         Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
 
@@ -103,7 +106,10 @@ def export(
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
     if model.table.region is not None:
         raise SlipmodeError("model: its table holds in its tabulated region only; tabulate all")
-    for key, value in (("stop_time", stop_time), ("step_size", step_size)):
+    interval = step_size if reference_step is None else reference_step
+    for key, value in (
+        *(("stop_time", stop_time), ("step_size", step_size), ("reference_step", interval)),
+    ):
         if not (isfinite(value) and value > 0):
             raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")
     modes = present_modes(model, mode_names)
@@ -127,14 +133,14 @@ def export(
     )
     variables = list_variables(model, choice)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
-    sources = binaries.source_files()
+    sources = binaries.source_files(fmi)
     description = Description(
         name=name,
         description=_summary(model),
         version=version("slipmode"),
         token=resources["token.txt"].decode(),
         variables=variables,
-        experiment=Experiment(stop_time, step_size, tolerance),
+        experiment=Experiment(stop_time, step_size, tolerance, interval),
         sources=[source for source in sources if source.endswith(".c")],
     )
     writer = Fmi2Writer if fmi == 2 else Fmi3Writer

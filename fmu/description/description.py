@@ -21,13 +21,16 @@ class Experiment:
     stop_time : float
         [s]
     step_size : float
-        Communication step [s].
+        Communication step, and that of fixed-step integrators [s].
     tolerance : float
+    reference_step : float
+        Interval of the reference result [s].
     """
 
     stop_time: float
     step_size: float
     tolerance: float
+    reference_step: float
 
 
 @dataclass(frozen=True)

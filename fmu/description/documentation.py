@@ -28,19 +28,25 @@ _VALIDITY = (
     "relative change of amplitude per cycle; a steady state does not have them.",
     "Contact outputs leave out the modal response to the higher harmonics of the contacts, about "
     "1 % of the motion.",
-    "Outside the friction table a step is discarded with a logged reason, and the instance is as "
-    "before it; nothing is extrapolated.",
+    "A step that leaves the friction table is discarded, and the instance is as before it; "
+    "nothing is extrapolated. The log says which input, how far the table goes and when it ends. "
+    "A shorter step may do; where none does, or the same is tried again, the FMU asks for the end "
+    "of the simulation (<code>fmi2Terminated</code>, <code>terminateSimulation</code>).",
     "Modal damping may be changed, but the friction table was made with its start value: small "
     "changes are followed, large ones are an approximation.",
 )
 
 _USE = (
+    "<b>Inputs.</b> An input holds its value, and moves at its rate (<code>force_rate_A</code>, "
+    "...), until it is set again: in Co-Simulation during the steps, in Model Exchange with the "
+    "time that the importer sets. Sweeps by rates are exact and continuous in phase.",
     "<b>Co-Simulation.</b> Steps may have any length; results do not depend on it within the "
-    "tolerance. An input holds its value, and moves at its rate (<code>force_rate_A</code>, ...), "
-    "until it is set again, so that sweeps are exact and continuous in phase.",
+    "tolerance.",
     "<b>Model Exchange.</b> The states are the amplitudes, the carrier angles and the dissipated "
-    "energy. Contact motion is that of the last few periods on amplitudes which are straight "
-    "lines; in a transient it differs from Co-Simulation by about their curvature.",
+    "energy. The state of a carrier angle grows without end; the variable (<code>theta_A</code>) "
+    "reads in [0, 2 pi), as in Co-Simulation. Contact motion is that of the last few periods on "
+    "amplitudes which are straight lines; in a transient it differs from Co-Simulation by about "
+    "their curvature.",
     "Where a force jumps, in amplitude or phase, the modes go on as they were, and the free "
     "vibrations that this leaves behind are part of the amplitudes. In Co-Simulation that is "
     "where a force is set between two steps to another value than it has come to. In Model "

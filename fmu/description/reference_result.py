@@ -54,14 +54,14 @@ def reference_files(
 def _simulate(
     component: Component, names: Sequence[str], experiment: Experiment
 ) -> list[list[float]]:
-    steps = max(round(experiment.stop_time / experiment.step_size), 1)
+    steps = max(round(experiment.stop_time / experiment.reference_step), 1)
     rows = []
     for k in range(steps + 1):
         outputs = component.outputs()
         rows.append([outputs[name] for name in ("time", *names)])
         if k < steps:
             try:
-                component.do_step(outputs["time"], experiment.step_size)
+                component.do_step(outputs["time"], experiment.reference_step)
             except StoppedError:
                 break
     return rows

@@ -17,6 +17,7 @@ from slipmode.fmu.variables.variable import Causality, Kind, Type, Variable
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.laws.directions import ContactDirection, contact_directions
 from slipmode.rom.laws.friction import is_homogeneous
+from slipmode.rom.validity import carrier_range
 
 EDGE = 0.9  # part of the friction table beyond which `table_status` says near_edge
 
@@ -112,6 +113,7 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
     words = {"force": "Amplitude", "frequency": "Frequency", "phase": "Phase"}
     for mode, name in enumerate(choice.mode_names):
         natural = float(model.reduced.frequency[mode])
+        lowest, highest = carrier_range(natural)
         for field, quantity in quantities.items():
             yield Variable(
                 f"{field}_{name}",
@@ -121,7 +123,8 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
                 Causality.INPUT,
                 quantity,
                 start=natural if field == "frequency" else 0.0,
-                minimum=0.0 if field == "frequency" else None,
+                minimum=lowest if field == "frequency" else None,
+                maximum=highest if field == "frequency" else None,
             )
             yield Variable(
                 f"{field}_rate_{name}",
@@ -205,7 +208,7 @@ def _states(model: Model, choice: Choice) -> Iterator[Variable]:
                 nominal=float(amplitude_range[mode]),
             )
     for mode, name in enumerate(choice.mode_names):
-        description = f"Carrier angle of mode {name}, the integral of its frequency"
+        description = f"Carrier angle of mode {name}: the integral of its frequency, in [0, 2 pi)"
         yield _output(f"theta_{name}", description, _ANGLES + mode, Quantity.ANGLE, nominal=1.0)
     yield _output(
         "dissipated_energy",

@@ -6,4 +6,5 @@ settling.py          how long held inputs have to be followed in it
 fast_motion.py       fast motion marched or summed: what a sum of harmonics leaves out
 assumptions.py       the findings of rom/validity.py for a scene; time_scales.py: of its steps
 table_cost.py        what tabulating a region saves
+euler_step.py        a step that fixed-step importers of its FMU can take
 """

@@ -1,5 +1,6 @@
 """`slipmode fmu`, and libraries for other platforms."""
 
+import ctypes
 import importlib.util
 import re
 import shutil
@@ -11,6 +12,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from fmu_exchange import Master
 from fmu_fixtures import VERSIONS, instance
 
 from slipmode.fmu.archive import binaries
@@ -21,6 +23,7 @@ from slipmode.runner.cli import main
 from slipmode.runner.fmu_export import export_fmu
 
 ROOT = Path(__file__).parents[2]
+DOUBLES = ctypes.POINTER(ctypes.c_double)
 MAGIC = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}
 
 
@@ -52,10 +55,72 @@ def test_an_fmu_of_a_scene_without_scripts_runs_as_the_scene(tmp_path):
     np.testing.assert_allclose(final, values[-1], rtol=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["sweep", "beating", "one-mode"])
+def test_explicit_euler_follows_at_the_declared_step(scene, tmp_path):
+    """The simplest integrator that an importer has, in the transient that begins a scene."""
+    path = export_fmu(scene, tmp_path / "scene.fmu", 2)
+    folder = tmp_path / "scene"
+    shutil.unpack_archive(path, folder, format="zip")
+    step = float(fmpy.read_model_description(path).defaultExperiment.stepSize)
+    with instance(folder, 2) as slave, instance(folder, 2, exchange=True) as made:
+        Master(made).start()
+        names = ("A_re", "A_im")
+        states = np.empty(4 if scene == "one-mode" else 7)
+        rates = np.empty_like(states)
+        pointer = states.ctypes.data_as(DOUBLES), states.size
+        made.fmu.getContinuousStates(*pointer)
+        slave.start()
+        apart, largest = 0.0, 0.0
+        for k in range(round(200.0 / step)):
+            made.fmu.getDerivatives(rates.ctypes.data_as(DOUBLES), rates.size)
+            states += step * rates
+            made.fmu.setTime((k + 1) * step)
+            made.fmu.setContinuousStates(*pointer)
+            slave.step(k * step, step)
+            expected = slave.get(*names)
+            apart = max(apart, np.abs(made.get(*names) - expected).max())
+            largest = max(largest, np.abs(expected).max())
+    assert largest > 0.5
+    assert apart < 0.05 * largest
+
+
+def start_of(path, name):
+    (variable,) = (v for v in fmpy.read_model_description(path).modelVariables if v.name == name)
+    return variable.start
+
+
+def through(path, **inputs):
+    """What an FMU says where inputs take it out of its table; None where they do not."""
+    folder = path.with_suffix("")
+    shutil.unpack_archive(path, folder, format="zip")
+    with instance(folder, 2) as made:
+        made.start(**inputs)
+        try:
+            made.step(0.0, 400.0)
+        except fmpy.fmi1.FMICallException:
+            return made.messages[-1][1]
+
+
+@pytest.mark.slow
+def test_an_fmu_for_larger_amplitudes_than_the_scene_s(tmp_path):
+    """As the message says that those of a scene give where they end."""
+    paths = {factor: tmp_path / f"{factor}.fmu" for factor in ("1", "2")}
+    for factor, path in paths.items():
+        arguments = ["fmu", "one-mode", "-o", str(path), "--fmi", "2"]
+        assert main([*arguments, *(("--range", factor) if factor != "1" else ())]) == 0
+    force = 1.3 * float(start_of(paths["1"], "force_A"))
+    said = through(paths["1"], force_A=force)
+    assert "lower force_A, now" in said and "slipmode fmu --range" in said
+    assert through(paths["2"], force_A=force) is None
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("no-such-scene",), "'no-such-scene': no such scene file"),
+        (("one-mode", "--range", "0.5"), "range: must be a finite number >= 1, got 0.5"),
+        (("one-mode", "--range", "nan"), "range: must be a finite number >= 1, got nan"),
         (("one-mode", "--platforms", "vax"), "platforms: vax is none of x86_64-linux"),
         (("one-mode", "-o", "no/such/folder/x.fmu"), "no/such/folder/x.fmu"),
     ],

@@ -2,6 +2,7 @@
 
 import importlib.util
 import io
+import re
 import shutil
 import subprocess
 import zipfile
@@ -17,6 +18,7 @@ from lxml import etree
 
 from slipmode import fmu, rom
 from slipmode.fmu.archive.binaries import source_files
+from slipmode.fmu.archive.cross_compiler import fmi_headers
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.rom import SlipmodeError
 
@@ -73,6 +75,25 @@ def test_start_values_are_those_given(fmus, fmi, two_mode_model):
         assert float(variables[name].start) == value
     assert float(variables["damping_A"].start) == two_mode_model.reduced.modal_damping[0]
     assert variables["theta_A"].start is None
+
+
+def test_forcing_frequencies_declare_the_range_that_is_allowed(unzipped, fmi):
+    variables = fmpy.read_model_description(unzipped[fmi]).modelVariables
+    for variable in (v for v in variables if v.name in ("frequency_A", "frequency_B")):
+        lowest, highest = float(variable.min), float(variable.max)
+        for value, allowed in (
+            *((lowest, True), (highest, True)),
+            *((0.999 * lowest, False), (1.001 * highest, False)),
+        ):
+            with instance(unzipped[fmi], fmi) as made:
+                other = {"frequency_A": 1.3, "frequency_B": 1.4} | {variable.name: value}
+                made.set(**other)
+                if allowed:
+                    made.start()
+                else:
+                    with pytest.raises(fmpy.fmi1.FMICallException):
+                        made.start()
+                    assert f"{variable.name}: must be" in made.messages[-1][1]
 
 
 def test_dependencies_tell_what_moves_what(unzipped, fmi):
@@ -172,6 +193,33 @@ def test_the_reference_result_is_the_components(unzipped, two_mode_model):
         assert result[name][-1] == last[name]
 
 
+def listed_sources(folder, fmi):
+    if fmi == 3:
+        description = etree.parse(folder / "sources" / "buildDescription.xml")
+        return [{file.get("name") for file in description.iter("SourceFile")}]
+    description = etree.parse(folder / "modelDescription.xml")
+    return [
+        {file.get("name") for file in files.iter("File")}
+        for files in description.iter("SourceFiles")
+    ]
+
+
+def test_sources_need_the_headers_of_their_version_alone(unzipped, fmi, tmp_path):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler (cc)")
+    folder = unzipped[fmi] / "sources"
+    present = {path.relative_to(folder).as_posix() for path in folder.rglob("*.c")}
+    lists = listed_sources(unzipped[fmi], fmi)
+    assert lists and all(listed == present for listed in lists)
+    for header in fmi_headers().glob(f"fmi{fmi}*.h"):
+        shutil.copy(header, tmp_path)
+    faces = [name for name in present if name.startswith("faces/")]
+    assert faces
+    command = [compiler, "-std=c99", "-fsyntax-only", f"-I{folder}", f"-I{tmp_path}", *faces]
+    subprocess.run(command, cwd=folder, check=True)
+
+
 @pytest.mark.parametrize(
     "configuration", ["Debug", pytest.param("Release", marks=pytest.mark.slow)]
 )
@@ -240,6 +288,15 @@ def test_the_library_shows_the_functions_of_fmi_alone():
     names = {line.split()[-1] for line in listed.stdout.splitlines()}
     assert {"fmi2DoStep", "fmi3DoStep"} <= names
     assert not {name for name in names if not name.startswith("fmi")}
+
+
+def test_the_library_loads_on_old_systems():
+    """Those with glibc 2.17, of 2013, and newer: what its symbols ask for is no newer."""
+    found = importlib.util.find_spec("slipmode.fmu._native")
+    needed = re.findall(rb"\0GLIBC_2\.(\d+)[.\0]", Path(found.origin).read_bytes())
+    if not needed:
+        pytest.skip("no library for glibc")
+    assert max(map(int, needed)) <= 17
 
 
 def test_no_two_sources_have_one_file_name():

@@ -87,10 +87,7 @@ def test_model_exchange_agrees_with_co_simulation(fmus, fmi):
         fmus[fmi], fmi_type="ModelExchange", relative_tolerance=1e-9, **common
     )
     for name in SLOW:
-        values, expected = solved[name], stepped[name]
-        if name.startswith("theta"):  # reduced to [0, 2 pi) in Co-Simulation
-            values, expected = np.cos(values), np.cos(expected)
-        np.testing.assert_allclose(values, expected, atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(solved[name], stepped[name], atol=1e-6, err_msg=name)
     for name in FAST:  # on amplitudes that are straight lines, marched in other steps
         scale = np.abs(stepped[name]).max()
         apart = 0.03 if name.endswith("_v") else 0.005  # measured 0.026, 0.0046
@@ -236,19 +233,6 @@ def test_instances_in_threads_do_not_meet(unzipped, fmi):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(simulate, forces))
     np.testing.assert_array_equal(together, alone)
-
-
-def test_an_amplitude_beyond_the_table_is_discarded(unzipped, fmi):
-    with instance(unzipped[fmi], fmi) as made:
-        made.start(force_A=3.0).step(0.0, 1.0)
-        before = made.serialize()
-        with pytest.raises(FMI_ERRORS) as refused:
-            made.step(1.0, 100.0)
-        assert refused.value.status == 2  # discard: a shorter step may do
-        assert "outside the friction table" in made.messages[-1][1]
-        assert made.serialize() == before
-        made.step(1.0, 1.0)
-        made.fmu.terminate()
 
 
 @pytest.mark.parametrize("exchange", [False, True])

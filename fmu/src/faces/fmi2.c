@@ -326,7 +326,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     ALLOW(FMU_STEPPING | FMU_TERMINATED, "fmi2GetBooleanStatus");
     if (kind != fmi2Terminated) return refuse_status(c, "fmi2GetBooleanStatus");
     REFUSE_IF(!value, "fmi2GetBooleanStatus: the value is NULL");
-    *value = fmi2False; /* the FMU never asks to be terminated */
+    *value = ((const fmu_instance *)c)->terminated;
     return fmi2OK;
 }
 

@@ -312,7 +312,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
     REFUSE_IF(!event_handling_needed || !terminate || !early_return || !last_time,
               "fmi3DoStep: an argument is NULL");
     const fmu_status status = fmu_step(c, time, step);
-    *event_handling_needed = *terminate = *early_return = fmi3False;
+    *event_handling_needed = *early_return = fmi3False;
+    *terminate = ((const fmu_instance *)c)->terminated != 0;
     *last_time = fmu_time(c);
     return (fmi3Status)status;
 }

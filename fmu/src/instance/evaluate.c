@@ -9,8 +9,8 @@
  * with a shorter step; a wrong value cannot. */
 static fmu_status status_of(const fmu_instance *instance, sm_status status, const char *doing) {
     if (status == SM_OK) return FMU_OK;
-    const int retry = status == SM_OUTSIDE_TABLE || status == SM_STEP_TOO_SMALL ||
-                      status == SM_NOT_CONVERGED;
+    if (status == SM_OUTSIDE_TABLE) return fmu_say_outside(instance, instance->outputs, doing, "");
+    const int retry = status == SM_STEP_TOO_SMALL || status == SM_NOT_CONVERGED;
     return fmu_say(instance, retry ? FMU_DISCARD : FMU_ERROR, "%s at t = %g s: %s", doing,
                    instance->outputs[0], sm_message(status));
 }
@@ -48,12 +48,8 @@ static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *
         const double high = model->carrier_range[1] * model->flow.natural[j];
         if (inputs->frequency[j] >= low && inputs->frequency[j] <= high) continue;
         const int32_t slot = (int32_t)(offsetof(sm_inputs, frequency) / sizeof(double)) + j;
-        const char *name = "frequency";
-        for (int32_t k = 0; k < model->variables; k++)
-            if (model->variable[k].kind == FMU_INPUT && model->variable[k].slot == slot)
-                name = model->name[k];
-        return fmu_say(instance, FMU_ERROR, "%s: must be %.6g to %.6g rad/s, got %g", name, low,
-                       high, inputs->frequency[j]);
+        return fmu_say(instance, FMU_ERROR, "%s: must be %.6g to %.6g rad/s, got %g",
+                       fmu_name_of(instance, FMU_INPUT, slot), low, high, inputs->frequency[j]);
     }
     return check_apart(instance, inputs, inputs);
 }
@@ -82,6 +78,7 @@ static fmu_status start(fmu_instance *instance) {
     if (instance->started) return FMU_OK;
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
     instance->outputs[0] = instance->start;
+    fmu_hold_inputs(instance);
     memcpy(instance->outputs + 1, instance->amplitude, sizeof instance->amplitude);
     fmu_status built = check_carriers(instance, &instance->inputs);
     if (built == FMU_OK) built = build(instance);
@@ -205,8 +202,12 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     if (status == FMU_OK && isfinite(duration))
         status = check_apart(instance, &instance->inputs, &later);
     if (status != FMU_OK) return status;
-    status = status_of(instance, sm_component_step(instance->component, duration), "step");
+    const sm_status stepped = sm_component_step(instance->component, duration);
+    if (stepped == SM_OUTSIDE_TABLE) return fmu_refuse_step(instance, duration);
+    status = status_of(instance, stepped, "step");
+    if (status == FMU_DISCARD) fmu_note_refusal(instance, duration, 0);
     if (status != FMU_OK) return status;
+    instance->terminated = 0;
     instance->inputs = later;
     instance->rates_current = 0;
     return status_of(instance, sm_component_outputs(instance->component, instance->outputs),
@@ -232,5 +233,6 @@ fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters
     }
     instance->inputs_current = instance->outputs_current = 0;
     instance->rates_current = instance->motion_current = 0;
+    instance->terminated = 0;
     return FMU_OK;
 }

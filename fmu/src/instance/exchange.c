@@ -48,6 +48,7 @@ fmu_status fmu_set_time(fmu_instance *instance, double time) {
     if (!isfinite(time)) return fmu_say(instance, FMU_ERROR, "time: must be finite, got %g", time);
     instance->outputs[0] = time;
     instance->motion_current = 0;
+    fmu_move_inputs(instance);
     return FMU_OK;
 }
 

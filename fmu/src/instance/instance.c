@@ -37,7 +37,8 @@ static void set_defaults(fmu_instance *instance) {
     memcpy(instance->amplitude, model->amplitude, sizeof instance->amplitude);
     instance->inputs = model->inputs;
     memset(&instance->held, 0, sizeof instance->held);
-    instance->started = 0;
+    instance->started = instance->terminated = 0;
+    instance->refused_at = NAN;
 }
 
 /* What an instance holds besides its model; 0 without memory. */

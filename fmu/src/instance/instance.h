@@ -9,6 +9,7 @@
 #include "slow/discontinuity.h"
 #include "resources/model.h"
 
+#define FMU_INPUTS (sizeof(sm_inputs) / sizeof(double))
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
 
 /* As fmi2Status and fmi3Status count them. */
@@ -51,10 +52,14 @@ typedef struct {
     double parameters[FMU_PARAMETERS];
     double amplitude[2 * SM_MODES];     /* at the start */
     sm_inputs inputs;                   /* in the importer's units; angles unused */
+    sm_inputs held_inputs;              /* Model Exchange: as they were set, */
+    double held_since[FMU_INPUTS];      /* and when each was, or its rate [s] */
     sm_held_force held;                 /* known within an event: what acted before it */
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
     double *outputs;                    /* as sm_component_outputs packs them */
     size_t output_count;
+    double refused_at, refused;         /* time and duration of the last step that was discarded */
+    int terminated;                     /* whether it was, and to try again would not help */
     int started;                        /* whether the start values are in effect */
     int inputs_current, outputs_current, rates_current, motion_current;
 } fmu_instance;
@@ -98,6 +103,21 @@ fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t
 fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference, size_t count,
                                const double *value);
 
+/* ---- inputs ---------------------------------------------------------------------------- */
+
+/* The slot of an input's rate among the doubles of sm_inputs; negative for one that has none. */
+int32_t fmu_rate_slot(int32_t slot);
+int fmu_input_is_positive(int32_t slot);
+/* An input, or a rate at which one moves from now on. */
+void fmu_set_input(fmu_instance *instance, int32_t slot, double value);
+/* Model Exchange: all inputs move from the present time on; and come to where they are then. */
+void fmu_hold_inputs(fmu_instance *instance);
+void fmu_move_inputs(fmu_instance *instance);
+
+/* ---- derivatives ----------------------------------------------------------------------- */
+
+/* Of the variable of a kind with a slot. */
+const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot);
 double fmu_modulus(const double amplitude[2]);
 /* sensitivity = d unknown / d known seed */
 fmu_status fmu_directional(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
@@ -121,6 +141,13 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     double d_power[2]);
 /* Advances a component by duration > 0. */
 fmu_status fmu_evaluate_step(fmu_instance *instance, double duration);
+/* An evaluation or step that leaves the friction table is discarded; `outputs` are where. */
+fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, const char *doing,
+                           const char *consequence);
+/* A step that does is, and how far it would go is found out. */
+fmu_status fmu_refuse_step(fmu_instance *instance, double duration);
+/* Steps that were discarded end the simulation where none can be done, or one is asked for again. */
+void fmu_note_refusal(fmu_instance *instance, double duration, int stuck);
 /* Passes the inputs to a component if that is still to be done. */
 void fmu_evaluate_inputs(fmu_instance *instance);
 /* Puts a component with these parameters into a state; what was evaluated is forgotten. */

@@ -16,7 +16,8 @@ typedef struct {
 /* Then: these, the outputs, the component's state. */
 typedef struct {
     double started, start, stop, parameters[FMU_PARAMETERS], amplitude[2 * SM_MODES];
-    sm_inputs inputs;
+    sm_inputs inputs, held_inputs;
+    double held_since[FMU_INPUTS];
     sm_held_force held;
 } fixed_part;
 
@@ -52,9 +53,11 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
                         .start = instance->start,
                         .stop = instance->stop,
                         .inputs = instance->inputs,
+                        .held_inputs = instance->held_inputs,
                         .held = instance->held};
     memcpy(fixed.parameters, instance->parameters, sizeof fixed.parameters);
     memcpy(fixed.amplitude, instance->amplitude, sizeof fixed.amplitude);
+    memcpy(fixed.held_since, instance->held_since, sizeof fixed.held_since);
     memcpy(taken->content, &fixed, sizeof fixed);
     memcpy(taken->content + FIXED, instance->outputs,
            instance->output_count * sizeof *instance->outputs);
@@ -93,6 +96,8 @@ fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapsh
     instance->start = fixed.start;
     instance->stop = fixed.stop;
     instance->inputs = fixed.inputs;
+    instance->held_inputs = fixed.held_inputs;
+    memcpy(instance->held_since, fixed.held_since, sizeof fixed.held_since);
     instance->held = fixed.held;
     memcpy(instance->amplitude, fixed.amplitude, sizeof fixed.amplitude);
     memcpy(instance->outputs, snapshot->content + FIXED,

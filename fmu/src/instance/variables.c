@@ -41,8 +41,22 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
     }
 }
 
+const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot) {
+    const fmu_model *model = &instance->model;
+    for (int32_t k = 0; k < model->variables; k++)
+        if (model->variable[k].kind == kind && model->variable[k].slot == slot)
+            return model->name[k];
+    return "(a variable without a name)";
+}
+
 double fmu_modulus(const double amplitude[2]) {
     return sqrt(amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]);
+}
+
+/* A carrier angle in [0, 2 pi), as Co-Simulation has it; as a state it grows without end. */
+static double wrapped(double angle) {
+    const double turn = 6.283185307179586, rest = angle - turn * floor(angle / turn);
+    return rest >= 0.0 && rest < turn ? rest : 0.0; /* either by rounding alone */
 }
 
 static double present_value(const fmu_instance *instance, const fmu_variable *variable) {
@@ -53,8 +67,12 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
     case FMU_RATE: return instance->rates[variable->slot];
     case FMU_MODULUS: return fmu_modulus(amplitude);
     case FMU_PHASE: return atan2(amplitude[1], amplitude[0]);
-    default: return instance->outputs[variable->slot];
+    default: break;
     }
+    const double value = instance->outputs[variable->slot];
+    const int wraps = instance->interface == FMU_MODEL_EXCHANGE &&
+                      (variable->slot == 5 || variable->slot == 6);
+    return wraps ? wrapped(value) : value;
 }
 
 /* Before anything is evaluated: a wrong reference is an error, whatever the state. */
@@ -104,28 +122,12 @@ fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t
     return FMU_OK;
 }
 
-/* Doubles of sm_inputs. */
-#define INPUT_SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
-
-static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
-
-/* The slot of an input's rate; negative for one that has none. */
-static int32_t rate_slot(int32_t slot) {
-    if (slot == INPUT_SLOT(limit_scale)) return INPUT_SLOT(limit_scale_rate);
-    const int has = is_of(slot, INPUT_SLOT(force)) || is_of(slot, INPUT_SLOT(frequency)) ||
-                    is_of(slot, INPUT_SLOT(phase));
-    return has ? slot + SM_MODES : -1;
-}
-
 /* NULL, or what a value must be. */
 static const char *value_needs(const fmu_variable *variable, double value) {
     if (!isfinite(value)) return "finite";
     const int32_t slot = variable->slot;
-    if (variable->kind == FMU_INPUT) {
-        const int positive =
-            is_of(slot, INPUT_SLOT(frequency)) || slot == INPUT_SLOT(limit_scale);
-        return positive && !(value > 0.0) ? "> 0" : NULL;
-    }
+    if (variable->kind == FMU_INPUT)
+        return fmu_input_is_positive(slot) && !(value > 0.0) ? "> 0" : NULL;
     if (variable->kind != FMU_PARAMETER) return NULL;
     if (slot == FMU_TOLERANCE)
         return value >= 1e-13 && value <= 1e-2 ? NULL : "1e-13 to 0.01";
@@ -144,9 +146,7 @@ static fmu_status may_set(const fmu_instance *instance, const fmu_variable *vari
 
 static void set_value(fmu_instance *instance, const fmu_variable *variable, double value) {
     if (variable->kind == FMU_INPUT) {
-        ((double *)(void *)&instance->inputs)[variable->slot] = value;
-        instance->inputs_current = instance->outputs_current = 0;
-        instance->rates_current = instance->motion_current = 0;
+        fmu_set_input(instance, variable->slot, value);
         return;
     }
     if (variable->kind == FMU_START)
@@ -191,7 +191,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
         const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
         if (!variable) return FMU_ERROR;
         const char *name = instance->model.name[reference[k]];
-        if (variable->kind != FMU_INPUT || rate_slot(variable->slot) < 0)
+        if (variable->kind != FMU_INPUT || fmu_rate_slot(variable->slot) < 0)
             return fmu_say(instance, FMU_ERROR, "%s: is not an input that has a rate", name);
         if (!isfinite(value[k]))
             return fmu_say(instance, FMU_ERROR, "%s: its rate must be finite, got %g", name,
@@ -199,8 +199,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
     }
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model.variable[reference[k]];
-        const fmu_variable rate = {FMU_REAL, FMU_INPUT, rate_slot(variable->slot)};
-        set_value(instance, &rate, value[k]);
+        fmu_set_input(instance, fmu_rate_slot(variable->slot), value[k]);
     }
     return FMU_OK;
 }
