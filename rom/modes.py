@@ -132,7 +132,7 @@ def modes(
     count = min(n, structure.n_dofs - structure.n_contacts)
     with phases("modes", shown=progress):
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
-        fixed = _mode_set(structure, bonded(structure), count)
+        fixed = _mode_set(structure, bonded(structure, may_float=True), count)
         states = {"free": free, "bonded": fixed}
         if law is not None:  # last: what is factorised for the reference is kept for reduce
             reference = law.elements(structure.n_contacts).reference
@@ -142,8 +142,10 @@ def modes(
     chosen = states[name]
     likeness = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
     alike = np.argmax(likeness, axis=1)
-    stiffness = np.maximum(chosen.frequency, np.finfo(float).tiny) ** 2
-    at_stake = np.clip(1.0 - free.frequency[alike] ** 2 / stiffness, 0.0, 1.0)
+    left = np.divide(
+        free.frequency[alike], chosen.frequency, out=np.ones(count), where=chosen.frequency > 0
+    )
+    at_stake = np.clip(1.0 - left**2, 0.0, 1.0)
     contact = free.contact[alike] if law is None else chosen.contact
     return ModeTable(
         states, name, alike, at_stake, contact, _pairs(chosen.frequency, at_stake, contact)

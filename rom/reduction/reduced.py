@@ -196,12 +196,14 @@ class Reduced:
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
         """D(nu), (..., modes + nonresonant, modes + nonresonant), at frequencies nu (...) [rad/s].
 
-        omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it.
+        omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it. A
+        rigid-body mode, which contacts do not move, gets a unit static stiffness.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         omega = np.append(self.frequency, self.nonresonant_frequency)
         own = np.diag(np.append(self.modal_damping, self.nonresonant_damping))
-        inert = np.diag(omega**2) - nu**2 * np.eye(omega.size)
+        free = (omega == 0.0) & (nu == 0.0)
+        inert = np.diag(omega**2) + (free - nu**2) * np.eye(omega.size)
         stiffness: Complexes = inert + 1j * nu * (own + self.damping_coupling)
         return stiffness
 

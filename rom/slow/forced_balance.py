@@ -110,7 +110,7 @@ class _Receptance:
         loads = np.zeros(B.shape[:2], dtype=complex)
         loads[:modes] = half @ reduced.all_shapes
         own = np.abs(np.einsum("qkk->qk", D))
-        kappa = _FIRST_STEP * _detuning(reduced, B)
+        kappa = np.maximum(_FIRST_STEP * _detuning(reduced, B), np.finfo(float).tiny)
         near = own < led * kappa
         near[np.arange(modes), np.arange(modes)] = False
         pairs = np.argwhere(near)
@@ -196,7 +196,7 @@ class ForcedBalance:
             target = secants.next(found, imbalance)
             if secants.known:
                 far = self.relative((target - found)[:modes], found[:modes])
-                drawn = (moves * np.abs(found))[:modes].max()
+                drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
                 far = max(far, float((moves * np.abs(target - found)).max() / drawn))
             idle = 0 if far < 0.5 * least else idle + 1
             least = min(far, least)
@@ -237,10 +237,8 @@ class ForcedBalance:
             _COARSE[modes],
         )
         moved = np.abs(np.einsum("qcd,qd->qc", receptance.reaction, solved.P[0])).max(axis=1)
-        drawn = np.abs(
-            np.einsum("qkc,qk->qc", receptance.B, _extended(state.modal, state.orders, orders))
-        )[:modes].max()
-        share = moved[known:] / drawn
+        carried = np.einsum("qkc,qk->qc", receptance.B[:modes], state.modal[:modes])
+        share = moved[known:] / max(np.abs(carried).max(), np.finfo(float).tiny)
         wanted = share > _SMALL * self.tolerance
         return (
             [order for order, counts in zip(further, wanted, strict=True) if counts],

@@ -49,9 +49,14 @@ _INDEFINITE = "stiffness: must be positive semidefinite with stuck contacts"
 _kept: WeakKeyDictionary[Structure, tuple[bytes, Held]] = WeakKeyDictionary()
 
 
-def bonded(structure: Structure) -> Held:
+def bonded(structure: Structure, *, may_float: bool = False) -> Held:
     """The structure with contacts that do not move: W^T x = 0."""
-    return _keep(structure, b"", lambda: _bonded(structure))
+
+    def held() -> Held:
+        parts = structure.partition()
+        return Held(parts.K_ee, structure.mass, parts.E, may_float=may_float)
+
+    return _keep(structure, b"floating" if may_float else b"", held)
 
 
 def stuck(structure: Structure, reference: Floats) -> Held:
@@ -301,11 +306,6 @@ class Held:
             residual = load - heavy @ (R.T @ load) - as_dense(self._stiffness @ displacement)
             residual -= heavy @ (R.T @ residual)
         return displacement
-
-
-def _bonded(structure: Structure) -> Held:
-    parts = structure.partition()
-    return Held(parts.K_ee, structure.mass, parts.E, may_float=False)
 
 
 def _keep(structure: Structure, key: bytes, make: Any) -> Held:

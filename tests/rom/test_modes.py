@@ -44,6 +44,17 @@ def test_frequencies_of_every_state_and_damping():
     )
 
 
+def test_a_body_that_floats_also_with_its_contact_bonded():
+    stiffness = 2.0 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    stiffness[0, 0] = stiffness[-1, -1] = 1.0
+    W = np.array([[1.0], [-1.0], [0.0], [0.0]])
+    table = rom.modes(rom.Structure(np.eye(4), stiffness, contact=W), rom.Jenkins(1.0, SPRING))
+    for name in ("free", "stuck", "bonded"):
+        assert np.flatnonzero(table.states[name].frequency == 0.0).tolist() == [0]
+    assert np.all(np.isfinite(table.at_stake)) and table.at_stake[0] == 0.0
+    assert "nan" not in str(table)
+
+
 def test_motion_of_contacts_and_effective_masses():
     table = rom.modes(beam(), rom.Jenkins(1.0, SPRING), 10)
     stuck = table.states["stuck"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.io
 from elastic.family import member
+from elastic.frictional_beam import matrices
 
 from slipmode import rom
 from slipmode.rom import full
@@ -81,6 +82,30 @@ def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
     x = state.displacement(case.structure)[0]
     # modes that contacts do not see follow the force statically
     assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("mode", [2, 3])
+def test_bodies_float_that_a_single_frictional_contact_holds(mode):
+    """About the contact the beam turns freely."""
+    M, K = matrices(clamped=False)
+    W = np.zeros((len(M), 2))
+    W[12, 0] = W[13, 1] = 1.0
+    structure = rom.Structure(M, K, 1e-4, contact=W)
+    law = rom.FrictionalContact(0.4, 1.0, 20.0, 30.0)
+    reduced = rom.reduce(structure, (mode,), law=law, force_patterns=[{1: 1.0}])
+    Omega, force = [0.999 * reduced.frequency[0]], [{1: 0.02}]
+    state = rom.steady_state(reduced, law, Omega, force)
+    model = rom.tabulate(reduced, law, (2.0 * abs(state.amplitude[0]),))
+    assert rom.steady(model, Omega, force) == pytest.approx(state.amplitude, rel=2e-3)
+
+
+def test_a_mode_that_the_contacts_do_not_move_is_linear():
+    M, K = np.eye(3), np.diag([1.0, 4.0, 9.0])
+    K[1, 2] = K[2, 1] = -1.0
+    structure = rom.Structure(M, K, 0.01, contact=[2])
+    reduced = rom.reduce(structure, (0,), law=rom.Jenkins(1.0, 2.0))
+    state = rom.steady_state(reduced, rom.Jenkins(1.0, 2.0), [0.99], [{0: 0.3}])
+    assert state.amplitude[0] == pytest.approx(0.15 / (1.0 - 0.99**2 + 0.01j * 0.99), rel=1e-9)
 
 
 @pytest.mark.parametrize(
