@@ -31,6 +31,7 @@ from slipmode.rom.short_repr import short_repr
 _FIRST_STEP = 0.1  # kappa, times how far slip can detune the mode
 _UNSETTLED = 1e-2  # distance from periodicity from where a step was too long
 _STEPS = 60
+_SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
 # Of the contacts' motion, by modes: far from the steady state, and at it by the tolerance. With
 # two the phases of the lines drift against the grid; that is only as small as its error.
 _COARSE = {1: 1e-4, 2: 1e-3}
@@ -188,6 +189,8 @@ class ForcedBalance:
             )
             if solved.residual[0] > _UNSETTLED:
                 kappa, secants = 3.0 * kappa, _Secants(moves)
+                if kappa[0] > _SHORTEST_STEP * receptance.kappa[0]:
+                    break
                 continue
             P = solved.P[0]
             modal = receptance.modal(P, kappa, target)

@@ -75,7 +75,8 @@ sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32
     if (status == SM_OK) status = sm_torus_check_points(contact, points, amplitudes, orders_count);
     if (status == SM_OK) status = sm_torus_check_points(contact, points, growth, orders_count);
     if (status != SM_OK) return status;
-    if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
+    if ((points > 0 && !harmonics) || contact->response || contact->law == SM_ELASTIC)
+        return SM_BAD_ARGUMENT;
     for (int k = 0; k < 2 && status == SM_OK; k++) {
         status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, orders_count, orders);
         if (status == SM_OK) weigh(&hat[k], k);

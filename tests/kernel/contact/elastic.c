@@ -213,8 +213,17 @@ static int random_torus(void) {
     const double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1};
     double *H = new_doubles(4 * n * n * 2);
     for (size_t k = 0; k < 4 * n * n * 2; k++) H[k] = 0.02 * (random_number() - 0.5);
-    const sm_modal_response response = {
-        .orders_count = count, .orders = orders, .dynamic_stiffness = H};
+    double *start = new_doubles(4 * n * 2), *held = new_doubles(4 * n * 2);
+    for (size_t k = 0; k < 4 * n * 2; k++) {
+        start[k] = random_number() - 0.5;
+        held[k] = 0.1 * (random_number() - 0.5);
+    }
+    if (random_below(16) == 0) (random_below(2) ? start : held)[random_below((int)n)] = NAN;
+    const sm_modal_response response = {.orders_count = count,
+                                        .orders = orders,
+                                        .dynamic_stiffness = H,
+                                        .start = random_below(2) ? start : NULL,
+                                        .held = random_below(2) ? held : NULL};
     double *amplitudes = new_doubles(points * modes), *P = new_doubles(points * 4 * n * 2);
     double *residual = new_doubles(points), *square = new_doubles(points * n);
     int32_t *marched = malloc((points + 1) * sizeof *marched);
@@ -227,8 +236,14 @@ static int random_torus(void) {
     check_response(status, P, points * 4 * n * 2);
     check_response(status, square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
+    if (status == SM_OK)
+        CHECK_STATUS(sm_torus_growing(&j.contact, rates, 16, 1, points, amplitudes, amplitudes,
+                                      count, orders, P),
+                     SM_BAD_ARGUMENT); /* elastic contacts have none */
     free_joints(&j);
     free(H);
+    free(start);
+    free(held);
     free(amplitudes);
     free(P);
     free(residual);
