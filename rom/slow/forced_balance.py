@@ -28,7 +28,6 @@ from slipmode.rom.reduction.internal_resonance import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 
-_FIRST_STEP = 0.1  # kappa, times how far slip can detune the mode
 _UNSETTLED = 1e-2  # distance from periodicity from where a step was too long
 _STEPS = 60
 _SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
@@ -101,9 +100,14 @@ class _Receptance:
 
     @classmethod
     def of(
-        cls, reduced: Reduced, orders: Sequence[Order], half: Floats, led: float
+        cls,
+        reduced: Reduced,
+        orders: Sequence[Order],
+        half: Floats,
+        led: float,
+        first_step: float,
     ) -> _Receptance:
-        """Under forces 2 half cos(Omega_j t) at the carriers; `led` as in ForcedBalance."""
+        """Under forces 2 half cos(Omega_j t) at the carriers; the last two as in ForcedBalance."""
         modes = len(half)
         nu = np.array(orders, dtype=float)[:, :modes] @ reduced.carrier
         D, B = reduced.modal_stiffness(nu), reduced.modal_coupling(nu)
@@ -111,7 +115,7 @@ class _Receptance:
         loads = np.zeros(B.shape[:2], dtype=complex)
         loads[:modes] = half @ reduced.all_shapes
         own = np.abs(np.einsum("qkk->qk", D))
-        kappa = np.maximum(_FIRST_STEP * _detuning(reduced, B), np.finfo(float).tiny)
+        kappa = np.maximum(first_step * _detuning(reduced, B), np.finfo(float).tiny)
         near = own < led * kappa
         near[np.arange(modes), np.arange(modes)] = False
         pairs = np.argwhere(near)
@@ -156,6 +160,8 @@ class ForcedBalance:
     led : float
         Dynamic stiffness below which steps lead a mode at a harmonic too, over that of the first
         step; 0: the retained modes alone are led.
+    first_step : float
+        kappa of that, over how far slip can detune the mode.
     """
 
     reduced: Reduced
@@ -163,15 +169,19 @@ class ForcedBalance:
     half: Floats
     tolerance: float
     led: float
+    first_step: float
 
     __repr__ = short_repr
+
+    def _receptance(self, orders: Sequence[Order]) -> _Receptance:
+        return _Receptance.of(self.reduced, orders, self.half, self.led, self.first_step)
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: Balanced | None
     ) -> Balanced:
         """The steady state with these harmonics, the carriers first, on this grid."""
         modes = len(self.half)
-        receptance = _Receptance.of(self.reduced, orders, self.half, self.led)
+        receptance = self._receptance(orders)
         q, k = receptance.resonant
         target, P = np.zeros(q.size, dtype=complex), None
         if start is not None:
@@ -188,7 +198,7 @@ class ForcedBalance:
                 receptance, reaction, orders, grid, kappa, target, P, precision
             )
             if solved.residual[0] > _UNSETTLED:
-                kappa, secants = 3.0 * kappa, _Secants(moves)
+                kappa, secants, P = 3.0 * kappa, _Secants(moves), None
                 if kappa[0] > _SHORTEST_STEP * receptance.kappa[0]:
                     break
                 continue
@@ -224,7 +234,7 @@ class ForcedBalance:
         candidates = harmonic_orders(highest, modes, self.reduced.even)
         further = [order for order in candidates if order not in state.orders]
         orders = [*state.orders, *further]
-        receptance = _Receptance.of(self.reduced, orders, self.half, self.led)
+        receptance = self._receptance(orders)
         q, k = receptance.resonant
         reaction = receptance.stepped_reaction(receptance.kappa)
         reaction[known:] = 0.0

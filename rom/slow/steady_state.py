@@ -22,8 +22,9 @@ from slipmode.rom.structure.structure import Structure
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS, _MOST_STEPS = 128, 2048
 _MOST_LINES = 128
-# Where retained modes alone are led, others that a harmonic meets may keep it from settling.
-_LED = (0.0, 1.0)
+# What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most often
+# the first do.
+_TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +120,12 @@ def steady_state(
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
     begin = None if start is None else start.harmonics
-    for led in _LED:
-        balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, led)
+    for led, first_step in _TRIES:
+        balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, led, first_step)
         try:
             error, found = _solved(balance, begin)
         except SlipmodeError:
-            if led == _LED[-1]:
+            if (led, first_step) == _TRIES[-1]:
                 raise
         else:
             break

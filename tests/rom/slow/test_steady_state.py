@@ -135,8 +135,11 @@ def test_the_curve_of_nlvib_example_08():
     structure = rom.Structure(beam["M"], beam["K"], damping, contact=beam["W"].reshape(16, 1))
     reduced = rom.reduce(structure, (0,))
     law = rom.Tanh(limit=1.5, alpha=6e-7)
-    peak = published["rmsT_2"].max()
+    peak, largest = published["rmsT_2"].max(), 0.0
     for Omega, expected in zip(published["OM_2"], published["rmsT_2"], strict=True):
         state = rom.steady_state(reduced, law, [Omega], [beam["Fex1"].ravel()], 4e-3)
         tip = state.displacement(structure) @ beam["T_tip"].ravel()
-        assert np.sqrt(2.0 * np.sum(np.abs(tip) ** 2)) == pytest.approx(expected, abs=0.01 * peak)
+        rms = np.sqrt(2.0 * np.sum(np.abs(tip) ** 2))
+        assert rms == pytest.approx(expected, abs=0.01 * peak)
+        largest = max(largest, rms)
+    assert largest == pytest.approx(peak, rel=5e-3)

@@ -353,7 +353,8 @@ static sm_status solve_point(problem *t, size_t point) {
     t->solver.least = 1e-3 * scale[0];
     start(t);
     sm_status status = settle(t, amplitude, 1, scale, &residual, &periods);
-    if (status == SM_OK && residual > SM_ALMOST)
+    const int begun = t->contact->response && t->contact->response->start;
+    if (status == SM_OK && residual > SM_ALMOST && !begun)
         status = climb(t, amplitude, scale, &residual, &periods);
     for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
         if (residual > task->tolerance)

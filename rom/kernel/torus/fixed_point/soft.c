@@ -173,7 +173,7 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
     }
     if (status == SM_OK)
         status = settle(grid, g, task, first, count, point, 1, 1.0, &marched);
-    if (status == SM_OK && any_left(point, count))
+    if (status == SM_OK && any_left(point, count) && !grid->contact->response->start)
         status = climb(grid, g, task, first, count, point, &marched);
     for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
         status = settle(grid, g, task, first, count, point, periods, 1.0, &marched);
