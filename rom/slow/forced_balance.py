@@ -225,10 +225,11 @@ class ForcedBalance:
                 )
         raise self._refusal(orders, solved)
 
-    def responding(self, state: Balanced, highest: int) -> tuple[list[Order], float]:
-        """Further harmonics up to an order that modes respond to, and what others would do.
+    def responding(self, state: Balanced, highest: int) -> tuple[list[Order], Floats]:
+        """Further harmonics up to an order that modes respond to, and what others amount to.
 
-        Both by their share in the displacement of the contacts.
+        That is the sum of what these would do to the contacts, as amplitudes (modes,) that would
+        do the same [kg^1/2 m].
         """
         modes, known = len(self.half), len(state.orders)
         candidates = harmonic_orders(highest, modes, self.reduced.even)
@@ -251,12 +252,10 @@ class ForcedBalance:
         )
         moved = np.abs(np.einsum("qcd,qd->qc", receptance.reaction, solved.P[0])).max(axis=1)
         carried = np.einsum("qkc,qk->qc", receptance.B[:modes], state.modal[:modes])
-        share = moved[known:] / max(np.abs(carried).max(), np.finfo(float).tiny)
-        wanted = share > _SMALL * self.tolerance
-        return (
-            [order for order, counts in zip(further, wanted, strict=True) if counts],
-            float(share[~wanted].sum()),
-        )
+        wanted = moved[known:] > _SMALL * self.tolerance * np.abs(carried).max()
+        moves = np.linalg.norm(self.reduced.coupling, axis=1)
+        left = moved[known:][~wanted].sum() / np.maximum(moves, np.finfo(float).tiny)
+        return [order for order, one in zip(further, wanted, strict=True) if one], left
 
     def _contacts(
         self,

@@ -22,8 +22,9 @@ from slipmode.rom.structure.structure import Structure
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS, _MOST_STEPS = 128, 2048
 _MOST_LINES = 128
-# What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most often
-# the first do.
+_SAFETY = 2.0
+# What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
+# often the first do.
 _TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
 
 
@@ -142,17 +143,17 @@ def _solved(balance: ForcedBalance, begin: Balanced | None) -> tuple[Floats, Bal
     if modes == 2:
         found, by_grid = _resolved(balance, found, "lines", 0.5)
     found, by_steps = _resolved(balance, found, "steps", 1.0)
-    # steps are of second order: a third of the change is left
-    return by_harmonics + by_grid + by_steps / 3.0 + found.off, found
+    # steps are of second order: a third of the change is left; what changes tell is no bound
+    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0 + found.off), found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:
     """With all harmonics that modes respond to, and the error by the others."""
     changed = np.zeros(found.amplitude.size)
     for highest in _HIGHEST[found.amplitude.size]:
-        wanted, ignored = balance.responding(found, highest)
+        wanted, left = balance.responding(found, highest)
         if not wanted:
-            return found, ignored * np.abs(found.amplitude)
+            return found, left
         orders = [*found.orders, *wanted]
         grid = replace(found.grid, lines=enough_lines(orders, found.grid.lines))
         finer = balance.solve(orders, grid, found)
