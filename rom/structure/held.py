@@ -227,7 +227,7 @@ class Held:
         if rigid.any() and not self._may_float:
             raise SlipmodeError(_MODES_ARE_RIGID)
         squares[rigid] = 0.0
-        if squares[0] < 0.0:
+        if squares.min() < 0.0:
             raise SlipmodeError(_INDEFINITE)
         return squares, shapes
 

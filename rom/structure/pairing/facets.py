@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 
 Indices = NDArray[np.intp]
 
@@ -31,6 +32,8 @@ class Facets:
 
     nodes: Indices
     corners: Floats
+
+    __repr__ = short_repr
 
     @property
     def triangular(self) -> Flags:

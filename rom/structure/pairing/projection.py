@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.facets import Facets, Indices, overhang, shape_functions
 
 OVERHANG = 0.1  # of a facet: how far beyond the edge of a surface a point still meets it
@@ -41,6 +42,8 @@ class Projection:
     normal: Floats
     motion: Floats
     averted: int
+
+    __repr__ = short_repr
 
 
 def project(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.facets import Facets, Indices
 
 
@@ -32,6 +33,8 @@ class Surface:
     nodes: Indices
     position: Floats
     facets: Facets | None
+
+    __repr__ = short_repr
 
     def areas_and_normals(self) -> tuple[Floats, Floats]:
         """What each node has of the area, (nodes,) [m^2], and unit normals, (nodes, 3)."""
