@@ -57,7 +57,7 @@ def fmus(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["Jenkins", "mixed"])
 @pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
-@pytest.mark.parametrize("scale", [0.25, 4.0])
+@pytest.mark.parametrize("scale", [pytest.param(0.25, marks=pytest.mark.slow), 4.0])
 def test_loads_and_forces_scale_all_that_moves(name, modes, scale):
     """Amplitudes, contact motion and displacements times s, powers and energy times s^2.
 
@@ -82,6 +82,7 @@ def test_forces_alone_do_not(name):
     assert np.abs(rows[:, 1] / 0.3 - expected[:, 1]).max() > 0.1 * np.abs(expected[:, 1]).max()
 
 
+@pytest.mark.slow
 def test_a_gap_does_not_scale():
     of = component("with a gap")
     assert "limit_scale" not in of.input_names
@@ -162,7 +163,13 @@ def test_model_exchange_marches_the_same_contacts(fmus, fmi):
         assert solved[name] == pytest.approx(stepped[name], abs=2e-3 if name[-1] == "x" else 2e-2)
 
 
-@pytest.mark.parametrize("name", joints.LAWS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "with a gap" else [])
+        for name in joints.LAWS
+    ],
+)
 def test_outputs_are_described_by_what_they_are(name, tmp_path):
     path, folder = exported(tmp_path, name)
     described = {v.name: v.description for v in fmpy.read_model_description(path).modelVariables}

@@ -117,7 +117,13 @@ def of_scene(**changes):
     return [f"{d.subject} {d.choice}: {d.reason}" for d in decisions if d.level != "info"]
 
 
-@pytest.mark.parametrize("name", list(shipped_scenes()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "blade" else [])
+        for name in shipped_scenes()
+    ],
+)
 def test_shipped_scenes_have_no_warning(name):
     assert all(d.level == "info" for d in make_plan(load_scene(name)).decisions)
 

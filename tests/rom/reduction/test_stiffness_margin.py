@@ -51,7 +51,7 @@ def test_soft_contacts_are_refused_in_one_line(factor, tolerance, message):
     assert "\n" not in str(refusal.value)
 
 
-@pytest.mark.parametrize("factor", [15, 30])
+@pytest.mark.parametrize("factor", [15, pytest.param(30, marks=pytest.mark.slow)])
 def test_soft_contacts_are_allowed_the_table_that_is_advised(factor):
     rom.tabulate(softened(factor), LAW, (1.2, 0.45), 2e-2)
 

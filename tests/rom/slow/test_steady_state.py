@@ -51,7 +51,9 @@ def test_it_is_that_of_full_order(seed):
     assert np.abs(state.amplitude / expected - 1.0).max() <= 5e-4
 
 
-@pytest.mark.parametrize("law", [rom.Tanh(2.0, 0.02), rom.Coulomb(2.0)])
+@pytest.mark.parametrize(
+    "law", [rom.Coulomb(2.0), pytest.param(rom.Tanh(2.0, 0.02), marks=pytest.mark.slow)]
+)
 def test_it_is_the_tables_where_there_is_one(law):
     frequency, force = (0.98, 1.65), ({0: 0.15}, {1: 0.25})
     reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=frequency, force_patterns=force)

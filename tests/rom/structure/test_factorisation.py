@@ -97,6 +97,7 @@ def test_a_dissection_is_a_permutation_that_fills_little():
     assert 0.8 < 2 * dissection.fill / entries < 1.5  # what memory is told from
 
 
+@pytest.mark.slow
 def test_lanczos_finds_the_modes_of_a_dense_solution(matrices):
     K, M = (scipy.sparse.csc_array(matrices[name]) for name in ("stiffness", "mass"))
     squares, shapes = lowest_modes(factorise(K).solve, lambda x: M @ x, K.shape[0], 20)
