@@ -90,6 +90,17 @@ def _reaction_stiffnesses(
     return reaction
 
 
+@lru_cache(maxsize=8)
+def _marched(
+    reduced: Reduced, steps: int, orders: tuple[Order, ...]
+) -> tuple[MarchedModes, Complexes]:
+    """Marched modes and their response, which every batch of points asks for too."""
+    stepped = MarchedModes.of(reduced, steps)
+    response = stepped.response(reduced, orders)
+    response.flags.writeable = False
+    return stepped, response
+
+
 def contact_harmonics(
     reduced: Reduced,
     law: Friction,
@@ -170,8 +181,8 @@ def torus_harmonics(
     smallest = kernel.contiguous(smallest_scale)
     stepped = None
     if reduced.contacts is not None:
-        stepped = MarchedModes.of(reduced, grid.steps)
-        reaction = reaction - stepped.response(reduced, orders)
+        stepped, response = _marched(reduced, grid.steps, tuple(orders))
+        reaction = reaction - response
     problem = torus_problem(
         reduced,
         law,

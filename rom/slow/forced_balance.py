@@ -40,7 +40,7 @@ _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
 _WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
-_LINES = (16, 32, 64, 128)
+LINES = (16, 32, 64, 128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,7 +305,7 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
     highest = max(abs(m) for _, m in orders)
     if highest == 0:
         return 1
-    return max(least, next((n for n in _LINES if n > 2 * highest), _LINES[-1]))
+    return max(least, next((n for n in LINES if n > 2 * highest), LINES[-1]))
 
 
 class _Secants:

@@ -16,12 +16,11 @@ from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced, force_vector
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.forced_balance import Balanced, ForcedBalance, enough_lines
+from slipmode.rom.slow.forced_balance import LINES, Balanced, ForcedBalance, enough_lines
 from slipmode.rom.structure.structure import Structure
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS, _MOST_STEPS = 128, 2048
-_MOST_LINES = 128
 _SAFETY = 2.0
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
 # often the first do.
@@ -168,7 +167,7 @@ def _resolved(
 
     And that change.
     """
-    most = {"steps": _MOST_STEPS, "lines": _MOST_LINES}[name]
+    most = {"steps": _MOST_STEPS, "lines": LINES[-1]}[name]
     least = np.inf
     while 2 * getattr(found.grid, name) <= most:
         grid = replace(found.grid, **{name: 2 * getattr(found.grid, name)})

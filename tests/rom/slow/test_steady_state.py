@@ -6,48 +6,20 @@ import numpy as np
 import pytest
 import scipy.io
 from elastic.family import member
+from elastic.family_report import full_order, solved
 from elastic.frictional_beam import matrices
 
 from slipmode import rom
-from slipmode.rom import full
 
 PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
-
-
-def of_member(seed, tolerance=2e-3):
-    case = member(seed)
-    reduced = rom.reduce(
-        case.structure, case.modes, law=case.law, carrier=case.frequency, smallest_response=1e-5
-    )
-    state = rom.steady_state(reduced, case.law, case.frequency, case.force, tolerance)
-    return case, reduced, state
-
-
-def full_order(case, reduced, amplitude):
-    """Amplitudes of the retained modes, integrated from near the state found."""
-    Omega = np.array(case.frequency)
-    excitation = full.Excitation.harmonic(case.structure, case.force, Omega)
-    shapes = reduced.mode_shapes
-    start = full.State(
-        0.0, 2 * np.real(shapes @ amplitude), 2 * np.real(shapes @ (1j * Omega * amplitude))
-    )
-    found = full.steady_amplitude(
-        case.structure,
-        case.law,
-        excitation,
-        outputs=shapes.T @ case.structure.mass,
-        tolerance=1e-4,
-        steps_per_period=128,
-        start=start,
-    )
-    return np.diagonal(found.amplitude)
 
 
 @pytest.mark.quick
 @pytest.mark.parametrize("seed", [4, 11])
 def test_it_is_that_of_full_order(seed):
-    case, reduced, state = of_member(seed)
-    expected = full_order(case, reduced, state.amplitude)
+    case = member(seed)
+    reduced, state = solved(case, 2e-3)
+    expected = np.diagonal(full_order(case, reduced, state.amplitude, 1e-4).amplitude)
     assert np.abs(state.amplitude / expected - 1.0).max() <= 5e-4
 
 
@@ -65,13 +37,14 @@ def test_it_is_the_tables_where_there_is_one(law):
 
 @pytest.mark.slow
 def test_more_harmonics_and_steps_change_it_by_less_than_its_error():
-    rough, fine = of_member(1, 5e-3)[2], of_member(1, 1e-3)[2]
+    rough, fine = (solved(member(1), tolerance)[1] for tolerance in (5e-3, 1e-3))
     assert np.all(np.abs(rough.amplitude - fine.amplitude) <= rough.error + fine.error)
     assert np.all(fine.error < rough.error)
 
 
 def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
-    case, reduced, _ = of_member(4)
+    case = member(4)
+    reduced, _ = solved(case, 2e-3)
     small = [1e-3 * f for f in case.force]
     state = rom.steady_state(reduced, case.law, case.frequency, small)
     D = reduced.frequency**2 - reduced.carrier**2 + 1j * reduced.modal_damping * reduced.carrier

@@ -25,15 +25,17 @@ class TooLongError(Exception):
     """A member took more than its CPU time."""
 
 
-def solved(case: Member) -> tuple[rom.Reduced, rom.SteadyState]:
+def solved(case: Member, tolerance: float = TOLERANCE) -> tuple[rom.Reduced, rom.SteadyState]:
     """The steady state of a member."""
     reduced = rom.reduce(
         case.structure, case.modes, law=case.law, carrier=case.frequency, smallest_response=1e-5
     )
-    return reduced, rom.steady_state(reduced, case.law, case.frequency, case.force, TOLERANCE)
+    return reduced, rom.steady_state(reduced, case.law, case.frequency, case.force, tolerance)
 
 
-def full_order(case: Member, reduced: rom.Reduced, near: np.ndarray) -> full.SteadyAmplitude:
+def full_order(
+    case: Member, reduced: rom.Reduced, near: np.ndarray, tolerance: float = 3e-4
+) -> full.SteadyAmplitude:
     """Amplitudes of the retained modes by integration from a state near by."""
     Omega = np.array(case.frequency)
     shapes = reduced.mode_shapes
@@ -43,7 +45,7 @@ def full_order(case: Member, reduced: rom.Reduced, near: np.ndarray) -> full.Ste
         case.law,
         full.Excitation.harmonic(case.structure, case.force, Omega),
         outputs=shapes.T @ case.structure.mass,
-        tolerance=3e-4,
+        tolerance=tolerance,
         steps_per_period=128,
         start=start,
         most_windows=40,
