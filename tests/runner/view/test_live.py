@@ -35,7 +35,7 @@ class Server:
         command = [RERUN, "--serve-grpc", "--port", str(port), "--save", self.kept]
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         self.process = subprocess.Popen(command, **quiet, process_group=0)
-        deadline = time.monotonic() + 20.0
+        deadline = time.monotonic() + 60.0
         while time.monotonic() < deadline:
             with socket.socket() as probe:
                 if probe.connect_ex(("127.0.0.1", port)) == 0:
@@ -45,7 +45,7 @@ class Server:
 
     def arrived(self, *words):
         """Whether all of this has arrived, within some seconds."""
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + 60.0
         while time.monotonic() < deadline:
             show = [RERUN, "rrd", "print", "-vvv", self.kept]
             text = subprocess.run(show, capture_output=True, text=True).stdout

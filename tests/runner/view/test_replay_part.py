@@ -110,7 +110,7 @@ def test_the_viewer_plays_at_the_speed_asked_for(whole, tmp_path, viewer, loop):
     assert main(["replay", str(whole), *options, "--save", str(out)]) == 0
     viewer.open(str(out))
     shown = []  # (time of the machine, time in the recording)
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 120.0
     while time.monotonic() < deadline and not _told(shown, frame, loop):
         for recording in viewer.get_state().recordings:
             if recording.current_time is not None:
