@@ -16,7 +16,7 @@ _UNSETTLED = 0.05  # distance from periodicity above which a solution is worth n
 def check_settled(
     reduced: Reduced, combinations: Sequence[CombinationResonance], terms: ContactTerms
 ) -> None:
-    """Refuse contact terms of elastic contacts that no search has brought to a periodic motion.
+    """Refuse contact terms that no search has brought to a periodic motion.
 
     Raises
     ------
@@ -24,14 +24,15 @@ def check_settled(
         Naming the mode that responds most, and to which harmonic.
     """
     off = float(terms.residual.max())
-    if reduced.contacts is None or off <= _UNSETTLED:
+    if off <= _UNSETTLED:
         return
     met = strongest_resonance(reduced, terms.orders, combinations)
     n, m = met.order
     part = f"{off:.0%}" if off <= 1.0 else "more than itself"
+    rigid = "let contacts be elastic while they stick (rom.Jenkins), " * (reduced.contacts is None)
     raise SlipmodeError(
         f"contacts: the modes' response to them does not settle, it is off by {part}; most of "
         f"it is that of the mode at {met.mode:.4g} rad/s to harmonic ({n}, {m}) at "
-        f"{met.harmonic:.4g} rad/s: retain that mode, move the forcing away from it, give it "
-        "damping, lower the largest amplitudes, or integrate in time (rom.full)"
+        f"{met.harmonic:.4g} rad/s: {rigid}retain that mode, move the forcing away from it, give "
+        "it damping, lower the largest amplitudes, or integrate in time (rom.full)"
     )

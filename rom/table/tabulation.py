@@ -27,7 +27,6 @@ from slipmode.rom.reduction.combination import (
     tabulated_orders,
 )
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.reduction.stiffness_margin import check_stiffness_margin
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
@@ -118,8 +117,6 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
-    if reduced.contacts is None:
-        check_stiffness_margin(reduced, tolerance, combinations)
     budget = ErrorBudget(tolerance)
     orders = contact_orders(reduced, combinations, harmonics) if harmonics else []
     columns = Columns(
