@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import scipy.linalg
 
 from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
