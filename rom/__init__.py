@@ -23,6 +23,8 @@ from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
+from slipmode.rom.slow.branches.backbone import Backbone, backbone
+from slipmode.rom.slow.branches.response_curve import ResponseCurve, SpecialPoint, response_curve
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
 from slipmode.rom.slow.steady import (
@@ -45,6 +47,7 @@ from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
     "Accuracy",
+    "Backbone",
     "CombinationResonance",
     "ContactPairs",
     "Contacts",
@@ -63,14 +66,17 @@ __all__ = [
     "Region",
     "ResonanceCurve",
     "ResonanceSurface",
+    "ResponseCurve",
     "Sliders",
     "SlipmodeError",
     "SlowTrajectory",
+    "SpecialPoint",
     "SteadyState",
     "Structure",
     "Tanh",
     "ValidityWarning",
     "__version__",
+    "backbone",
     "combination_resonances",
     "contact_pairs",
     "limit_cycles",
@@ -81,6 +87,7 @@ __all__ = [
     "reduce",
     "resonance",
     "resonance_curve",
+    "response_curve",
     "steady",
     "steady_state",
     "sum_harmonics",

@@ -1,0 +1,6 @@
+"""Branches of steady states: response curves with stability, backbones.
+
+continuation.py      solution curves of F(y, p) = 0, folds and Hopf points on them
+response_curve.py    steady states of the slow flow against frequency, force or friction limit
+backbone.py          damped nonlinear modes: frequency and damping against amplitude
+"""

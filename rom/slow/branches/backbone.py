@@ -1,0 +1,143 @@
+"""Backbones: frequency and damping of a nonlinear mode against its amplitude.
+
+A mode that is kept at a constant amplitude by a negative damping which takes no part otherwise,
+-2 zeta Omega x', moves as a damped nonlinear mode does (extended periodic motion concept, Krack
+2015). In the slow flow that is
+
+    omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
+from slipmode.rom.table.model import Model
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_POINTS = 200
+_SMALLEST, _LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+_PASSES = 100
+_CONVERGED = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """A damped nonlinear mode.
+
+    Attributes
+    ----------
+    amplitude : (n,) ndarray
+        |a| of the mode [kg^1/2 m].
+    other : float
+        |a| of the other mode, at its carrier [kg^1/2 m].
+    frequency : (n,) ndarray
+        Omega [rad/s].
+    damping : (n,) ndarray
+        Damping ratio zeta [-], of steady motion.
+    decay : (n,) ndarray
+        -d|a|/dt / |a| [1/s] of free vibration: zeta Omega where that is slow; friction lags
+        behind a faster one.
+    mode_shape : (n_dofs,) ndarray
+        [kg^-1/2]
+    """
+
+    amplitude: Floats
+    other: float
+    frequency: Floats
+    damping: Floats
+    decay: Floats
+    mode_shape: Floats
+
+    __repr__ = short_repr
+
+    def displacement(self, dof: int) -> Floats:
+        """Amplitude of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
+        return np.asarray(2.0 * abs(self.mode_shape[dof]) * self.amplitude)
+
+    def plot(self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None) -> Any:
+        """Frequency and damping ratio against the amplitude, of a DOF where one is given."""
+        if axes is None:
+            axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
+        against = self.amplitude if dof is None else self.displacement(dof)
+        for ax, values, name in zip(
+            axes, (self.frequency, self.damping), ("frequency [rad/s]", "damping [-]"), strict=True
+        ):
+            ax.semilogx(against, values)
+            ax.set_ylabel(name)
+        where = "[kg$^{1/2}$ m]" if dof is None else f"of DOF {dof} [m]"
+        axes[1].set_xlabel(f"amplitude {where}")
+        return axes
+
+    def to_dataframe(self) -> Any:
+        """One row per amplitude."""
+        columns = {
+            name: getattr(self, name) for name in ("amplitude", "frequency", "damping", "decay")
+        }
+        return extra("pandas", "pictures").DataFrame(columns)
+
+
+def backbone(
+    model: Model, mode: int = 0, other: float = 0.0, amplitude: Floats | None = None
+) -> Backbone:
+    """Frequency and damping of a mode against its amplitude, from the friction table alone.
+
+    Parameters
+    ----------
+    model : Model
+        The nearer its carriers to the frequencies of the backbone, the more exact.
+    mode : int
+        0 for A, 1 for B.
+    other : float
+        |a| of the other mode, in whose presence the mode moves [kg^1/2 m].
+    amplitude : (n,) array_like, optional
+        |a| > 0 [kg^1/2 m]. Default: from a thousandth of the table's range, in even ratios.
+
+    Raises
+    ------
+    SlipmodeError
+        If there is no such mode, or an amplitude is outside the friction table.
+    """
+    if not 0 <= mode < model.modes:
+        raise SlipmodeError(f"mode: must be 0 to {model.modes - 1}, got {mode}")
+    if model.modes == 1 and other != 0.0:
+        raise SlipmodeError(f"other: must be 0 in a model of one mode, got {other}")
+    if amplitude is None:
+        largest = model.table.amplitude_range[mode]
+        r = np.geomspace(_SMALLEST * largest, _LARGEST * largest, _POINTS)
+    else:
+        r = np.atleast_1d(np.asarray(amplitude, dtype=float))
+        if r.ndim > 1 or not np.all(np.isfinite(r) & (r > 0.0)):
+            raise SlipmodeError("amplitude: must be finite numbers > 0 [kg^1/2 m]")
+    a = np.full((r.size, model.modes), abs(other), dtype=complex)
+    a[:, mode] = r
+    model.table(np.abs(a))  # refuses what is outside
+    flow, still = shifted_flow(model, 0.0), np.zeros(a.shape, dtype=complex)
+    frequency = np.tile(model.reduced.carrier, (r.size, 1))
+    Omega = np.full(r.size, model.reduced.frequency[mode])
+    for _ in range(_PASSES):
+        frequency[:, mode] = Omega
+        now = balance(flow, inputs_of(still, frequency), a)
+        off = now.stiffness[:, mode] - now.friction[:, mode] / r
+        square = Omega**2 + off.real
+        if not (square > 0.0).all():
+            raise SlipmodeError(
+                f"amplitude: mode {'AB'[mode]} has no stiffness left at {r[square <= 0][0]:.3g} "
+                "kg^0.5 m"
+            )
+        change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
+        if change <= _CONVERGED:
+            break
+    zeta = off.imag / (2.0 * Omega**2)
+    decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
+    shape = model.reduced.mode_shapes[:, mode].copy()
+    return Backbone(r, float(other), Omega, zeta, decay, shape)

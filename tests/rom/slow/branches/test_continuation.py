@@ -1,0 +1,70 @@
+"""Continuation against curves that are known."""
+
+import numpy as np
+import pytest
+
+from slipmode.rom.slow.branches.continuation import branch_through
+
+pytestmark = pytest.mark.quick
+
+
+def circle(z):
+    """y^2 + (p - 1/2)^2 = 0.16: folds at p = 0.1 and 0.9."""
+    y, p = z[0], z[1] - 0.5
+    return np.array([y**2 + p**2 - 0.16]), np.array([[2.0 * y, 2.0 * p]])
+
+
+def test_a_closed_curve_is_passed_once():
+    branch = branch_through(circle, np.array([0.4, 0.5]), 0.02)
+    z = np.array([point.z for point in branch.points])
+    assert branch.closed
+    assert np.hypot(z[:, 0], z[:, 1] - 0.5) == pytest.approx(0.4, abs=1e-12)
+    length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum()
+    assert length == pytest.approx(0.8 * np.pi, rel=0.02)
+    assert sorted(point.z[-1] for _, point in branch.special) == pytest.approx([0.1, 0.9])
+    assert {kind for kind, _ in branch.special} == {"fold"}
+
+
+def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_at_folds():
+    """p = 1/2 + y - 8 y^3, folds at y = +-1/sqrt(24)."""
+
+    def rates(z):
+        y, p = z
+        return np.array([p - 0.5 - y + 8.0 * y**3]), np.array([[24.0 * y**2 - 1.0, 1.0]])
+
+    branch = branch_through(rates, np.array([0.0, 0.5]), 0.02)
+    assert not branch.closed
+    assert sorted((branch.points[0].z[-1], branch.points[-1].z[-1])) == [0.0, 1.0]
+    at = [point.z[0] for _, point in branch.special]
+    assert sorted(at) == pytest.approx([-(24**-0.5), 24**-0.5], abs=1e-8)
+    for point in branch.points:
+        assert (point.unstable == 1) == (24.0 * point.z[0] ** 2 > 1.0)
+
+
+def test_a_hopf_point_is_where_a_pair_passes_zero():
+    """A focus that loses its stability at p = 0.3, at a point that moves with p."""
+
+    def rates(z):
+        x, y, p = z
+        J = np.array([[p - 0.3, -2.0], [2.0, p - 0.3]])
+        d = np.array([x - 0.2 * p, y])
+        return J @ d, np.column_stack((J, d - 0.2 * J[:, 0]))
+
+    branch = branch_through(rates, np.array([0.0, 0.0, 0.0]), 0.02)
+    ((kind, point),) = branch.special
+    assert kind == "Hopf"
+    assert point.z == pytest.approx([0.06, 0.0, 0.3], abs=1e-8)
+
+
+def test_it_ends_where_the_rates_do():
+    def rates(z):
+        edge = np.nan if z[1] > 0.62 else 1.0
+        return edge * np.array([z[0] - z[1]]), edge * np.array([[1.0, -1.0]])
+
+    branch = branch_through(rates, np.array([0.5, 0.5]), 0.05)
+    assert branch.points[0].z == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert branch.points[-1].z == pytest.approx([0.62, 0.62], abs=1e-6)
+
+
+def test_there_is_none_without_a_solution():
+    assert branch_through(circle, np.array([0.0, 0.99]), 0.02) is None

@@ -1,0 +1,158 @@
+"""Response curves: every steady state, and whether motion near it tends to it."""
+
+import numpy as np
+import pytest
+
+from slipmode import rom
+from slipmode.rom import SlipmodeError, full
+
+FORCE = ({0: 0.15}, {1: 0.25})
+FREQUENCY = (0.98, 1.65)
+
+
+@pytest.fixture(scope="module")
+def both():
+    """Both modes of the two masses."""
+    return rom.tabulate(rom.reduce(rom.two_mass(beta=0.01)), rom.Coulomb(2.0), (4.0, 2.0), 2e-3)
+
+
+def opening():
+    """Two coupled masses, one on a contact that opens: it is soft at large amplitudes."""
+    M, K = np.eye(3), np.diag([0.5, 0.5, 3.0])
+    K[0, 2] = K[2, 0] = -0.1
+    W = np.zeros((3, 2))
+    W[1, 0] = W[0, 1] = 1.0
+    structure = rom.Structure(M, K, 0.01 * np.eye(3), contact=W)
+    law = rom.FrictionalContact(0.3, 1.0, 5.0, 0.5)
+    return structure, law
+
+
+@pytest.fixture(scope="module")
+def folding():
+    structure, law = opening()
+    model = rom.tabulate(rom.reduce(structure, (0,), law=law), law, (6.0,), 1e-3)
+    return structure, law, model
+
+
+@pytest.mark.parametrize(
+    ("vary", "span"),
+    [
+        ("frequency_A", (0.9, 1.05)),
+        ("frequency_B", (1.75, 1.55)),
+        ("frequency", ((0.95, 1.6), (1.02, 1.72))),
+        ("force", (0.0, 1.0)),
+        ("force_B", (0.1, 1.2)),
+        ("limit", (0.95, 3.0)),
+    ],
+)
+def test_it_is_made_of_steady_states(both, vary, span):
+    curve = rom.response_curve(both, FREQUENCY, FORCE, vary, span)
+    assert set(np.unique(curve.branch)) == {0}
+    assert curve.stable.all()
+    assert {curve.parameter[0], curve.parameter[-1]} == set(
+        span if vary != "frequency" else (0, 1)
+    )
+    for value, amplitude in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
+        frequency, force, limit = np.array(FREQUENCY), [dict(one) for one in FORCE], 1.0
+        if vary == "frequency":
+            frequency = span[0] + value * np.subtract(span[1], span[0])
+        elif vary.startswith("frequency"):
+            frequency["AB".index(vary[-1])] = value
+        elif vary == "limit":
+            limit = value
+        for mode, one in enumerate(force):
+            dof, size = next(iter(one.items()))
+            varied = vary == "force" or vary == f"force_{'AB'[mode]}"
+            one[dof] = size * (value if varied else 1.0) / limit
+        expected = limit * rom.steady(both, frequency, force)
+        assert amplitude == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.quick
+def test_a_contact_that_opens_folds_the_curve(folding):
+    _, _, model = folding
+    curve = rom.response_curve(model, [1.0], [{0: 0.06}], "frequency_A", (0.75, 1.1))
+    kinds = [point.kind for point in curve.special]
+    low, high = sorted(point.parameter for point in curve.special)
+    assert kinds == ["fold", "fold"]
+    assert (low, high) == pytest.approx((0.8987, 0.9831), abs=1e-4)
+    three = (curve.parameter > low) & (curve.parameter < high)
+    assert np.all(curve.stable[~three])
+    assert 0 < np.count_nonzero(~curve.stable) < np.count_nonzero(three)
+    # between the folds there are three at each frequency, the one in the middle unstable
+    for Omega in np.linspace(low, high, 7)[1:-1]:
+        states, stable = curve.at(Omega)
+        assert stable[np.argsort(np.abs(states[:, 0]))].tolist() == [True, False, True]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [0.1, 0.3, 0.5, 0.7, 0.9])
+def test_full_order_tends_to_the_stable_and_leaves_the_unstable_ones(folding, part):
+    structure, law, model = folding
+    force = [{0: 0.06}]
+    curve = rom.response_curve(model, [1.0], force, "frequency_A", (0.75, 1.1))
+    low, high = sorted(point.parameter for point in curve.special)
+    Omega = low + part * (high - low)
+    states, stable = rom.response_curve(model, [Omega], force, "force", (0.9, 1.1)).at(1.0)
+    shapes = model.reduced.mode_shapes
+    ends = []
+    for a in states[:, 0]:
+        nudged = a * 1.02
+        start = full.State(
+            0.0,
+            2 * np.real(shapes[:, 0] * nudged),
+            2 * np.real(1j * Omega * shapes[:, 0] * nudged),
+        )
+        found = full.steady_amplitude(
+            structure,
+            law,
+            full.Excitation.harmonic(structure, force, [Omega]),
+            outputs=shapes.T @ structure.mass,
+            tolerance=1e-3,
+            start=start,
+        )
+        ends.append(found.amplitude[0, 0])
+    assert sorted(stable) == [False, True, True]
+    for a, end, holds in zip(states[:, 0], ends, stable, strict=True):
+        assert (abs(end - a) <= 0.05 * abs(a)) == holds
+
+
+def test_it_ends_where_the_table_does(both):
+    curve = rom.response_curve(both, FREQUENCY, FORCE, "force", (0.0, 3.0))
+    assert 1.0 < curve.parameter.max() < 3.0
+    at_end = np.abs(curve.amplitude[np.argmax(curve.parameter)]) / both.table.amplitude_range
+    assert at_end.max() == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("vary", {"vary": "frequency_C"}),
+        ("span", {"span": (1.0, 1.0)}),
+        ("span", {"span": (0.9, np.nan)}),
+        ("span", {"vary": "frequency", "span": (0.9, 1.0)}),
+        ("span", {"vary": "force", "span": (-1.0, 1.0)}),
+        ("vary", {"vary": "limit", "span": (0.0, 1.0)}),
+        ("frequency", {"frequency": [1.0]}),
+        ("frequency", {"span": (0.1, 1.0)}),
+        ("force", {"force": [{0: 0.1}]}),
+    ],
+)
+def test_bad_arguments_are_named(both, key, change):
+    arguments = {
+        "frequency": FREQUENCY,
+        "force": FORCE,
+        "vary": "frequency_A",
+        "span": (0.9, 1.0),
+    }
+    with pytest.raises(SlipmodeError, match=f"^{key}"):
+        rom.response_curve(both, **(arguments | change))
+
+
+def test_it_is_drawn(both, tmp_path):
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    ax = figure.subplots()
+    curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
+    assert curve.plot(ax) is ax
+    drawn = max(line.get_ydata().max(initial=0.0) for line in ax.lines if line.get_xdata().size)
+    assert drawn == np.abs(curve.amplitude).max()
