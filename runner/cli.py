@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.recording_commands import add_recording_commands
 
 if TYPE_CHECKING:
@@ -257,6 +258,8 @@ def _parser() -> argparse.ArgumentParser:
     )
     modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
     modes.add_argument("-n", "--number", type=int, default=10, help="how many modes (10)")
+
+    add_curve_commands(partial(_command, commands))
 
     add_recording_commands(partial(_command, commands))
 

@@ -83,7 +83,7 @@ class Backbone:
         columns = {
             name: getattr(self, name) for name in ("amplitude", "frequency", "damping", "decay")
         }
-        return extra("pandas", "pictures").DataFrame(columns)
+        return extra("pandas", "pandas").DataFrame(columns)
 
 
 def backbone(

@@ -123,7 +123,7 @@ class ResponseCurve:
             name = "AB"[j]
             columns |= {f"{name}_re": self.amplitude[:, j].real}
             columns |= {f"{name}_im": self.amplitude[:, j].imag}
-        return extra("pandas", "pictures").DataFrame(
+        return extra("pandas", "pandas").DataFrame(
             columns | {"growth": self.growth, "stable": self.stable}
         )
 

@@ -1,0 +1,103 @@
+"""`slipmode curve` and `slipmode backbone`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from slipmode.rom.extras import extra
+
+
+def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
+    """Add them; `command(name, call, help, example)` makes a parser."""
+    from slipmode.rom.slow.branches.response_curve import Varied
+
+    curve = command(
+        "curve",
+        _curve,
+        "steady states against a frequency, a force or the friction limit, with stability",
+        "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
+    )
+    curve.add_argument("scene", help="a scene file, or the name of a shipped scene")
+    curve.add_argument(
+        "--vary",
+        choices=[name for name in get_args(Varied) if name != "frequency"],
+        help="what: rad/s, or a factor on the scene's forces or limits (first mode's frequency)",
+    )
+    curve.add_argument(
+        "--span", nargs=2, type=float, metavar=("FROM", "TO"), help="5 %% around the mode's own"
+    )
+    curve.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
+    backbone = command(
+        "backbone",
+        _backbone,
+        "frequency and damping of a mode against its amplitude",
+        "backbone two-mode --mode A -o logs",
+    )
+    backbone.add_argument("scene", help="a scene file, or the name of a shipped scene")
+    backbone.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
+    backbone.add_argument(
+        "--other", type=float, default=0.0, help="|a| of the other mode meanwhile [kg^0.5 m] (0)"
+    )
+    backbone.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
+
+def _curve(options: argparse.Namespace) -> int:
+    from slipmode.runner.curves.scene_curves import scene_response_curve
+    from slipmode.runner.scene.scene import load_scene
+
+    scene = load_scene(options.scene)
+    curve = scene_response_curve(scene, options.vary, options.span, progress=True)
+    modes = curve.amplitude.shape[1]
+    names = [f"{'AB'[j]}_{part}" for j in range(modes) for part in ("re", "im")]
+    columns = (curve.parameter, curve.branch, curve.amplitude.view(float), curve.growth)
+    header = [curve.vary, "branch", *names, "growth"]
+    _written(options.output, f"{scene.name}.curve", header, columns, curve.plot, 1)
+    for point in curve.special:
+        sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))
+        print(f"{point.kind} at {curve.vary} = {point.parameter:.6g}: {sizes}")
+    peaks = np.abs(curve.amplitude).max(axis=0)
+    print("largest: " + ", ".join(f"|{'AB'[j]}| = {peak:.4g}" for j, peak in enumerate(peaks)))
+    return 0
+
+
+def _backbone(options: argparse.Namespace) -> int:
+    from slipmode.runner.curves.scene_curves import scene_backbone
+    from slipmode.runner.scene.scene import load_scene
+
+    scene = load_scene(options.scene)
+    curve = scene_backbone(scene, options.mode, options.other, progress=True)
+    columns = (curve.amplitude, curve.frequency, curve.damping, curve.decay)
+    header = ["amplitude", "frequency", "damping", "decay"]
+    _written(options.output, f"{scene.name}.backbone", header, columns, curve.plot, 2)
+    low, high = curve.frequency.min(), curve.frequency.max()
+    print(f"frequency {low:.6g} to {high:.6g} rad/s, damping ratio to {curve.damping.max():.3g}")
+    return 0
+
+
+def _written(
+    folder: Path,
+    name: str,
+    header: list[str],
+    columns: tuple[Any, ...],
+    plot: Callable[[Any], Any],
+    panels: int,
+) -> None:
+    """A table of numbers and a picture."""
+    figure = extra("matplotlib.figure", "pictures").Figure(
+        figsize=(8, 4 + panels), layout="constrained"
+    )
+    plot(figure.subplots(panels, sharex=True))
+    folder.mkdir(parents=True, exist_ok=True)
+    table, picture = folder / f"{name}.csv", folder / f"{name}.png"
+    np.savetxt(
+        table, np.column_stack(columns), delimiter=",", header=",".join(header), comments=""
+    )
+    figure.savefig(picture, dpi=120)
+    print(table)
+    print(picture)

@@ -1,0 +1,67 @@
+"""Curves of a scene: files, pictures, and the numbers in them."""
+
+import numpy as np
+import pytest
+
+from slipmode import rom
+from slipmode.rom import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.curves.scene_curves import SceneForcing, scene_response_curve
+from slipmode.runner.scene.scene import load_scene
+
+
+def table(path):
+    with path.open() as file:
+        names = file.readline().strip().split(",")
+        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+
+
+def test_a_curve_is_written_and_drawn(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    assert main(["curve", "one-mode", "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    found = table(tmp_path / "one-mode.curve.csv")
+    forcing = SceneForcing.of(load_scene("one-mode"))
+    natural = forcing.plan.excited.reduced.frequency[0]
+    ends = found["frequency_A"][[0, -1]]
+    assert ends == pytest.approx([0.95 * natural, 1.05 * natural])
+    assert np.all(found["growth"] < 0.0)
+    size = np.hypot(found["A_re"], found["A_im"])
+    assert said[-1] == f"largest: |A| = {size.max():.4g}"
+    model = rom.tabulate(forcing.plan.excited.reduced, forcing.plan.excited.law, (4.0,), 1e-3)
+    for k in (10, size.argmax()):
+        (a,) = rom.steady(model, [found["frequency_A"][k]], forcing.force, tuple(forcing.phase))
+        assert found["A_re"][k] + 1j * found["A_im"][k] == pytest.approx(a, rel=3e-3)
+    assert (tmp_path / "one-mode.curve.png").stat().st_size > 10_000
+
+
+def test_it_goes_as_far_as_the_amplitudes_do():
+    """Past those of the scene, for which the friction table of a run is made."""
+    scene = load_scene("one-mode")
+    curve = scene_response_curve(scene, "force", (0.5, 3.0))
+    assert curve.parameter[-1] == 3.0
+    assert np.abs(curve.amplitude).max() > 2.0 * SceneForcing.of(scene).plan.amplitude[0]
+
+
+def test_a_backbone_is_written_and_drawn(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    assert main(["backbone", "one-mode", "-o", str(tmp_path)]) == 0
+    assert "damping ratio to" in capsys.readouterr().out
+    found = table(tmp_path / "one-mode.backbone.csv")
+    assert found["damping"].max() > 1.3 * found["damping"][0]
+    assert found["frequency"][-1] < found["frequency"][0]
+    assert (tmp_path / "one-mode.backbone.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("vary", "span", "key"),
+    [
+        ("force", None, "span: give the first and last value of force"),
+        ("frequency_B", None, "vary: the scene does not force mode B"),
+        ("force", (1.0, 1.0), "span: must be two different values"),
+        ("frequency_A", (0.1, 1.0), "frequency: must be"),
+    ],
+)
+def test_what_makes_no_curve_is_named(vary, span, key):
+    with pytest.raises(SlipmodeError, match=key):
+        scene_response_curve(load_scene("one-mode"), vary, span)
