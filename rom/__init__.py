@@ -24,6 +24,7 @@ from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.branches.backbone import Backbone, backbone
+from slipmode.rom.slow.branches.performance import PerformanceCurve, performance_curve
 from slipmode.rom.slow.branches.response_curve import ResponseCurve, SpecialPoint, response_curve
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
@@ -60,6 +61,7 @@ __all__ = [
     "ModeTable",
     "Model",
     "Motion",
+    "PerformanceCurve",
     "Preload",
     "Rayleigh",
     "Reduced",
@@ -82,6 +84,7 @@ __all__ = [
     "limit_cycles",
     "load_structure",
     "modes",
+    "performance_curve",
     "preload",
     "reconstruct",
     "reduce",

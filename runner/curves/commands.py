@@ -1,4 +1,4 @@
-"""`slipmode curve` and `slipmode backbone`."""
+"""`slipmode curve`, `slipmode backbone` and `slipmode design`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from typing import Any, get_args
 import numpy as np
 
 from slipmode.rom.extras import extra
+
+_BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
 
 
 def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
@@ -46,6 +48,16 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     )
     backbone.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
+    design = command(
+        "design",
+        _design,
+        "resonance peak of a mode against friction limits and preloads, and the best of them",
+        "design blade --mode A -o logs",
+    )
+    design.add_argument("scene", help="a scene file, or the name of a shipped scene")
+    design.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
+    design.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
 
 def _curve(options: argparse.Namespace) -> int:
     from slipmode.runner.curves.scene_curves import scene_response_curve
@@ -77,6 +89,25 @@ def _backbone(options: argparse.Namespace) -> int:
     _written(options.output, f"{scene.name}.backbone", header, columns, curve.plot, 2)
     low, high = curve.frequency.min(), curve.frequency.max()
     print(f"frequency {low:.6g} to {high:.6g} rad/s, damping ratio to {curve.damping.max():.3g}")
+    return 0
+
+
+def _design(options: argparse.Namespace) -> int:
+    from slipmode.runner.curves.scene_curves import scene_performance
+    from slipmode.runner.scene.scene import load_scene
+
+    scene = load_scene(options.scene)
+    curve = scene_performance(scene, options.mode, progress=True)
+    columns = (curve.limit, curve.peak, curve.frequency)
+    header = ["limit", "peak", "frequency"]
+    _written(options.output, f"{scene.name}.design", header, columns, curve.plot, 1)
+    limit, peak = curve.optimum
+    if peak >= _BETTER * curve.peak[-1]:
+        print(f"lowest peak {peak:.4g} kg^0.5 m where the contacts stick: no limit is better")
+        return 0
+    low, high = curve.within(1.1)
+    print(f"lowest peak {peak:.4g} kg^0.5 m at {limit:.3g} times the scene's limits and preloads;")
+    print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
     return 0
 
 

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import RigidFriction
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.response_curve import Varied
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -21,6 +23,9 @@ _COARSE = 0.05  # tolerance of tables that only show how far the curve goes
 _MARGIN = 0.1  # of the table over the largest amplitude
 _NEAR = 0.97  # of a table's range: a curve that comes so far may have been cut off
 _GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range, from the scene's
+# Of the scene's amplitudes: how far below its limits a performance curve goes. Contacts that slide
+# much farther than they stick may not settle.
+_DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
 _DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 
 
@@ -43,6 +48,8 @@ class SceneForcing:
     frequency: Floats
     force: list[Floats]
     phase: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
@@ -112,11 +119,50 @@ def scene_backbone(
     SlipmodeError
     """
     plan = make_plan(scene, progress=progress)
-    modes = plan.excited.modes
+    at = _place(plan.excited.modes, mode)
+    model, _ = plan.model(progress=progress)
+    return rom.backbone(model, at, other)
+
+
+def scene_performance(
+    scene: Scene, mode: Mode | None = None, *, progress: bool = False
+) -> rom.PerformanceCurve:
+    """Resonance peak of a mode under the scene's force, against limits and preloads.
+
+    Of that mode alone; see `rom.performance_curve`.
+
+    Raises
+    ------
+    SlipmodeError
+    """
+    forcing = SceneForcing.of(scene, progress=progress)
+    plan = forcing.plan
+    at = _place(plan.excited.modes, mode)
+    law = plan.excited.law
+    reduced = rom.reduce(
+        plan.structure,
+        (plan.excited.reduced.modes[at],),
+        law=None if isinstance(law, RigidFriction) else law,
+        warned=False,
+        progress=progress,
+    )
+    for factor in _DESIGN_RANGES:
+        largest, tolerance = factor * plan.amplitude[at], scene.model.tolerance
+        try:
+            model, _ = cached_model(reduced, law, (largest,), tolerance, progress=progress)
+        except SlipmodeError:
+            if factor == _DESIGN_RANGES[-1]:
+                raise
+        else:
+            break
+    return rom.performance_curve(model, forcing.force[at])
+
+
+def _place(modes: Sequence[Mode], mode: Mode | None) -> int:
+    """Of a mode in the model of a scene; the first by default."""
     if mode is not None and mode not in modes:
         raise SlipmodeError(f"mode: must be one that the scene forces, {' or '.join(modes)}")
-    model, _ = plan.model(progress=progress)
-    return rom.backbone(model, 0 if mode is None else modes.index(mode), other)
+    return 0 if mode is None else modes.index(mode)
 
 
 def _curve(

@@ -7,7 +7,7 @@ from slipmode import rom
 from slipmode.rom import SlipmodeError
 from slipmode.runner.cli import main
 from slipmode.runner.curves.scene_curves import SceneForcing, scene_response_curve
-from slipmode.runner.scene.scene import load_scene
+from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
 
 def table(path):
@@ -51,6 +51,21 @@ def test_a_backbone_is_written_and_drawn(tmp_path, capsys):
     assert found["damping"].max() > 1.3 * found["damping"][0]
     assert found["frequency"][-1] < found["frequency"][0]
     assert (tmp_path / "one-mode.backbone.png").stat().st_size > 10_000
+
+
+def test_the_best_limit_is_said(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    text = shipped_scenes()["one-mode"].read_text()
+    assert 'law = "tanh"' in text
+    text = text.replace('law = "tanh"', 'law = "coulomb"').replace("alpha = 0.02", "")
+    (tmp_path / "own.toml").write_text(text)
+    assert main(["design", str(tmp_path / "own.toml"), "-o", str(tmp_path)]) == 0
+    found = table(tmp_path / "own.design.csv")
+    said = capsys.readouterr().out.splitlines()
+    best = found["peak"].argmin()
+    assert said[-2].startswith(f"lowest peak {found['peak'][best]:.4g} kg^0.5 m at ")
+    assert found["peak"][best] < 0.7 * found["peak"][-1]
+    assert found["limit"][best] == pytest.approx(1.53, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,131 @@
+"""Performance curves of friction dampers: the resonance peak against what presses them.
+
+A homogeneous law makes the peak a(F, s N) = s a(F / s, N): one backbone has it for every friction
+limit or preload s N. In phase resonance the force feeds what is lost, |F| = 4 zeta Omega^2 a, so
+that each amplitude of the backbone is a point of the curve, with s = |F| / (4 zeta Omega^2 a).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.laws.friction import is_homogeneous
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.branches.backbone import backbone
+from slipmode.rom.table.model import Model
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_POINTS = 2000
+_SMALLEST, _LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+
+
+@dataclass(frozen=True, eq=False)
+class PerformanceCurve:
+    """Resonance peaks of a mode by a factor on all friction limits and preloads.
+
+    Attributes
+    ----------
+    limit : (n,) ndarray
+        Factor on the model's limits and preloads [-], ascending unless peaks fold over.
+    peak : (n,) ndarray
+        |a| [kg^1/2 m].
+    frequency : (n,) ndarray
+        Where it is [rad/s].
+    mode_shape : (n_dofs,) ndarray
+        [kg^-1/2]
+    """
+
+    limit: Floats
+    peak: Floats
+    frequency: Floats
+    mode_shape: Floats
+
+    __repr__ = short_repr
+
+    @property
+    def optimum(self) -> tuple[float, float]:
+        """The factor at which the peak is lowest, and that peak."""
+        at = int(np.argmin(self.peak))
+        return float(self.limit[at]), float(self.peak[at])
+
+    def within(self, factor: float) -> tuple[float, float]:
+        """The range of limits around the optimum whose peaks are at most `factor` times its."""
+        at = int(np.argmin(self.peak))
+        worse = np.flatnonzero(self.peak > factor * self.peak[at])
+        first = worse[worse < at].max(initial=-1) + 1
+        last = worse[worse > at].min(initial=self.peak.size) - 1
+        low, high = sorted((float(self.limit[first]), float(self.limit[last])))
+        return low, high
+
+    def displacement(self, dof: int) -> Floats:
+        """Peak of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
+        return np.asarray(2.0 * abs(self.mode_shape[dof]) * self.peak)
+
+    def plot(self, ax: Axes | None = None, dof: int | None = None) -> Axes:
+        """Peak against the factor, the optimum marked."""
+        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        peak = self.peak if dof is None else self.displacement(dof)
+        ax.loglog(self.limit, peak)
+        at = int(np.argmin(peak))
+        ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
+        unit = "[kg$^{1/2}$ m]" if dof is None else f"of DOF {dof} [m]"
+        ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=f"resonance peak {unit}")
+        ax.legend()
+        return ax
+
+    def to_dataframe(self) -> Any:
+        """One row per factor."""
+        columns = {name: getattr(self, name) for name in ("limit", "peak", "frequency")}
+        return extra("pandas", "pandas").DataFrame(columns)
+
+
+def performance_curve(
+    model: Model, force: Mapping[int, float] | ArrayLike, mode: int = 0
+) -> PerformanceCurve:
+    """The resonance peak under a force, for every friction limit or preload, from one table.
+
+    Peaks are taken at phase resonance, which is off by the square of the damping ratio; the
+    other mode is at rest. Twice the force needs twice the limits, and has twice the peaks.
+
+    Parameters
+    ----------
+    model : Model
+        Of contacts that scale: not tanh, and no gap. The wider its range, the wider the curve.
+    force : {DOF: amplitude} or (n,) array_like
+        Force amplitudes [N] at the mode's frequency.
+    mode : int
+        0 for A, 1 for B.
+
+    Raises
+    ------
+    SlipmodeError
+        If the law does not scale, the force does not move the mode, or the mode is self-excited.
+    """
+    if not is_homogeneous(model.law, model.reduced.n_contacts):
+        raise SlipmodeError(
+            f"law: must be one that scales with its limits, not tanh, and without gaps; got "
+            f"{model.law!r}"
+        )
+    if not 0 <= mode < model.modes:
+        raise SlipmodeError(f"mode: must be 0 to {model.modes - 1}, got {mode}")
+    F = abs(model.reduced.modal_force(mode, force))
+    if F == 0.0:
+        raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
+    largest = model.table.amplitude_range[mode]
+    curve = backbone(
+        model, mode, 0.0, np.geomspace(_LARGEST * largest, _SMALLEST * largest, _POINTS)
+    )
+    if np.any(curve.damping <= 0.0):
+        raise SlipmodeError(f"mode: {'AB'[mode]} is self-excited; rom.limit_cycles is for that")
+    limit = F / (4.0 * curve.damping * curve.frequency**2 * curve.amplitude)
+    return PerformanceCurve(limit, limit * curve.amplitude, curve.frequency, curve.mode_shape)
