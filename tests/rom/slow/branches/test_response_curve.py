@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from elastic.frictional_beam import LIFT_OFF, TIP
+from elastic.frictional_beam import structure as lifting
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError, full
 
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
+LOW_FOLD, HIGH_FOLD = 0.8987, 0.9831  # of `opening` under 0.06 N
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +78,7 @@ def test_a_contact_that_opens_folds_the_curve(folding):
     kinds = [point.kind for point in curve.special]
     low, high = sorted(point.parameter for point in curve.special)
     assert kinds == ["fold", "fold"]
-    assert (low, high) == pytest.approx((0.8987, 0.9831), abs=1e-4)
+    assert (low, high) == pytest.approx((LOW_FOLD, HIGH_FOLD), abs=1e-4)
     three = (curve.parameter > low) & (curve.parameter < high)
     assert np.all(curve.stable[~three])
     assert 0 < np.count_nonzero(~curve.stable) < np.count_nonzero(three)
@@ -85,36 +88,51 @@ def test_a_contact_that_opens_folds_the_curve(folding):
         assert stable[np.argsort(np.abs(states[:, 0]))].tolist() == [True, False, True]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("part", [0.1, 0.3, 0.5, 0.7, 0.9])
-def test_full_order_tends_to_the_stable_and_leaves_the_unstable_ones(folding, part):
-    structure, law, model = folding
-    force = [{0: 0.06}]
-    curve = rom.response_curve(model, [1.0], force, "frequency_A", (0.75, 1.1))
-    low, high = sorted(point.parameter for point in curve.special)
-    Omega = low + part * (high - low)
-    states, stable = rom.response_curve(model, [Omega], force, "force", (0.9, 1.1)).at(1.0)
-    shapes = model.reduced.mode_shapes
-    ends = []
-    for a in states[:, 0]:
-        nudged = a * 1.02
-        start = full.State(
-            0.0,
-            2 * np.real(shapes[:, 0] * nudged),
-            2 * np.real(1j * Omega * shapes[:, 0] * nudged),
-        )
-        found = full.steady_amplitude(
+def verdicts(structure, law, model, frequency, force):
+    """Of each steady state: whether it is said to be stable, whether full order keeps to it."""
+    curve = rom.response_curve(model, [frequency], [force], "force", (0.9, 1.1))
+    shape = model.reduced.mode_shapes[:, 0]
+    found = []
+    for a, stable in zip(*curve.at(1.0), strict=True):
+        beside = 1.02 * a[0] * shape
+        end = full.steady_amplitude(
             structure,
             law,
-            full.Excitation.harmonic(structure, force, [Omega]),
-            outputs=shapes.T @ structure.mass,
+            full.Excitation.harmonic(structure, [force], [frequency]),
+            outputs=(shape @ structure.mass)[np.newaxis],
             tolerance=1e-3,
-            start=start,
-        )
-        ends.append(found.amplitude[0, 0])
-    assert sorted(stable) == [False, True, True]
-    for a, end, holds in zip(states[:, 0], ends, stable, strict=True):
-        assert (abs(end - a) <= 0.05 * abs(a)) == holds
+            start=full.State(0.0, 2.0 * beside.real, -2.0 * frequency * beside.imag),
+            most_windows=40,
+        ).amplitude[0, 0]
+        found.append((bool(stable), bool(abs(end - a[0]) <= 0.05 * abs(a[0]))))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [-0.3, *np.linspace(0.1, 0.9, 9), 1.3])
+def test_full_order_tends_to_the_stable_and_leaves_the_unstable_ones(folding, part):
+    structure, law, model = folding
+    frequency = LOW_FOLD + part * (HIGH_FOLD - LOW_FOLD)
+    found = verdicts(structure, law, model, frequency, {0: 0.06})
+    expected = [True] if part < 0.0 or part > 1.0 else [False, True, True]
+    assert sorted(stable for stable, _ in found) == expected
+    assert all(said == kept for said, kept in found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("detuning", [-0.09, -0.07, -0.065, -0.06, -0.055, -0.05])
+def test_so_it_does_where_a_beam_lifts_off(detuning):
+    """With the forcing at the carrier: over 6 % of the frequency these states would be 5 % off."""
+    structure, force = lifting(LIFT_OFF, 8), {TIP: 0.02}
+    omega = rom.reduce(structure, (0,), law=LIFT_OFF).frequency[0]
+    frequency = (1.0 + detuning) * omega
+    reduced = rom.reduce(
+        structure, (0,), law=LIFT_OFF, carrier=[frequency], force_patterns=[{TIP: 1.0}]
+    )
+    model = rom.tabulate(reduced, LIFT_OFF, (0.06,), 1e-3)
+    found = verdicts(structure, LIFT_OFF, model, frequency, force)
+    assert len(found) == (1 if detuning < -0.08 else 3)
+    assert all(said == kept for said, kept in found)
 
 
 def test_it_ends_where_the_table_does(both):
