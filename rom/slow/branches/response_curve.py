@@ -144,8 +144,8 @@ def response_curve(
     Parameters
     ----------
     model : Model
-        The nearer its carriers to the forcing, the more exact: 5 % off where a strong contact
-        lifts off and the forcing is 3 % away, 0.02 % on the two masses.
+        The nearer its carriers to the forcing, the more exact: up to 7 % off where a strong
+        contact lifts off and the forcing is 3 % away.
     frequency : (modes,) array_like
         Forcing frequencies [rad/s]; what is varied is not looked at.
     force : one {DOF: amplitude} or (n,) array_like per mode
