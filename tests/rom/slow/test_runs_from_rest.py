@@ -1,4 +1,4 @@
-"""Runs from rest with elastic contacts: the slow flow, with its rate correction, and full order."""
+"""Runs from rest with elastic contacts: the slow flow with its rate correction, and full order."""
 
 from dataclasses import replace
 
