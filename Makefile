@@ -11,6 +11,7 @@
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
+# make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
@@ -20,7 +21,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family bench-table bench-recordings bench-scale gallery quick test test-all lint clean
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale gallery quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -39,6 +40,9 @@ bench-table: $(VENV)/.installed
 
 family: $(VENV)/.installed
 	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
+
+family-rest: $(VENV)/.installed-report
+	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m slipmode.runner.report.methods.recordings

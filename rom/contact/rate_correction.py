@@ -3,6 +3,9 @@
 A contact that sticks holds what the last reversal left, and that was as large as the amplitude
 was then. To first order in the growth, S_j = S_j(|a|) + sum_k R_jk(|a|) d|a_k|/dt; where
 contacts slip all the time R is 0. It is a hundredth of S_j in a fast transient.
+
+Elastic contacts have it in the terms of their dual problem: they hold what they lacked in force
+at the last reversal.
 """
 
 from __future__ import annotations

@@ -161,8 +161,7 @@ SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rat
 
 /* The rate correction: how far friction is behind while amplitudes grow: harmonics P_nm of the
  * contact motion over two periods of mode A, from rest through `amplitudes` in their middle.
- * Differences of two growths are their effect; the modes respond at their carrier alone. Of rigid
- * contacts only.
+ * Differences of two growths are their effect; the modes respond at their carrier alone.
  *   growth     (points, modes) of the amplitudes per period of mode A
  *   harmonics  (points, orders_count, N_c, 2), weighted by a hat over the two periods */
 SM_API sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32_t steps,

@@ -63,7 +63,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
-    optional = {"rate_correction": "ab4l"} if _is_corrected(header) else {}
+    optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
     given = {"force_patterns": "mn", "aerodynamics": "m"}
     optional |= {name: layout for name, layout in given.items() if name in content}
     for name, layout in (_ARRAYS | optional | (_harmonics(modes) if orders else {})).items():
@@ -139,13 +139,6 @@ _ARRAYS = {
     **{"damping_coupling": "qq", "node_a": "a", "node_b": "b", "values": "ab4k"},
 }
 _COMPLEX = ("contact_motion", "aerodynamics", "P")
-
-
-def _is_corrected(header: Mapping[str, Any]) -> bool:
-    """Whether the table of such a model has a rate correction."""
-    law = header.get("law")
-    rigid = isinstance(law, Mapping) and law.get("law") in ("tanh", "coulomb")
-    return rigid and bool(header["formulation"] == "consistent")
 
 
 def _harmonics(modes: int) -> dict[str, str]:

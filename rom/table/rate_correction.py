@@ -22,6 +22,7 @@ from slipmode.rom.table.refinement import amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
 
 _COARSER = Discretisation(steps=4, lines=2)
+_COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
 _STRIDE = 3  # grid lines from one that is sampled to the next
 
@@ -43,9 +44,10 @@ def with_rate_correction(
         Values of a function at many points, part by part.
     """
     modes, amplitude_range, axes = table.modes, table.amplitude_range, (table.node_a, table.node_b)
+    coarser = _COARSER if reduced.contacts is None else _COARSER_ELASTIC
     coarse = Discretisation(
-        min(grid.steps, max(grid.steps // _COARSER.steps, _COARSEST.steps)),
-        min(grid.lines, max(grid.lines // _COARSER.lines, _COARSEST.lines)),
+        min(grid.steps, max(grid.steps // coarser.steps, _COARSEST.steps)),
+        min(grid.lines, max(grid.lines // coarser.lines, _COARSEST.lines)),
     )
     lines = [
         np.unique(np.append(np.arange(0, node.size, _STRIDE), node.size - 1)) for node in axes

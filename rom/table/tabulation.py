@@ -147,7 +147,7 @@ def tabulate(
         )
         sampling = Sampling(samples, columns, region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
-        if reduced.formulation == "consistent" and reduced.contacts is None:
+        if reduced.formulation == "consistent":
             table = with_rate_correction(
                 table, reduced, law, resolution.grid, partial(_in_tasks, pool)
             )

@@ -4,6 +4,7 @@
  * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
  * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
  */
+#include "torus/fixed_point/elastic.h"
 #include "torus/iteration.h"
 #include "torus/torus_check.h"
 
@@ -75,8 +76,15 @@ sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32
     if (status == SM_OK) status = sm_torus_check_points(contact, points, amplitudes, orders_count);
     if (status == SM_OK) status = sm_torus_check_points(contact, points, growth, orders_count);
     if (status != SM_OK) return status;
-    if ((points > 0 && !harmonics) || contact->response || contact->law == SM_ELASTIC)
-        return SM_BAD_ARGUMENT;
+    if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
+    if (contact->law == SM_ELASTIC) {
+        const double none[SM_MODES] = {0.0};
+        const sm_torus_task task = {.rates = rates, .steps = steps, .lines = lines,
+                                    .smallest_scale = none, .points = points,
+                                    .amplitudes = amplitudes, .orders_count = orders_count,
+                                    .orders = orders, .harmonics = harmonics};
+        return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
+    }
     for (int k = 0; k < 2 && status == SM_OK; k++) {
         status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, orders_count, orders);
         if (status == SM_OK) weigh(&hat[k], k);

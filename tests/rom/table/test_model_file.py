@@ -319,11 +319,6 @@ def test_a_rigid_law_of_elastic_contacts_is_refused(tmp_path):
     path = tmp_path / "elastic.rom"
     elastic_contacts.model("Jenkins", (0,)).save(path)
     with_law(path, {"law": "coulomb", "limit": 2.0})
-    assert "rate_correction: is missing" in refusal_of(path)  # tables of rigid laws have one
-    with np.load(path) as archive:
-        nodes = archive["node_a"].size
-    rewritten(path, rate_correction=np.zeros((nodes, 1, 4, 2)))
-    with_law(path, {"law": "coulomb", "limit": 2.0})
     assert "law: does not fit the stiffness of the contacts" in refusal_of(path)
 
 

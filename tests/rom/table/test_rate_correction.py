@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from elastic import frictional_beam
+from elastic.frictional_beam import SLIDER
 from scipy.integrate import quad
 
 from slipmode.rom import Coulomb, Tanh, reduce, tabulate, two_mass
@@ -24,13 +26,13 @@ def rms(values):
     return np.sqrt(np.mean(np.abs(values) ** 2))
 
 
-def play_operator_correction(k, K, Omega, a):
+def play_operator_correction(k, K, Omega, a, limit=LIMIT):
     """In closed form, for a massless contact K x + g(x') = -2 k a cos(theta).
 
     After a reversal the contact sticks until the force has changed by twice the limit. It holds
     the x of the reversal, which is as far behind as the peak has grown since.
     """
-    stick = np.arccos(1.0 - LIMIT / (k * a))
+    stick = np.arccos(1.0 - limit / (k * a))
     re, im = (
         quad(lambda angle, part=part: angle * part(angle), 0.0, stick)[0]
         for part in (np.cos, lambda angle: -np.sin(angle))
@@ -50,6 +52,18 @@ def test_one_contact_has_the_correction_of_the_play_operator(beyond_threshold):
     exact = play_operator_correction(k, K, reduced.carrier[0], a)
     # measured at the worst, nearest to the threshold: 8e-4
     assert found[0, 0, 0] == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("beyond_threshold", [1.1, 1.5, 2.5])
+def test_one_slider_has_that_of_the_play_operator_too(beyond_threshold):
+    """What it lacks in force y follows (1 - k_t R) y = k_t u less the limit, where it slips."""
+    k_t, limit = SLIDER.stiffness, SLIDER.limit
+    reduced = reduce(frictional_beam.structure(SLIDER, 5), modes=(0,), law=SLIDER)
+    k, K = k_t * abs(reduced.coupling[0, 0]), 1.0 + k_t * reduced.stiffness[0, 0]
+    a = beyond_threshold * limit / (2.0 * k)
+    found = friction_rate_correction(reduced, SLIDER, np.array([[a]]), np.array([2.5 * a]), FINE)
+    exact = play_operator_correction(k, K, reduced.carrier[0], a, limit) / k_t
+    assert found[0, 0, 0] == pytest.approx(exact, rel=2e-3)
 
 
 def test_what_sticks_or_slips_all_the_time_has_none():

@@ -108,9 +108,11 @@ STRONG = """
 [structure]
 matrices = "beam.npz"
 [[contacts]]
-law = "jenkins"
-limit = 0.4
-stiffness = 40.0
+law = "frictional"
+mu = 0.4
+preload = 1.0
+tangential_stiffness = 20.0
+normal_stiffness = 30.0
 [modes]
 A = 0
 [forcing.A]
@@ -133,8 +135,8 @@ mcap = false
 
 
 def strong(folder, transients, duration):
-    """The slider row of the frictional beam, its mode A alone."""
-    row = ROWS[4]
+    """The second row of the frictional beam, whose contact lifts off; its mode A alone."""
+    row = ROWS[1]
     beam = structure(row.law, row.node)
     beam.save(folder / "beam.npz")
     frequency = float(rom.reduce(beam, (0,), law=row.law).frequency[0]) * (1 + row.detuning[0])
@@ -144,12 +146,12 @@ def strong(folder, transients, duration):
 
 @pytest.mark.slow
 def test_a_strong_contact_from_rest_is_as_good_as_its_steady_state(tmp_path):
-    """The slow flow alone is 2 % off in the same scene."""
+    """The slow flow alone is 3 to 4 % off in the same scene, full order where fast 0.1 %."""
     errors = {}
     for transients in ("slow", "hybrid"):
         _, _, motion, reference = followed(strong(tmp_path, transients, 25))
         errors[transients] = error_of(motion, reference)
-    assert errors["slow"] > 1.5e-2
+    assert errors["slow"] > 2.5e-2
     assert errors["hybrid"] < 3e-3
 
 

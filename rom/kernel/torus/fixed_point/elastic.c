@@ -18,6 +18,7 @@
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
+#define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
     const sm_contact *contact;
@@ -201,11 +202,11 @@ static sm_status react(problem *t) {
     return SM_OK;
 }
 
-static void add_harmonics(problem *t, size_t step) {
+static void add_harmonics(problem *t, size_t step, double weight) {
     const size_t lines = t->lines;
     for (size_t q = 0; q < t->orders; q++) {
-        const double c = t->turn[2 * (step * t->orders + q)];
-        const double s = t->turn[2 * (step * t->orders + q) + 1];
+        const double c = weight * t->turn[2 * (step * t->orders + q)];
+        const double s = weight * t->turn[2 * (step * t->orders + q) + 1];
         for (size_t i = 0; i < t->n; i++) {
             double *restrict re = t->sums + 2 * (q * t->n + i) * lines;
             double *restrict im = re + lines;
@@ -240,6 +241,16 @@ static void collect(problem *t) {
     }
 }
 
+/* Phases at the end of a period of mode A. */
+static void turn_lines(problem *t) {
+    const double c = cos(SM_TWO_PI * t->ratio), s = sin(SM_TWO_PI * t->ratio);
+    for (size_t p = 0; p < t->lines; p++) {
+        const double re = t->phase[p], im = t->phase[t->lines + p];
+        t->phase[p] = re * c - im * s;
+        t->phase[t->lines + p] = re * s + im * c;
+    }
+}
+
 /* One period of mode A: from the response to the harmonics Y. */
 static sm_status march(problem *t, const double *amplitude) {
     draw(t, amplitude);
@@ -249,15 +260,10 @@ static sm_status march(problem *t, const double *amplitude) {
         displace(t, k);
         const sm_status status = react(t);
         if (status != SM_OK) return status;
-        add_harmonics(t, k);
+        add_harmonics(t, k, 1.0);
     }
     collect(t);
-    const double c = cos(SM_TWO_PI * t->ratio), s = sin(SM_TWO_PI * t->ratio);
-    for (size_t p = 0; p < t->lines; p++) {
-        const double re = t->phase[p], im = t->phase[t->lines + p];
-        t->phase[p] = re * c - im * s;
-        t->phase[t->lines + p] = re * s + im * c;
-    }
+    turn_lines(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;
 }
@@ -350,7 +356,7 @@ static sm_status solve_point(problem *t, size_t point) {
     double scale[2], residual = INFINITY;
     int32_t periods = 0;
     scales(t, amplitude, &scale[0], &scale[1]);
-    t->solver.least = 1e-3 * scale[0];
+    t->solver.least = LEAST * scale[0];
     start(t);
     sm_status status = settle(t, amplitude, 1, scale, &residual, &periods);
     const int begun = t->contact->response && t->contact->response->start;
@@ -380,6 +386,47 @@ sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task)
     sm_status status = make(&t, contact, task);
     for (size_t point = 0; point < task->points && status == SM_OK; point++)
         status = solve_point(&t, point);
+    free(t.block);
+    return status;
+}
+
+/* From rest, `settling` periods and one in which the hat rises, through the amplitudes, to the end
+ * of the period in which it falls. */
+static sm_status grow_through(problem *t, size_t point, const double *growth, int settling) {
+    const size_t modes = (size_t)t->contact->modes, all = per_point(t);
+    const double *amplitude = t->task->amplitudes + point * modes, *by = growth + point * modes;
+    double *harmonics = t->task->harmonics + point * all;
+    double now[SM_MODES] = {0.0}, moved, force;
+    for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (settling + 1) * fabs(by[j]);
+    scales(t, now, &moved, &force);
+    t->solver.least = LEAST * moved;
+    start(t);
+    memset(harmonics, 0, all * sizeof(double));
+    for (int period = -settling - 1; period < 1; period++) {
+        memset(t->sums, 0, all * t->lines * sizeof(double));
+        for (size_t k = 0; k < t->steps; k++) {
+            const double elapsed = period + (double)(k + 1) / (double)t->steps; /* periods */
+            const double hat = 1.0 - fabs(elapsed);
+            for (size_t j = 0; j < modes; j++) now[j] = amplitude[j] + elapsed * by[j];
+            draw(t, now);
+            displace(t, k);
+            const sm_status status = react(t);
+            if (status != SM_OK) return status;
+            if (hat > 0.0) add_harmonics(t, k, hat);
+        }
+        collect(t);
+        for (size_t i = 0; i < all; i++) harmonics[i] += t->Y[i];
+        turn_lines(t);
+    }
+    return sm_all_finite(harmonics, all) ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_torus_elastic_growing(const sm_contact *contact, const sm_torus_task *task,
+                                   const double *growth, int settling) {
+    problem t;
+    sm_status status = make(&t, contact, task);
+    for (size_t point = 0; point < task->points && status == SM_OK; point++)
+        status = grow_through(&t, point, growth, settling);
     free(t.block);
     return status;
 }

@@ -1,0 +1,278 @@
+"""Runs from rest of the seeded family under constant forces: slow flow against full order.
+
+`make family-rest` prints a line for each member, then how many are how far off, and draws the
+error against how much amplitudes change within a cycle. SEEDS and LIMIT (CPU seconds a table may
+take) and where the picture goes as arguments.
+"""
+
+import sys
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from elastic.family import Member, member
+from elastic.family_report import WEAK, TooLongError, limited
+
+from slipmode import rom
+from slipmode.fmu import Component, StoppedError
+from slipmode.rom import full
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
+from slipmode.rom.slow.transient import LARGEST_CHANGE, change_per_cycle, friction_threshold
+from slipmode.rom.table.region import Region
+from slipmode.runner.transients.demodulation import carrier_signal, slow_parts, window_length
+
+SEEDS, LIMIT, PICTURE = 60, 20, "logs/family-rest.png"
+REQUIRED = 0.01  # RMS, where amplitudes change slowly
+TOLERANCE = {1: 3e-3, 2: 1e-2}  # of the table, by modes
+SAMPLES, STEPS = 32, 96  # per period of the fastest forcing
+MOST_CYCLES, LEAST_CYCLES = 400, 20
+SETTLED = 0.02  # of the final amplitude: the run-in ends within
+NEAR = 1 / 16  # of the amplitude range, around the path: where a table of two modes holds
+MARGINS = (1.2, 1.5, 2.0)  # of the amplitude range, over what full order reaches
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Full order from rest.
+
+    Attributes
+    ----------
+    time : (n,) ndarray
+    displacement, velocity : (n, modes) ndarray
+        Of the retained modes.
+    amplitude : (points, modes) complex ndarray
+        What is slow in them.
+    run_in : float
+        Time until the amplitudes are what they will be [s].
+    """
+
+    time: np.ndarray
+    displacement: np.ndarray
+    velocity: np.ndarray
+    amplitude: np.ndarray
+    run_in: float
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The slow flow from rest beside it.
+
+    Attributes
+    ----------
+    error, at_end : (modes,) ndarray
+        RMS over the run-in, and over its last tenth: what is no matter of the transient.
+    change : (modes,) ndarray
+        Of the amplitudes within a cycle, at most: the indicator.
+    """
+
+    error: np.ndarray
+    at_end: np.ndarray
+    change: np.ndarray
+
+
+def reduced_to(case: Member, *, patterns: bool) -> rom.Reduced:
+    """At the forcing; with what the forces do past their modes in the contact problem, or not."""
+    force_patterns = list(case.force) if patterns else None
+    return rom.reduce(
+        *(case.structure, case.modes),
+        law=case.law,
+        carrier=case.frequency,
+        force_patterns=force_patterns,
+    )
+
+
+def at_full_order(case: Member) -> Reference:
+    """Until the slowest mode has come to rest, were it alone and linear, or MOST_CYCLES."""
+    reduced = reduced_to(case, patterns=False)
+    frequency = np.array(case.frequency)
+    cycle, window = 2 * np.pi / frequency.min(), window_length(frequency[np.newaxis])
+    duration = min(6.0 / reduced.modal_damping.min(), MOST_CYCLES * cycle)
+    duration = max(duration, LEAST_CYCLES * cycle + window, 3 * window)
+    spacing = 2 * np.pi / frequency.max() / SAMPLES
+    motion = full.integrate(
+        *(case.structure, case.law),
+        full.Excitation.harmonic(case.structure, case.force, frequency),
+        spacing * np.arange(1, int(np.ceil(duration / spacing)) + 1),
+        outputs=reduced.mode_shapes.T @ case.structure.mass,
+        steps_per_period=STEPS,
+    )
+    at = np.arange(0.5 * window, duration - 0.5 * window, 0.5 * cycle)
+    moving = motion.displacement, motion.velocity
+    amplitude = slow_part(motion.time, *moving, frequency, at)
+    final = amplitude[-max(len(at) // 10, 1) :].mean(axis=0)
+    moves = np.linalg.norm(reduced.coupling, axis=1)
+    off = np.linalg.norm(moves * (amplitude - final), axis=1)
+    unsettled = at[off > SETTLED * np.linalg.norm(moves * final)]
+    run_in = max(unsettled[-1] if unsettled.size else 0.0, LEAST_CYCLES * cycle, 2 * window)
+    return Reference(motion.time, *moving, amplitude, min(run_in, duration - window))
+
+
+def slow_part(
+    time: np.ndarray, q: np.ndarray, v: np.ndarray, frequency: np.ndarray, at: np.ndarray
+) -> np.ndarray:
+    """What turns with the carriers in modal motion, (at, modes), of either side alike."""
+    angle = np.outer(time, frequency)
+    turning = carrier_signal(q, v, angle, frequency)
+    return slow_parts(time, turning, angle, at, window_length(frequency[np.newaxis]))[0]
+
+
+def tabulated(case: Member, reduced: rom.Reduced, reached: np.ndarray, margin: float) -> rom.Model:
+    """A table for effective amplitudes (points, modes), by a margin larger."""
+    amplitude_range, region = margin * reached.max(axis=0), None
+    if len(case.modes) == 2:
+        path = np.vstack((np.zeros((1, 2)), reached))
+        region = Region.along(path, amplitude_range, NEAR * margin**2 * amplitude_range)
+    tolerance = TOLERANCE[len(case.modes)]
+    return rom.tabulate(reduced, case.law, amplitude_range, tolerance, region=region, warned=False)
+
+
+def compared(case: Member, model: rom.Model, reference: Reference) -> Run:
+    """The slow flow from rest against full order."""
+    reduced, patterns = model.reduced, list(case.force)
+    frequency = np.array(case.frequency)
+    window = window_length(frequency[np.newaxis])
+    kept = reference.time <= reference.run_in + 1.1 * window
+    time = reference.time[kept]
+    amplitude = _followed(case, model, time)
+    force = np.array([reduced.modal_force(j, f) for j, f in enumerate(patterns)])
+    angle = np.outer(time, frequency)
+    inputs = inputs_of(np.tile(force + 0j, (time.size, 1)), frequency, angle=angle)
+    rate = rates(slow_flow(model, patterns), inputs, amplitude)
+    carrier = np.exp(1j * angle)
+    moving = (
+        2 * np.real(amplitude * carrier),
+        2 * np.real((rate + 1j * frequency * amplitude) * carrier),
+    )
+    at = np.arange(0.0, reference.run_in, 0.5 * np.pi / frequency.min())
+    exact = slow_part(time, reference.displacement[kept], reference.velocity[kept], frequency, at)
+    difference = slow_part(time, *moving, frequency, at) - exact
+    last = slice(-max(len(at) // 10, 1), None)
+    run_in = time <= reference.run_in
+    threshold = friction_threshold(reduced, model.law)
+    change = change_per_cycle(rate[run_in], frequency, amplitude[run_in], threshold)
+    return Run(
+        relative_rms(reduced, difference, exact),
+        relative_rms(reduced, difference[last], exact[last]),
+        change.max(axis=0),
+    )
+
+
+def relative_rms(reduced: rom.Reduced, difference: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """RMS (modes,) by the contact motion of each mode."""
+    moves = np.linalg.norm(reduced.coupling, axis=1)
+    off, size = (
+        moves * np.sqrt(np.mean(np.abs(signal) ** 2, axis=0)) for signal in (difference, exact)
+    )
+    return np.asarray(off / np.maximum(size, WEAK * size.max()))
+
+
+def _followed(case: Member, model: rom.Model, time: np.ndarray) -> np.ndarray:
+    """Amplitudes (times, modes) from rest."""
+    modes, patterns = "AB"[: model.modes], list(case.force)
+    frequency = np.array(case.frequency)
+    force = [model.reduced.modal_force(j, f) for j, f in enumerate(patterns)]
+    component = Component(model, patterns, tolerance=1e-6, warned=False)
+    response = ForceResponse.of(model.reduced, patterns, case.structure)
+    free = response.free_vibration(model.reduced, np.array(force, dtype=complex), frequency)
+    component.reset(amplitude=free)
+    values = {"limit_scale": 1.0}
+    for mode, Omega in zip(modes, frequency, strict=True):
+        values |= {f"force_{mode}": 1.0, f"frequency_{mode}": Omega}
+    inputs = np.tile([values.get(name, 0.0) for name in component.input_names], (time.size, 1))
+    outputs = component.run(np.full(time.size, time[0]), inputs)
+    columns = [component.output_names.index(f"{m}_{part}") for m in modes for part in ("re", "im")]
+    return np.ascontiguousarray(outputs[:, columns]).view(complex)
+
+
+def from_rest(case: Member, reference: Reference, limit: float) -> tuple[rom.Model, Run]:
+    """A table as scenes have it, or one that knows no force patterns, and the run by it."""
+    try:
+        reduced = reduced_to(case, patterns=True)
+        return limited(limit, lambda: by_a_table(case, reduced, reference))
+    except (StoppedError, rom.SlipmodeError, TooLongError):
+        reduced = reduced_to(case, patterns=False)
+        return limited(limit, lambda: by_a_table(case, reduced, reference))
+
+
+def by_a_table(case: Member, reduced: rom.Reduced, reference: Reference) -> tuple[rom.Model, Run]:
+    """A table as large as it takes."""
+    force = np.array([reduced.modal_force(j, f) for j, f in enumerate(case.force)])
+    shift = ForceResponse.of(reduced, list(case.force)).shift
+    reached = np.abs(reference.amplitude + shift * force)
+    for margin in MARGINS:
+        model = tabulated(case, reduced, reached, margin)
+        try:
+            return model, compared(case, model, reference)
+        except (StoppedError, rom.SlipmodeError) as reason:
+            left = reason
+    raise left
+
+
+def main(seeds: int, limit: float, picture: str) -> None:
+    """Print the report and draw the curve."""
+    warnings.simplefilter("ignore")
+    runs: dict[int, Run] = {}
+    without: dict[int, str] = {}
+    for seed in range(seeds):
+        case = member(seed)
+        try:
+            reference = limited(5 * limit, lambda: at_full_order(case))  # noqa: B023
+            model, run = from_rest(case, reference, limit)
+        except (rom.SlipmodeError, StoppedError, TooLongError) as reason:
+            without[seed] = str(reason)
+            print(f"{case.name}: NO TABLE, {reason}", flush=True)
+            continue
+        runs[seed] = run
+        off, left, change = (
+            np.array2string(100 * part, precision=2)
+            for part in (run.error, run.at_end, run.change)
+        )
+        cycles = reference.run_in * min(case.frequency) / (2 * np.pi)
+        how = "" if model.reduced.force_patterns is not None else ", by a table without patterns"
+        said = f"off by {off} % in {cycles:.0f} cycles, {left} % at their end"
+        said += f", change up to {change} %{how}"
+        print(f"{case.name}: {said}", flush=True)
+    error, change = (
+        np.array([getattr(run, name).max() for run in runs.values()])
+        for name in ("error", "change")
+    )
+    slow = change <= LARGEST_CHANGE
+    print(f"{len(runs)} of {seeds} compared, {len(without)} without a table")
+    for said, chosen in ((f"up to {LARGEST_CHANGE:.0%}", slow), ("more", ~slow)):
+        within = np.sum(error[chosen] <= REQUIRED)
+        print(f"amplitudes change by {said} a cycle: {within} of {chosen.sum()} within 1 %")
+    for seed in [seed for seed, run in runs.items() if run.error.max() > REQUIRED]:
+        run = runs[seed]
+        left, change_of = run.at_end.max(), run.change.max()
+        print(f"  {seed}: {run.error.max():.1%}, at the end {left:.1%}, change {change_of:.0%}")
+    draw(change, error, picture)
+
+
+def draw(change: np.ndarray, error: np.ndarray, picture: str) -> None:
+    """Error against the indicator, with its median and worst by thirds of a decade."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(6.4, 4.4), layout="constrained")
+    axes.loglog(100 * change, 100 * error, "o", markersize=4, label="a member")
+    third = np.floor(3 * np.log10(change)).astype(int)
+    met = np.unique(third)
+    middle = 100 * 10 ** ((met + 0.5) / 3)
+    for name, of in (("median", np.median), ("worst", np.max)):
+        axes.loglog(middle, [100 * of(error[third == each]) for each in met], label=name)
+    axes.axvline(100 * LARGEST_CHANGE, color="0.6", linestyle=":")
+    axes.axhline(100 * REQUIRED, color="0.6", linestyle=":")
+    axes.set_xlabel("change of an amplitude within a cycle, largest [%]")
+    axes.set_ylabel("RMS error from rest [%]")
+    axes.legend()
+    figure.savefig(picture, dpi=120)
+    print(f"error against change: {picture}")
+
+
+if __name__ == "__main__":
+    given = sys.argv[1:]
+    main(
+        int(given[0]) if given else SEEDS,
+        float(given[1]) if len(given) > 1 else LIMIT,
+        given[2] if len(given) > 2 else PICTURE,
+    )
