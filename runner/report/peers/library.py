@@ -28,6 +28,6 @@ def library() -> ctypes.CDLL:
     pointer, number, count = ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t
     loaded.peer_newmark.argtypes = [
         *(ctypes.c_int32, ctypes.c_int32, pointer, pointer, pointer, pointer, number, pointer),
-        *(pointer, number, count, count, ctypes.c_int32, pointer, pointer, pointer),
+        *(pointer, pointer, number, count, count, ctypes.c_int32, pointer, pointer, pointer),
     ]
     return loaded

@@ -1,11 +1,13 @@
 /* Newmark's method as it is written by hand for Jenkins contacts on a reduced basis: average
- * acceleration, modes of the structure with all contacts stuck, so that its linear part is
- * diagonal, and a system of equations for the contacts that slip and no others. It is the limit
- * that rom.full is measured by.
+ * acceleration, modes of the structure with free contacts, so that its linear part is diagonal,
+ * and a system of equations for the contacts that slip and no others. It is the limit that
+ * rom.full is measured by.
  *
- *   q'' + c q' + omega^2 q = p cos(Omega t) + W y,   y = k x - f(x),   x = W^T q
+ *   q'' + c q' + omega^2 q + W f(x) = p cos(Omega t),   x = W^T q
  *
- * y is k s of a contact that sticks, with its slider at s, and k x -+ limit of one that slips.
+ * With q_0 what a step leads to without the contacts, D = W^T A^-1 W and y = k x - f it is
+ * x - R y = (I - R k) W^T q_0, R = D (I + k D)^-1, where y is k s of a contact that sticks, with
+ * its slider at s, and k x -+ limit of one that slips.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -23,8 +25,8 @@
 
 typedef struct {
     size_t contacts, width;
-    double *W, *response;                 /* (N_c, width) W^T and A^-1 W */
-    double *flexibility;                  /* (N_c, N_c) W^T A^-1 W */
+    double *gather, *response;            /* (N_c, width) (I - R k) W^T and A^-1 W */
+    const double *flexibility;            /* (N_c, N_c) R */
     double *of_q, *of_v, *of_a, *of_force;  /* (width) A^-1 times what the step starts from */
     double *q, *v, *a;                    /* (width) */
     double *x, *u, *y, *slider, *slips;   /* (N_c); slips: -1, 0 or 1 */
@@ -110,12 +112,12 @@ SM_INLINE int step(newmark *m, double h, double wave) {
     const double first = 4.0 / (h * h), second = 4.0 / h, half = 0.5 * h;
     double *restrict moved = m->response + m->contacts * width;
     EACH(k, width) moved[k] = of_q[k] * q[k] + of_v[k] * v[k] + of_a[k] * a[k] + of_force[k] * wave;
-    for (size_t i = 0; i < m->contacts; i++) m->u[i] = dot(m->W + i * width, moved, width);
+    for (size_t i = 0; i < m->contacts; i++) m->u[i] = dot(m->gather + i * width, moved, width);
     if (!solve_contacts(m)) return 0;
     for (size_t i = 0; i < m->contacts; i++) {
         const double *restrict response = m->response + i * width;
-        const double y = m->y[i];
-        EACH(k, width) moved[k] += response[k] * y;
+        const double force = m->stiffness[i] * m->x[i] - m->y[i];
+        EACH(k, width) moved[k] -= response[k] * force;
     }
     EACH(k, width) {
         const double now = first * (moved[k] - q[k]) - second * v[k] - a[k];
@@ -127,16 +129,15 @@ SM_INLINE int step(newmark *m, double h, double wave) {
 }
 
 static size_t size_of(size_t contacts, size_t width) {
-    return width * (2 * contacts + 8) + contacts * (7 + 2 * contacts);
+    return width * (2 * contacts + 8) + contacts * (7 + contacts);
 }
 
 static void place(newmark *m, double *memory) {
     const size_t n = m->contacts, width = m->width;
     double **rows[] = {&m->of_q, &m->of_v, &m->of_a, &m->of_force, &m->q, &m->v, &m->a};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, width);
-    m->W = sm_take(&memory, n * width);
+    m->gather = sm_take(&memory, n * width);
     m->response = sm_take(&memory, (n + 1) * width);
-    m->flexibility = sm_take(&memory, n * n);
     m->matrix = sm_take(&memory, n * n);
     double **values[] = {&m->x, &m->u, &m->y, &m->slider, &m->slips, &m->right};
     for (size_t k = 0; k < sizeof values / sizeof *values; k++)
@@ -155,15 +156,16 @@ static void prepare(newmark *m, size_t n, double h, const double *squares, const
         m->of_a[k] = inverse;
         m->of_force[k] = inverse * pattern[k];
         m->a[k] = pattern[k];
-        for (size_t i = 0; i < m->contacts; i++) {
-            m->W[i * m->width + k] = directions[i * n + k];
+        for (size_t i = 0; i < m->contacts; i++)
             m->response[i * m->width + k] = inverse * directions[i * n + k];
-        }
     }
     for (size_t i = 0; i < m->contacts; i++)
-        for (size_t j = 0; j < m->contacts; j++)
-            m->flexibility[i * m->contacts + j] =
-                dot(m->W + i * m->width, m->response + j * m->width, m->width);
+        for (size_t j = 0; j < m->contacts; j++) {
+            const double part =
+                (double)(i == j) - m->flexibility[i * m->contacts + j] * m->stiffness[j];
+            for (size_t k = 0; k < n; k++)
+                m->gather[i * m->width + k] += part * directions[j * n + k];
+        }
 }
 
 SM_HOT static int march(newmark *m, double h, double frequency, size_t first, size_t steps) {
@@ -173,17 +175,18 @@ SM_HOT static int march(newmark *m, double h, double frequency, size_t first, si
 }
 
 /* From rest under p cos(Omega t): `samples` times `every` steps h on n modes.
- *   squares, damping, pattern (n), directions (N_c, n), limit, stiffness (N_c), output (outputs, n);
+ *   squares, damping, pattern (n), directions (N_c, n), limit, stiffness (N_c),
+ *   flexibility (N_c, N_c), output (outputs, n);
  *   displacement (samples, outputs), contact (samples, N_c). */
 SM_API sm_status peer_newmark(int32_t modes, int32_t contacts, const double *squares,
                               const double *damping, const double *directions,
                               const double *pattern, double frequency, const double *limit,
-                              const double *stiffness, double h, size_t samples, size_t every,
-                              int32_t outputs, const double *output, double *displacement,
+                              const double *stiffness, const double *flexibility, double h,
+                              size_t samples, size_t every, int32_t outputs, const double *output, double *displacement,
                               double *contact) {
     const size_t n = (size_t)modes, rows = (size_t)outputs;
     newmark m = {.contacts = (size_t)contacts, .width = (n + BLOCK - 1) / BLOCK * BLOCK,
-                 .limit = limit, .stiffness = stiffness};
+                 .limit = limit, .stiffness = stiffness, .flexibility = flexibility};
     double *memory = calloc(size_of(m.contacts, m.width), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     place(&m, memory);
