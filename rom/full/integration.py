@@ -19,6 +19,8 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.structure.structure import Structure
 
+_SUBSTEPS = 4  # of one stage each, where contacts are elastic
+
 
 def integrate(
     structure: Structure,
@@ -108,9 +110,10 @@ class Integrator:
         if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()
             self._remembered = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
+            self._substeps = _SUBSTEPS
         else:
             self._limit = limits(law, structure.n_contacts)
-            self._remembered = 0
+            self._remembered, self._substeps = 0, 1
         self._output = _output_rows(outputs, structure.n_dofs)
         self._coordinates = ModalCoordinates.of(structure)
         self._inputs = excitation.inputs()
@@ -122,6 +125,7 @@ class Integrator:
         first = self._at_rest() if start is None else start
         time = checked_times(times, first.time, float(self.excitation.start[0]))
         longest = self._longest_step(float(time.max()))
+        refine *= self._substeps
         schedule = Schedule.plan(time, first.time, longest, self.excitation.start, refine)
         state = self._pack(first)
         record = Record.empty(schedule.time.size, len(self._output), self._structure.n_contacts)
@@ -156,7 +160,8 @@ class Integrator:
 
     def _march(self, run: Run, state: Floats, record: Record) -> None:
         problem = self._coordinates.kernel(
-            self._law, self.excitation.patterns, self._output, run.step
+            *(self._law, self.excitation.patterns, self._output, run.step),
+            carriers=self.excitation.frequency[run.segment],
         )
         status = kernel.lib.sm_full_march(
             *(ctypes.byref(problem), self._inputs[run.segment :].ctypes.data),
