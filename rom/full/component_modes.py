@@ -1,15 +1,15 @@
 """Full order on component modes, as Craig and Bampton take them: for structures of any size.
 
 The modes of the structure with its contacts held, by bonds (fixed interface) or by the springs
-that they are while they stick, up to a frequency; and what contacts and forces do statically. What
-modes above that do is left out beyond its static part. With P their part of the static shapes
-S = K_h^-1 B of the loads B on contacts and forces, and omega the first frequency left out, the
-receptance B^T (K_h - nu^2 M)^-1 B is wrong by
+that they are while they stick, up to a frequency; and what contacts and forces do statically. Of
+modes above that, only their part of the static shapes S = K_h^-1 B of the loads B is left. With P
+that part, and omega the first frequency left out, the receptance B^T (K_h - nu^2 M)^-1 B is wrong
+by at most
 
-    nu^4 sum_k>n (phi_k^T B)^2 / (omega_k^4 (omega_k^2 - nu^2)) <= nu^4 P^T M P / (omega^2 - nu^2)
+    nu^4 sum_k>n (phi_k^T B)^2 / (omega_k^4 (omega_k^2 - nu^2)) <= nu^4 P^T M P / (omega^2 - nu^2),
 
-at most: the sum is what a static shape does not have, and P^T M P = sum_k>n (phi_k^T B)^2 / omega_k^4.
-Of bonded contacts S is their constraint modes, and the dynamic stiffness is wrong by as much.
+P^T M P = sum_k>n (phi_k^T B)^2 / omega_k^4: static shapes have the terms of order 0 and 2 in nu. Of
+bonded contacts S is their constraint modes, and the dynamic stiffness is wrong by as much.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def component_modes(
 
 
 def _held(structure: Structure, law: Friction | Elastic, f: Floats) -> tuple[Held, Floats, Floats]:
-    """The structure with held contacts, its static shapes (n, loads), twice their energy (loads,)."""
+    """The structure with held contacts, static shapes (n, loads), twice their energy (loads,)."""
     K = structure.stiffness
     if isinstance(law, Elastic):
         reference = law.elements(structure.n_contacts).reference
@@ -140,7 +140,7 @@ def _held(structure: Structure, law: Friction | Elastic, f: Floats) -> tuple[Hel
         static = held.solve(np.hstack((as_dense(structure.directions), f)))
         springs = reference[:, np.newaxis] * as_dense(structure.directions.T @ static) ** 2
     else:
-        held = bonded(structure, may_float=True)
+        held = bonded(structure)
         R = as_dense(structure.partition().R)
         static = held.solve(np.hstack((-as_dense(K @ R), f)))
         static[:, : R.shape[1]] += R

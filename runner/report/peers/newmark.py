@@ -51,7 +51,13 @@ class Newmark:
         )
 
     def run(
-        self, pattern: Floats, frequency: float, outputs: Floats, step: float, samples: int, every: int
+        self,
+        pattern: Floats,
+        frequency: float,
+        outputs: Floats,
+        step: float,
+        samples: int,
+        every: int,
     ) -> tuple[Floats, Floats]:
         """From rest under pattern cos(frequency t), `samples` times `every` steps [s].
 
