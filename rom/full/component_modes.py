@@ -8,8 +8,8 @@ by at most
 
     nu^4 sum_k>n (phi_k^T B)^2 / (omega_k^4 (omega_k^2 - nu^2)) <= nu^4 P^T M P / (omega^2 - nu^2),
 
-P^T M P = sum_k>n (phi_k^T B)^2 / omega_k^4: static shapes have the terms of order 0 and 2 in nu. Of
-bonded contacts S is their constraint modes, and the dynamic stiffness is wrong by as much.
+P^T M P = sum_k>n (phi_k^T B)^2 / omega_k^4, for static shapes have what is of order 0 and 2 in nu.
+Of bonded contacts S is their constraint modes, and the dynamic stiffness is wrong by as much.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.held import Held, bonded, stuck
-from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.matrices import Matrix, as_dense
+from slipmode.rom.structure.solvers.mobility import mobility
 from slipmode.rom.structure.structure import Structure
 
 _FIRST = 8  # modes, and a first guess of how far above `highest` they have to reach
@@ -49,7 +50,8 @@ class ComponentModes:
     receptance_error : float
         Bound of what truncation does to the linear receptances at contacts and forces, up to the
         highest frequency asked for, relative to their static value: of the undamped structure,
-        contacts held. inf if the modes end below that frequency.
+        contacts held. Of bonded contacts it is their dynamic stiffness, relative to its parts by
+        stiffness and inertia. inf if the modes end below that frequency.
     """
 
     projection: Projection
@@ -123,37 +125,51 @@ def component_modes(
     f = np.array([force_vector(each, structure.n_dofs, "forces") for each in forces]).T
     if f.ndim != 2:
         raise SlipmodeError("forces: must be at least one")
-    held, static, energy = _held(structure, law, f)
+    held, static, follows, size = _held(structure, law, f, highest)
     if modes is not None and not 1 <= modes <= held.size:
         raise SlipmodeError(f"modes: must be 1 to {held.size}, got {modes}")
     heavy = as_dense(structure.mass @ static)
-    omega, shapes, error = _chosen(held, static, heavy, energy, highest, modes, tolerance)
+    omega, shapes, error = _chosen(held, heavy, follows, size, highest, modes, tolerance)
     return ComponentModes(Projection.on(structure, shapes, static), omega, error)
 
 
-def _held(structure: Structure, law: Friction | Elastic, f: Floats) -> tuple[Held, Floats, Floats]:
-    """The structure with held contacts, static shapes (n, loads), twice their energy (loads,)."""
-    K = structure.stiffness
+def _held(
+    structure: Structure, law: Friction | Elastic, f: Floats, highest: float
+) -> tuple[Held, Floats, Floats, Floats]:
+    """The structure with held contacts, its static shapes S (n, loads), and two sizes (loads,).
+
+    The inertia of its shape that modes have, S^T M S but for what stays at bonded contacts; and
+    what errors are relative to, the static receptance S^T K_h S, or the stiffness of a bonded
+    contact's shape with its inertia at the highest frequency.
+    """
+    K, M = structure.stiffness, structure.mass
     if isinstance(law, Elastic):
         reference = law.elements(structure.n_contacts).reference
         held = stuck(structure, reference)
         static = held.solve(np.hstack((as_dense(structure.directions), f)))
         springs = reference[:, np.newaxis] * as_dense(structure.directions.T @ static) ** 2
-    else:
-        held = bonded(structure)
-        R = as_dense(structure.partition().R)
-        static = held.solve(np.hstack((-as_dense(K @ R), f)))
-        static[:, : R.shape[1]] += R
-        springs = np.zeros((1, static.shape[1]))
-    energy = np.einsum("nk,nk->k", static, as_dense(K @ static)) + springs.sum(axis=0)
-    return held, static, energy
+        return held, static, _quadratic(static, M), _quadratic(static, K) + springs.sum(axis=0)
+    held = bonded(structure)
+    R = as_dense(structure.partition().R)
+    static = held.solve(np.hstack((-as_dense(K @ R), f)))
+    contacts = slice(R.shape[1])
+    static[:, contacts] += R
+    follows, size = _quadratic(static, M), _quadratic(static, K)
+    size[contacts] += highest**2 * follows[contacts]
+    follows[contacts] -= np.diag(np.linalg.inv(mobility(M, structure.directions)))
+    return held, static, follows, size
+
+
+def _quadratic(shapes: Floats, matrix: Matrix) -> Floats:
+    """s^T matrix s of each shape, (shapes,)."""
+    return np.asarray(np.einsum("nk,nk->k", shapes, as_dense(matrix @ shapes)))
 
 
 def _chosen(
     held: Held,
-    static: Floats,
     heavy: Floats,
-    energy: Floats,
+    follows: Floats,
+    size: Floats,
     highest: float,
     modes: int | None,
     tolerance: float,
@@ -161,10 +177,11 @@ def _chosen(
     """Frequencies, modes, and the bound of the error."""
     most = min(_MOST, held.size) if modes is None else modes
     count = min(_FIRST, most) if modes is None else modes
-    inertia = np.einsum("nk,nk->k", static, heavy)
     while True:
         omega, shapes = held.modes(count + 1, _REACH * highest if modes is None else 0.0, most + 1)
-        errors = _errors(omega, shapes.T @ heavy, inertia, energy, highest, held.size)
+        errors = _errors(omega, shapes.T @ heavy, follows, size, highest)
+        if omega.size == held.size:
+            errors[-1] = 0.0
         good = np.flatnonzero(errors[: most + 1] <= tolerance) if modes is None else [modes]
         if len(good) or omega.size > most or omega.size == held.size:
             found = int(good[0]) if len(good) else min(most, omega.size)
@@ -172,13 +189,14 @@ def _chosen(
         count = min(2 * omega.size, most)
 
 
-def _errors(
-    omega: Floats, part: Floats, inertia: Floats, energy: Floats, highest: float, size: int
-) -> Floats:
-    """The bound with 0, 1, ... of the modes, (modes + 1,); `part` is phi^T M S (modes, loads)."""
-    left = inertia - np.vstack((np.zeros_like(inertia), np.cumsum(part**2, axis=0)))
-    share = np.divide(left, energy, out=np.zeros_like(left), where=energy > 0).max(axis=1)
-    above = np.append(omega, np.inf if omega.size == size else omega[-1]) ** 2 - highest**2
+def _errors(omega: Floats, part: Floats, follows: Floats, size: Floats, highest: float) -> Floats:
+    """The bound with 0, 1, ... modes, (modes + 1,); `part` is phi^T M S (modes, loads).
+
+    The last one takes the next frequency for no higher than the last.
+    """
+    left = follows - np.vstack((np.zeros_like(follows), np.cumsum(part**2, axis=0)))
+    share = np.divide(left, size, out=np.zeros_like(left), where=size > 0).max(axis=1)
+    above = np.append(omega, omega[-1]) ** 2 - highest**2
     errors = np.full(share.size, np.inf)
     reached = above > 0
     errors[reached] = np.maximum(share[reached], 0.0) * highest**4 / above[reached]
