@@ -103,10 +103,10 @@ def validate(
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
     started = time.perf_counter()
-    plan = _with_window(make_plan(scene, progress=progress))
+    plan = with_window(make_plan(scene, progress=progress))
     model, _ = plan.model(progress=progress)
     tabulated = time.perf_counter()
-    outputs, motion = _slow(plan, model)
+    outputs, motion = slow_motion(plan, model)
     finished = time.perf_counter()
     full = reference(plan, motion.time)
     energy = outputs[-1, -1]
@@ -121,7 +121,7 @@ def validate(
     )
 
 
-def _slow(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
+def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     """Outputs at the communication points, and the motion in every window."""
     component = stepper(plan, model)
     now = component.outputs()
@@ -133,7 +133,7 @@ def _slow(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     return outputs, fast_motion(component, plan, model, trajectory, np.concatenate(times))
 
 
-def _with_window(plan: Plan) -> Plan:
+def with_window(plan: Plan) -> Plan:
     """The plan, asking for contact motion at its end where the scene asks for none at all."""
     if plan.scene.contact:
         return plan

@@ -58,13 +58,13 @@ def reference(plan: Plan, times: Floats) -> Reference:
     """
     excited = plan.excited
     times = np.union1d(times, [plan.scene.run.duration])
-    excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     if plan.structure.n_dofs <= _ALL:
         started = time.perf_counter()
-        fine = _on_all_modes(plan, excitation, times, 1)
+        fine = on_all_modes(plan, times, _STEPS_PER_PERIOD)
         seconds = time.perf_counter() - started
-        coarse = _on_all_modes(plan, excitation, times, 2)
+        coarse = on_all_modes(plan, times, _STEPS_PER_PERIOD // 2)
         return Reference(fine, [(coarse, fine)], plan.structure.n_dofs, seconds)
+    excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     highest = _HARMONICS * excitation.fastest(plan.scene.run.duration)
     arguments = plan.structure, excited.law, excitation.patterns, highest
     least = max(excited.reduced.modes) + 1  # retained modes are among them
@@ -81,13 +81,15 @@ def reference(plan: Plan, times: Floats) -> Reference:
     return Reference(fine, doubts, small.structure.n_dofs, seconds)
 
 
-def _on_all_modes(plan: Plan, excitation: Excitation, times: Floats, part: int) -> FullMotion:
-    reduced = plan.excited.reduced
-    structure = aeroelastic(plan.structure, reduced)
+def on_all_modes(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
+    """Motion of a scene at times, on a structure that is not large; outputs: retained modes."""
+    excited = plan.excited
+    excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
+    structure = aeroelastic(plan.structure, excited.reduced)
     return integrate(
-        *(structure, plan.excited.law, excitation, times),
-        steps_per_period=_STEPS_PER_PERIOD / part,
-        outputs=as_dense(structure.mass @ reduced.mode_shapes).T,
+        *(structure, excited.law, excitation, times),
+        steps_per_period=steps_per_period,
+        outputs=as_dense(structure.mass @ excited.reduced.mode_shapes).T,
         start=initial_state(plan, excitation),
     )
 

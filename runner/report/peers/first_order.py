@@ -138,6 +138,10 @@ def cvode(problem: FirstOrder, times: Floats, tolerance: float) -> Floats:
         problem.jacobian_into(y, J)
 
     solver = CVODE(
-        problem.rate_into, jacfn=jacobian, rtol=tolerance, atol=0.1 * tolerance, max_num_steps=_MOST_STEPS
+        problem.rate_into,
+        jacfn=jacobian,
+        rtol=tolerance,
+        atol=0.1 * tolerance,
+        max_num_steps=_MOST_STEPS,
     )
     return np.asarray(solver.solve(np.append(0.0, times), np.zeros(problem.size)).y[1:])
