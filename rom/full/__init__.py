@@ -6,9 +6,9 @@ motion = full.integrate(structure, law, excitation, times=600.0)
 reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
-excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h and, of
-elastic contacts, elastic_step.h), component_modes.py what it runs on where structures are large;
-convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
+excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
+rom/kernel/full/elastic_step.h for elastic contacts), component_modes.py what large structures run
+on; convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 

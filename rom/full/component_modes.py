@@ -69,7 +69,7 @@ class ComponentModes:
 def component_modes(
     structure: Structure,
     law: Friction | Elastic,
-    forces: Forces,
+    forces: Forces | Floats,
     highest: float,
     *,
     modes: int | None = None,
@@ -90,8 +90,8 @@ def component_modes(
         Frequency up to which receptances are to be right [rad/s]: that of the highest harmonic
         of the forcing that counts, the seventh of the fastest say.
     modes : int, optional
-        How many. Default: as few as keep the bound of the receptance error below the tolerance,
-        256 at most.
+        How many. Default: as few as keep the bound of the receptance error below the tolerance, at
+        least 1 and at most 256.
     tolerance : float, default 1e-3
         Of that bound. Signals change far less where high harmonics are weak: compare with those
         of half as many modes.
@@ -182,9 +182,9 @@ def _chosen(
         errors = _errors(omega, shapes.T @ heavy, follows, size, highest)
         if omega.size == held.size:
             errors[-1] = 0.0
-        good = np.flatnonzero(errors[: most + 1] <= tolerance) if modes is None else [modes]
-        if len(good) or omega.size > most or omega.size == held.size:
-            found = int(good[0]) if len(good) else min(most, omega.size)
+        good = 1 + np.flatnonzero(errors[1 : most + 1] <= tolerance)
+        if modes is not None or good.size or omega.size > most or omega.size == held.size:
+            found = int(good[0]) if modes is None and good.size else min(most, omega.size)
             return omega[:found], shapes[:, :found], float(errors[found])
         count = min(2 * omega.size, most)
 
