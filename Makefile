@@ -10,6 +10,7 @@
 # make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
+# make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make gallery set up .venv and take the pictures of the README anew
@@ -21,7 +22,8 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale gallery quick test test-all lint clean
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery \
+	quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -50,6 +52,9 @@ bench-recordings: $(VENV)/.installed
 bench-scale: $(VENV)/.installed
 	@$(PIP) "slipmode[fast]"
 	$(BIN)/python -m slipmode.runner.report.methods.scale
+
+bench-full: $(VENV)/.installed-report
+	$(BIN)/python -m slipmode.runner.report.methods.full_order
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

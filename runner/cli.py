@@ -150,7 +150,8 @@ def _validate(options: argparse.Namespace) -> int:
         print(f"{line.subject:30}{line.error:9.2e}  {line.reference_error:9.2e}")
     print(
         f"time: slow {found.slow_seconds * 1e3:.1f} ms (friction table apart: "
-        f"{found.table_seconds * 1e3:.0f} ms), full order {found.full_seconds * 1e3:.1f} ms"
+        f"{found.table_seconds * 1e3:.0f} ms), full order {found.full_seconds * 1e3:.1f} ms "
+        f"on {found.coordinates} coordinates"
     )
     for path in found.recordings:
         print(path)

@@ -6,12 +6,14 @@ motion = full.integrate(structure, law, excitation, times=600.0)
 reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
-excitation.py is Eq. (2), integration.py the march (its step: rom/kernel/full/esdirk4.h),
-convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
+excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
+rom/kernel/full/elastic_step.h for elastic contacts), component_modes.py what large structures run
+on; convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 
 from slipmode.rom.full.aeroelastic import aeroelastic
+from slipmode.rom.full.component_modes import ComponentModes, component_modes
 from slipmode.rom.full.convergence import Converged, converged
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import integrate
@@ -19,12 +21,14 @@ from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.steady import SteadyAmplitude, steady_amplitude
 
 __all__ = [
+    "ComponentModes",
     "Converged",
     "Excitation",
     "FullMotion",
     "State",
     "SteadyAmplitude",
     "aeroelastic",
+    "component_modes",
     "converged",
     "integrate",
     "steady_amplitude",

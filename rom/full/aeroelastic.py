@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
 
-def aeroelastic(structure: Structure, reduced: Reduced) -> Structure:
+def aeroelastic(
+    structure: Structure, reduced: Reduced, mode_shapes: Floats | None = None
+) -> Structure:
     """The structure with the aerodynamics that its reduction was given.
 
     Each mode adds M phi Re(c) phi^T M to the stiffness and M phi Im(c) / omega phi^T M to the
@@ -18,6 +21,9 @@ def aeroelastic(structure: Structure, reduced: Reduced) -> Structure:
     structure : Structure
     reduced : Reduced
         Of that structure. Without `aerodynamics` the structure stays as it is.
+    mode_shapes : (n, modes) ndarray, optional
+        The retained modes in the coordinates of the structure, where these are not the DOFs of
+        the one that was reduced.
 
     Returns
     -------
@@ -27,7 +33,9 @@ def aeroelastic(structure: Structure, reduced: Reduced) -> Structure:
     c = reduced.aerodynamics
     if c is None:
         return structure
-    along = as_dense(structure.mass @ reduced.mode_shapes)
+    along = as_dense(
+        structure.mass @ (reduced.mode_shapes if mode_shapes is None else mode_shapes)
+    )
     return structure.with_forces(
         (along * c.real) @ along.T, (along * reduced.aerodynamic_damping) @ along.T
     )

@@ -68,9 +68,9 @@ class ModalCoordinates:
             to_modal=shapes.T @ mass,
         )
 
-    def inverse(self, step: float) -> Floats:
-        """A^-1 with A = I / (gamma h) + C + gamma h K, in the shape of the damping."""
-        diagonal = 1.0 / (_GAMMA * step) + _GAMMA * step * self.squares
+    def inverse(self, own: Floats | float) -> Floats:
+        """A^-1 with A = I / g + C + g K, in the shape of the damping; `own` is g."""
+        diagonal = 1.0 / own + own * self.squares
         if self.damping.ndim == 1:
             return np.asarray(1.0 / (diagonal + self.damping))
         inverse = scipy.linalg.inv(np.diag(diagonal) + self.damping)
@@ -78,24 +78,51 @@ class ModalCoordinates:
 
     def compliance(self, inverse: Floats) -> Floats:
         """W^T A^-1 W: velocity of the contacts per unit of force on them."""
+        return np.asarray(self.directions @ self._response(inverse))
+
+    def _response(self, inverse: Floats) -> Floats:
         W = self.directions.T
-        response = inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W
-        return np.asarray(W.T @ response)
+        return np.asarray(inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W)
 
     def resistance(self, inverse: Floats) -> Floats:
         """S = (W^T A^-1 W)^-1: force on the contacts per unit of velocity it takes away."""
         S = scipy.linalg.inv(self.compliance(inverse))
         return np.asarray(0.5 * (S + S.T))
 
-    def flexibility(self, inverse: Floats, step: float, reference: Floats) -> Floats:
-        """R = D (I + k_ref D)^-1, D = gamma h W^T A^-1 W: of a stage with stuck contacts."""
-        D = _GAMMA * step * self.compliance(inverse)
+    def flexibility(self, inverse: Floats, own: Floats, reference: Floats) -> Floats:
+        """R = D (I + k_ref D)^-1, D = W^T g A^-1 W: of a step with stuck contacts."""
+        D = (self.directions * own) @ self._response(inverse)
         held = np.eye(len(D)) + reference[:, np.newaxis] * D
-        R = scipy.linalg.solve(held.T, D).T
-        return np.asarray(0.5 * (R + R.T))
+        return np.asarray(scipy.linalg.solve(held.T, D.T).T)
+
+    def weights(self, step: float, carriers: Floats) -> tuple[Floats, Floats]:
+        """Of velocity and acceleration at the end and at the start of a step, g and b (n,) [s].
+
+        The trapezoidal rule takes motion at Omega for one at 2 / h tan(Omega h / 2). A mode's own
+        step, longer by as much, makes that right at one frequency (prewarping, of filters): the
+        carrier next to its own. What a resonance does, and contacts near it, is exact then but
+        for harmonics. Modes that turn by more than 1 rad in a step follow statically, by
+        backward Euler, which lets them not ring.
+
+        Parameters
+        ----------
+        carriers : (modes,) ndarray
+            Forcing frequencies [rad/s].
+        """
+        omega = np.sqrt(np.maximum(self.squares, 0.0))
+        apart = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
+        near = np.minimum(carriers[apart.argmin(axis=1)], 1.0 / step)
+        half = np.tan(0.5 * near * step) / near
+        moves = omega * step <= 1.0
+        return np.where(moves, half, step), np.where(moves, half, 0.0)
 
     def kernel(
-        self, law: Friction | Elastic, patterns: Floats, output: Floats, step: float
+        self,
+        law: Friction | Elastic,
+        patterns: Floats,
+        output: Floats,
+        step: float,
+        carriers: Floats,
     ) -> kernel.Full:
         """The problem as the core reads it, for one size of the time step.
 
@@ -105,15 +132,21 @@ class ModalCoordinates:
             Forces on the DOFs of the structure.
         output : (outputs, n) ndarray
             Displacements wanted, as rows that act on the DOFs of the structure.
+        carriers : (modes,) ndarray
+            Forcing frequencies [rad/s].
         """
-        inverse, contacts = self.inverse(step), len(self.directions)
+        contacts = len(self.directions)
         elastic, code, alpha = None, _ELASTIC, 0.0
         if isinstance(law, Elastic):
             elements = law.elements(contacts)
             elastic = elements.kernel()
-            of_law = {"flexibility": self.flexibility(inverse, step, elements.reference)}
+            own, ahead = self.weights(step, carriers)
+            inverse = self.inverse(own)
+            flexibility = self.flexibility(inverse, own, elements.reference)
+            of_law = {"own": own, "ahead": ahead, "flexibility": flexibility}
         else:
             code, alpha = law.code, law.alpha
+            inverse = self.inverse(_GAMMA * step)
             of_law = {"limit": limits(law, contacts), "resistance": self.resistance(inverse)}
         arrays = of_law | {
             "stiffness": self.squares,

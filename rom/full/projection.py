@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.full.excitation import Excitation
+from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.matrices import Matrix, as_dense
+from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 _DEPENDENT = 1e-10  # squared part of a unit shape that is its own, below which it is rounding
@@ -43,9 +45,14 @@ class Projection:
     @classmethod
     def of(cls, structure: Structure, reduced: Reduced, patterns: Forces) -> Self:
         """Of a structure that was reduced, under forces with these patterns."""
-        M, modes = structure.mass, reduced.all_shapes
         static = ForceResponse.of(reduced, patterns, structure).static
         others = np.hstack((reduced.contact_shapes, static))
+        return cls.on(structure, reduced.all_shapes, others)
+
+    @classmethod
+    def on(cls, structure: Structure, modes: Floats, others: Floats) -> Self:
+        """On M-orthonormal modes (n, k) and whatever other shapes (n, m) have besides."""
+        M = structure.mass
         norm = np.sqrt(np.einsum("nk,nk->k", others, as_dense(M @ others)))
         others = others[:, norm > 0.0] / norm[norm > 0.0]
         others -= modes @ (modes.T @ as_dense(M @ others))
@@ -56,7 +63,7 @@ class Projection:
         basis = np.linalg.solve(np.linalg.cholesky(gram), basis.T).T
 
         def projected(matrix: Matrix) -> Floats:
-            image = basis.T @ as_dense(matrix @ basis)
+            image = projection(basis, matrix, basis)
             return np.asarray(0.5 * (image + image.T))
 
         small = Structure(
@@ -66,3 +73,12 @@ class Projection:
             contact=basis.T @ as_dense(structure.directions),
         )
         return cls(small, basis, as_dense(M @ basis).T)
+
+    def excitation(self, excitation: Excitation) -> Excitation:
+        """The same forces, on the coordinates."""
+        return replace(excitation, patterns=excitation.patterns @ self.basis)
+
+    def state(self, state: State) -> State:
+        """A state of the structure, on the coordinates."""
+        to = self.to_coordinates
+        return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)

@@ -394,10 +394,11 @@ typedef struct {
     const double *directions; /* (N_c, n) W^T */
     const double *patterns;   /* (modes, n) */
     const double *output;     /* (outputs, n): displacements wanted */
-    const double *inverse;    /* of A = I / (gamma h) + C + gamma h diag(stiffness), as damping */
+    const double *inverse;    /* of A = I / g + C + g diag(stiffness), as damping; g = gamma h */
     const double *resistance; /* (N_c, N_c) S = (W^T A^-1 W)^-1; not of elastic contacts */
-    const sm_elastic *elastic; /* of elastic contacts */
-    /* (N_c, N_c) of elastic contacts: R = D (I + diag(reference) D)^-1, D = gamma h W^T A^-1 W */
+    const sm_elastic *elastic; /* of elastic contacts, and what follows */
+    const double *own, *ahead; /* (n) g and b, weights of a step: see full/elastic_step.h [s] */
+    /* (N_c, N_c) R = D (I + diag(reference) D)^-1, D = W^T diag(g) A^-1 W */
     const double *flexibility;
 } sm_full;
 

@@ -153,6 +153,8 @@ class Full(Structure):
         ("inverse", c_void_p),
         ("resistance", c_void_p),
         ("elastic", c_void_p),
+        ("own", c_void_p),
+        ("ahead", c_void_p),
         ("flexibility", c_void_p),
     )
 

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+import scipy.sparse
 
 from slipmode import rom
+from slipmode.rom.full.convergence import relative_rms
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
 from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner.transients import reference
 from slipmode.runner.validate import validate
 from slipmode.runner.view.phase_portraits import portraits
 
@@ -146,3 +149,70 @@ def test_both_motions_are_shown_side_by_side(tmp_path):
     said = [event.message for event in recorded.events]
     (line,) = [each for each in found.comparisons if each.subject == "friction force"]
     assert f"friction force: {100 * line.error:.2g} % from full order" in said
+
+
+@pytest.fixture
+def meshed(tmp_path):
+    """A clamped bar of 120 masses with two elastic contacts, its first mode forced."""
+    n = 120
+    stiffness = scipy.sparse.diags_array(
+        [np.full(n - 1, -400.0), np.append(np.full(n - 1, 800.0), 400.0), np.full(n - 1, -400.0)],
+        offsets=[-1, 0, 1],
+    )
+    mass = scipy.sparse.diags_array(np.full(n, 0.05))
+    rom.Structure(mass, stiffness, 0.01, contact=(60, 100)).save(tmp_path / "bar.npz")
+    law = rom.Jenkins(limit=0.04, stiffness=4.0)
+    omega = rom.reduce(rom.load_structure(tmp_path / "bar.npz"), (0,), law=law).frequency[0]
+    text = f"""
+title = "bar"
+[structure]
+matrices = "bar.npz"
+[[contacts]]
+law = "jenkins"
+limit = 0.04
+stiffness = 4.0
+[modes]
+A = 0
+[forcing.A]
+dof = 119
+amplitude = 0.04
+frequency = {0.98 * omega}
+[run]
+duration = 200.0
+step = 2.0
+[[contact]]
+window = [180.0, 200.0]
+"""
+    return make_plan(parse_scene(text, tmp_path))
+
+
+def test_large_structures_run_on_component_modes_and_say_what_that_changes(meshed, monkeypatch):
+    """The statement covers what is found against all modes of the same structure."""
+    times = np.linspace(180.0, 200.0, 400)
+    exact = reference.reference(meshed, times)
+    assert exact.coordinates == 120
+    assert len(exact.doubts) == 1
+    monkeypatch.setattr(reference, "_ALL", 100)
+    found = reference.reference(meshed, times)
+    assert found.coordinates < 40
+    assert np.ptp(found.motion.contact_force, axis=0).max() == pytest.approx(0.08)  # slips
+    for signal in ("displacement", "velocity", "contact_displacement", "contact_force"):
+        apart, *stated = (
+            relative_rms(getattr(one, signal), getattr(other, signal)).max()
+            for one, other in ((found.motion, exact.motion), *found.doubts)
+        )
+        assert apart <= sum(stated), signal
+        assert 0.0 < stated[1] < 0.05, signal
+    np.testing.assert_array_equal(found.motion.time, exact.motion.time)
+
+
+def test_a_validation_adds_both_doubts(meshed, monkeypatch, tmp_path):
+    monkeypatch.setattr(reference, "_ALL", 100)
+    found = validate(meshed.scene, tmp_path)
+    assert found.coordinates < 40
+    window = found.comparisons[0]
+    assert window.subject == "modal displacement"
+    assert window.error < 0.02
+    full = reference.reference(meshed, np.linspace(180.0, 200.0, 400))
+    doubts = [relative_rms(a.displacement, b.displacement).max() for a, b in full.doubts]
+    assert window.reference_error == pytest.approx(sum(doubts), rel=0.2)

@@ -97,6 +97,8 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_full, inverse),
     FIELD(sm_full, resistance),
     FIELD(sm_full, elastic),
+    FIELD(sm_full, own),
+    FIELD(sm_full, ahead),
     FIELD(sm_full, flexibility),
     WHOLE(sm_harmonic_sum),
     FIELD(sm_harmonic_sum, modes),

@@ -7,16 +7,22 @@
  *   A v + W g(W^T v) = f + u / (gamma h) - Lambda x,   A = I / (gamma h) + C + gamma h Lambda.
  * With free velocities v_0 = A^-1 (...) the contacts see S v_c + g(v_c) = S W^T v_0,
  * S = (W^T A^-1 W)^-1, and v = v_0 - A^-1 W g: O(n N_c) a stage where A is diagonal. Elastic
- * contacts, whose force depends on their displacement, have an equation of their own.
+ * contacts have a step of their own, elastic_step.h, which uses the same arrays.
  */
 #ifndef SLIPMODE_ESDIRK4_H
 #define SLIPMODE_ESDIRK4_H
 
 #include "full/carrier.h"
-#include "full/elastic_stage.h"
 #include "contact/stage/warm_chebyshev.h"
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
+#define SM_FULL_BLOCK \
+    4 /* coordinates go in blocks of this many, the last one filled with zeros */
+
+/* For each coordinate k, in blocks that the vectoriser takes whole. */
+#define SM_EACH(k, width)                                           \
+    for (size_t block = 0; block < (width); block += SM_FULL_BLOCK) \
+        SM_SIMD for (size_t k = block; k < block + SM_FULL_BLOCK; k++)
 
 typedef struct {
     int contacts, diagonal;
@@ -27,7 +33,6 @@ typedef struct {
     sm_lanes lane;
     sm_warm warm;
     double *q, *v;             /* state */
-    sm_elastic_stage *elastic; /* elastic contacts; NULL where friction is rigid */
     double *x_c, *force;       /* (N_c) contact displacement, friction force */
     const double *v_c;         /* (N_c) contact velocity */
     double dissipated;         /* at the contacts [J] */
@@ -83,6 +88,12 @@ SM_INLINE void sm_esdirk4_start_stage(sm_esdirk4 *m, int stage) {
     }
 }
 
+SM_INLINE double sm_full_dot(const double *restrict a, const double *restrict b, size_t width) {
+    double part[SM_FULL_BLOCK] = {0.0};
+    SM_EACH(k, width) part[k % SM_FULL_BLOCK] += a[k] * b[k];
+    return (part[0] + part[1]) + (part[2] + part[3]);
+}
+
 /* v = A^-1 load, dense */
 SM_INLINE void sm_esdirk4_divide(const sm_esdirk4 *m, double *restrict v) {
     const size_t width = m->width;
@@ -120,12 +131,8 @@ SM_INLINE void sm_esdirk4_free(sm_esdirk4 *m, const double *force, double *restr
 SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
     const int contacts = m->contacts;
     const size_t width = m->width;
-    for (int i = 0; i < contacts; i++) {
-        const double *restrict gather = m->gather + (size_t)i * width;
-        double part[SM_FULL_BLOCK] = {0.0};
-        SM_EACH(k, width) part[k % SM_FULL_BLOCK] += gather[k] * v[k];
-        m->lane.r[i] = (part[0] + part[1]) + (part[2] + part[3]);
-    }
+    for (int i = 0; i < contacts; i++)
+        m->lane.r[i] = sm_full_dot(m->gather + (size_t)i * width, v, width);
     const sm_status status = sm_warm_solve(&m->stepper, &m->warm, &m->lane);
     for (int i = 0; i < contacts; i++) {
         double force = m->lane.r[i];
@@ -135,14 +142,6 @@ SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
         const double *restrict response = m->response + (size_t)i * width;
         SM_EACH(k, width) v[k] -= response[k] * force;
     }
-    return status;
-}
-
-/* The same where the contacts are elastic. */
-SM_INLINE sm_status sm_esdirk4_elastic(sm_esdirk4 *m, double *restrict v) {
-    const sm_status status = sm_elastic_stage_solve(m->elastic, SM_FULL_GAMMA * m->h, m->base_q,
-                                                    m->response, v);
-    memcpy(m->force, m->elastic->solver.f, (size_t)m->contacts * sizeof(double));
     return status;
 }
 
@@ -168,8 +167,7 @@ SM_INLINE sm_status sm_esdirk4_step(sm_esdirk4 *m, double elapsed) {
         sm_carrier_force(&m->carrier, stage, elapsed, force);
         sm_esdirk4_start_stage(m, stage);
         sm_esdirk4_free(m, force, v);
-        const sm_status status =
-            m->elastic ? sm_esdirk4_elastic(m, v) : sm_esdirk4_friction(m, v);
+        const sm_status status = sm_esdirk4_friction(m, v);
         if (status != SM_OK) return status;
         const int last = stage == SM_ESDIRK4_STAGES - 1;
         sm_esdirk4_accumulate(m, last ? own : h * SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES - 1][stage]);
@@ -181,10 +179,6 @@ SM_INLINE sm_status sm_esdirk4_step(sm_esdirk4 *m, double elapsed) {
         m->q[k] = m->base_q[k] + own * v[k];
         m->v[k] = v[k];
         m->stage_dv[k] = dv[k];
-    }
-    if (m->elastic) {
-        memcpy(m->x_c, m->elastic->x, (size_t)m->contacts * sizeof(double));
-        sm_elastic_stage_commit(m->elastic);
     }
     sm_carrier_advance(&m->carrier);
     return SM_OK;

@@ -1,4 +1,5 @@
 /* Full-order time integration: the march over many steps, and its memory. */
+#include "full/elastic_step.h"
 #include "full/esdirk4.h"
 
 #include <stdlib.h>
@@ -23,10 +24,21 @@ static sm_status check_sizes(const sm_full *full) {
         !full->inverse || (full->outputs > 0 && !full->output))
         return SM_BAD_ARGUMENT;
     if (full->law == SM_ELASTIC)
-        return full->flexibility ? sm_elastic_check(full->elastic, full->contacts)
-                                 : SM_BAD_ARGUMENT;
+        return full->flexibility && full->own && full->ahead
+                   ? sm_elastic_check(full->elastic, full->contacts)
+                   : SM_BAD_ARGUMENT;
     if (full->law != SM_TANH && full->law != SM_COULOMB) return SM_BAD_ARGUMENT;
     return full->limit && full->resistance ? SM_OK : SM_BAD_ARGUMENT;
+}
+
+static sm_status check_elastic_values(const sm_full *full) {
+    const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
+    if (!sm_all_finite(full->flexibility, contacts * contacts) ||
+        !sm_all_finite(full->own, n) || !sm_all_finite(full->ahead, n))
+        return SM_NOT_FINITE;
+    for (size_t k = 0; k < n; k++)
+        if (!(full->own[k] > 0.0) || full->ahead[k] < 0.0) return SM_BAD_ARGUMENT;
+    return SM_OK;
 }
 
 static sm_status check_values(const sm_full *full) {
@@ -38,8 +50,7 @@ static sm_status check_values(const sm_full *full) {
         !sm_all_finite(full->output, (size_t)full->outputs * n))
         return SM_NOT_FINITE;
     const sm_status status = sm_check_positive(full->step);
-    if (full->law == SM_ELASTIC)
-        return sm_all_finite(full->flexibility, contacts * contacts) ? status : SM_NOT_FINITE;
+    if (full->law == SM_ELASTIC) return status != SM_OK ? status : check_elastic_values(full);
     if (!sm_all_finite(full->limit, contacts) ||
         !sm_all_finite(full->resistance, contacts * contacts))
         return SM_NOT_FINITE;
@@ -67,11 +78,11 @@ static size_t march_size(const sm_full *full) { /* doubles */
     const size_t rows = 6 + 2 * SM_ESDIRK4_STAGES + 2 * SM_MODES + contacts;
     return rows * width_of(full) + inverse_size(full) + 2 * contacts
            + (full->law == SM_ELASTIC
-                  ? sm_elastic_stage_size(full->elastic, full->contacts, width_of(full))
+                  ? sm_elastic_step_size(full->elastic, full->contacts, width_of(full))
                   : rigid_size(full));
 }
 
-static void place(sm_esdirk4 *m, const sm_full *full, double *memory) {
+static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, double *memory) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(&memory, width);
@@ -83,10 +94,9 @@ static void place(sm_esdirk4 *m, const sm_full *full, double *memory) {
     m->inverse = sm_take(&memory, inverse_size(full));
     m->x_c = sm_take(&memory, contacts);
     m->force = sm_take(&memory, contacts);
-    if (m->elastic) {
-        sm_elastic_stage_place(m->elastic, full->elastic, full->contacts, width,
-                               full->flexibility, memory);
-        m->v_c = m->elastic->v;
+    if (elastic) {
+        sm_elastic_step_place(elastic, full, width, memory);
+        m->v_c = elastic->v_c;
         return;
     }
     m->gather = sm_take(&memory, contacts * width);
@@ -109,7 +119,7 @@ static void divide(const sm_full *full, const double *from, double *to) {
 }
 
 /* What does not change from step to step. */
-static sm_status prepare(sm_esdirk4 *m, const sm_full *full) {
+static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t width = m->width, rows = full->diagonal ? 1 : n;
     memcpy(m->stiffness, full->stiffness, n * sizeof(double));
@@ -121,8 +131,8 @@ static sm_status prepare(sm_esdirk4 *m, const sm_full *full) {
     }
     for (size_t i = 0; i < contacts; i++)
         divide(full, full->directions + i * n, m->response + i * width);
-    if (m->elastic) {
-        sm_elastic_stage_set(m->elastic, full->directions, n);
+    if (elastic) {
+        sm_elastic_step_set(elastic, full);
         return SM_OK;
     }
     for (size_t i = 0; i < contacts; i++)
@@ -140,7 +150,7 @@ static sm_status prepare(sm_esdirk4 *m, const sm_full *full) {
     return sm_stepper_set(&m->stepper, &contact, full->step);
 }
 
-/* stage_dv[0] = gamma h (f - Lambda q - C v - W g) */
+/* stage_dv[0] = f - Lambda q - C v - W g, times gamma h where friction is rigid */
 static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double *force) {
     const size_t n = (size_t)full->coordinates, width = m->width;
     for (size_t k = 0; k < n; k++) {
@@ -151,12 +161,12 @@ static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double 
             sum -= full->damping[k * n + j] * m->v[j];
         for (int i = 0; i < full->contacts; i++)
             sum -= full->directions[(size_t)i * n + k] * m->force[i];
-        m->stage_dv[k] = SM_FULL_GAMMA * m->h * sum;
+        m->stage_dv[k] = full->law == SM_ELASTIC ? sum : SM_FULL_GAMMA * m->h * sum;
     }
 }
 
-static void start(sm_esdirk4 *m, const sm_full *full, const sm_inputs *inputs, double elapsed,
-                  const double *state) {
+static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
+                  const sm_inputs *inputs, double elapsed, const double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
     memcpy(m->q, state, n * sizeof(double));
@@ -164,11 +174,10 @@ static void start(sm_esdirk4 *m, const sm_full *full, const sm_inputs *inputs, d
     memcpy(m->x_c, x_c, contacts * sizeof(double));
     memcpy(m->force, force_c, contacts * sizeof(double));
     m->dissipated = force_c[contacts];
-    if (m->elastic) {
-        memcpy(m->elastic->x, x_c, contacts * sizeof(double));
-        memcpy(m->elastic->v, v_c, contacts * sizeof(double));
-        memcpy(m->elastic->memory, force_c + contacts + 1,
-               m->elastic->remembered * sizeof(double));
+    if (elastic) {
+        memcpy(elastic->x_c, x_c, contacts * sizeof(double));
+        memcpy(elastic->v_c, v_c, contacts * sizeof(double));
+        memcpy(elastic->memory, force_c + contacts + 1, elastic->remembered * sizeof(double));
     } else {
         sm_lanes_forget(&m->lane, full->contacts, 1);
         sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
@@ -184,7 +193,8 @@ static void start(sm_esdirk4 *m, const sm_full *full, const sm_inputs *inputs, d
     start_acceleration(m, full, force);
 }
 
-static void finish(const sm_esdirk4 *m, const sm_full *full, double *state) {
+static void finish(const sm_esdirk4 *m, const sm_elastic_step *elastic, const sm_full *full,
+                   double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     double *x_c = state + 2 * n, *v_c = x_c + contacts, *force_c = v_c + contacts;
     memcpy(state, m->q, n * sizeof(double));
@@ -193,19 +203,21 @@ static void finish(const sm_esdirk4 *m, const sm_full *full, double *state) {
     memcpy(v_c, m->v_c, contacts * sizeof(double));
     memcpy(force_c, m->force, contacts * sizeof(double));
     force_c[contacts] = m->dissipated;
-    if (m->elastic)
-        memcpy(force_c + contacts + 1, m->elastic->memory,
-               m->elastic->remembered * sizeof(double));
+    if (elastic)
+        memcpy(force_c + contacts + 1, elastic->memory, elastic->remembered * sizeof(double));
 }
 
 /* `steps` steps, the first one `elapsed` seconds after the inputs start; `first` of the run. */
-SM_HOT static sm_status march(sm_esdirk4 *m, double elapsed, size_t first, size_t steps) {
+SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double elapsed,
+                              size_t first, size_t steps) {
     for (size_t k = first; k < first + steps; k++) {
         const double now = elapsed + m->h * (double)k;
         if (k % SM_ANCHOR == 0) sm_carrier_anchor(&m->carrier, now);
-        const sm_status status = sm_esdirk4_step(m, now);
+        const sm_status status =
+            elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now);
         if (status != SM_OK) return status;
     }
+    if (elastic) sm_elastic_step_velocity(elastic, m->v);
     return SM_OK;
 }
 
@@ -221,7 +233,7 @@ static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *co
         contact[i] = m->x_c[i];
         contact[contacts + i] = m->v_c[i];
         contact[2 * contacts + i] = m->force[i];
-        if (m->elastic) continue;
+        if (full->law == SM_ELASTIC) continue;
         const double limit = full->limit[i]; /* rounding must not carry the force beyond it */
         contact[2 * contacts + i] = fmax(-limit, fmin(m->force[i], limit));
     }
@@ -247,18 +259,17 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     if (status != SM_OK) return status;
     double *memory = calloc(march_size(full), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
-    sm_elastic_stage elastic;
+    sm_elastic_step of_elastic, *elastic = full->law == SM_ELASTIC ? &of_elastic : NULL;
     sm_esdirk4 m = {.contacts = full->contacts,
                     .diagonal = full->diagonal,
                     .width = width_of(full),
-                    .h = full->step,
-                    .elastic = full->law == SM_ELASTIC ? &elastic : NULL};
-    place(&m, full, memory);
-    status = prepare(&m, full);
-    if (status == SM_OK) start(&m, full, inputs, elapsed, state);
+                    .h = full->step};
+    place(&m, elastic, full, memory);
+    status = prepare(&m, elastic, full);
+    if (status == SM_OK) start(&m, elastic, full, inputs, elapsed, state);
     const size_t n = (size_t)full->coordinates, rows = (size_t)full->outputs;
     for (size_t s = 0; s < samples && status == SM_OK; s++) {
-        status = march(&m, elapsed, s * every, every);
+        status = march(&m, elastic, elapsed, s * every, every);
         for (size_t i = 0; i < rows; i++) {
             displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
             velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
@@ -267,7 +278,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
         dissipated[s] = m.dissipated;
     }
     if (status == SM_OK) {
-        finish(&m, full, state);
+        finish(&m, elastic, full, state);
         status = sm_all_finite(state, sm_full_state_count(full)) ? SM_OK : SM_NOT_FINITE;
     }
     free(memory);

@@ -188,7 +188,7 @@ def first_order_rows(
         x = states[:, : case.structure.n_dofs]
         errors = reference.errors(x[:, list(case.observed)], x @ contacts)
         callback, _ = timed(partial(problem.rate, 0.0, states[-1]), 200)
-        note = f"{calls} right-hand sides in numpy, {calls * callback / seconds:.0%} of the time"
+        note = f"{calls} right-hand sides, compiled, {calls * callback / seconds:.0%} of the time"
         yield Row(name, f"rtol {tolerance:g}", errors, seconds, note=note)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import ctypes
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any, Literal
@@ -11,17 +11,31 @@ import numpy as np
 from scipy.integrate import odeint, solve_ivp
 
 from slipmode import rom
+from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
+from slipmode.runner.report.peers.library import library
 
 _MOST_STEPS = 1_000_000
 HAS_CVODE = find_spec("sksundae") is not None
 
 
+class _Record(ctypes.Structure):
+    """peer_first_order."""
+
+    _fields_ = (
+        *((name, ctypes.c_int32) for name in ("dofs", "contacts", "modes")),
+        *(
+            (name, ctypes.c_void_p)
+            for name in ("linear", "slip", "friction", "pattern", "frequency")
+        ),
+    )
+
+
 class FirstOrder:
-    """Equations of motion of a case with tanh friction, in numpy: two products, one tanh.
+    """Equations of motion of a case with tanh friction, compiled: first_order.c.
 
     Parameters
     ----------
@@ -38,38 +52,44 @@ class FirstOrder:
         s, n = case.structure, case.structure.n_dofs
         inverse = np.linalg.inv(as_dense(s.mass))
         W = as_dense(s.directions)
-        self._linear = np.block(
-            [
-                [np.zeros((n, n)), np.eye(n)],
-                [-inverse @ as_dense(s.stiffness), -inverse @ as_dense(s.damping)],
-            ]
+        arrays = {
+            "linear": -inverse @ np.hstack((as_dense(s.stiffness), as_dense(s.damping))),
+            "slip": W.T / case.law.alpha,
+            "friction": inverse @ (W * limits(case.law, W.shape[1])),
+            "pattern": case.excitation.patterns @ inverse,
+            "frequency": np.array(case.frequency),
+        }
+        self._arrays = {name: kernel.contiguous(array) for name, array in arrays.items()}
+        self._record = _Record(
+            *(n, W.shape[1], len(case.frequency)),
+            **{name: array.ctypes.data for name, array in self._arrays.items()},
         )
-        nothing = np.zeros((W.shape[1], n))
-        self._slip = np.hstack([nothing, W.T]) / case.law.alpha
-        self._friction = np.vstack([nothing.T, -inverse @ (W * limits(case.law, W.shape[1]))])
-        patterns = np.hstack(
-            [np.zeros_like(case.excitation.patterns), case.excitation.patterns @ inverse]
-        )
-        self._excitation_of = [
-            (int(dof), float(row[dof]), frequency)
-            for row, frequency in zip(patterns, case.frequency, strict=True)
-            for dof in np.flatnonzero(row)
-        ]
+        self._address = ctypes.addressof(self._record)
+        self._rate = library().peer_first_order_rate
+        self._jacobian = library().peer_first_order_jacobian
         self.size = 2 * n
         self.calls = 0
 
-    def rate(self, t: float, y: Floats) -> Floats:
-        """f(t, y)."""
+    def rate_into(self, t: float, y: Floats, f: Floats) -> None:
+        """f(t, y), of contiguous arrays."""
         self.calls += 1
-        f: Floats = self._linear @ y + self._friction @ np.tanh(self._slip @ y)
-        for dof, force, frequency in self._excitation_of:
-            f[dof] += force * math.cos(frequency * t)
+        self._rate(self._address, t, y.ctypes.data, f.ctypes.data)
+
+    def jacobian_into(self, y: Floats, J: Floats) -> None:
+        """df/dy (size, size), of contiguous arrays."""
+        self._jacobian(self._address, y.ctypes.data, J.ctypes.data)
+
+    def rate(self, t: float, y: Floats) -> Floats:
+        """The same as a new array."""
+        f = np.empty(self.size)
+        self.rate_into(t, y, f)
         return f
 
     def jacobian(self, _: float, y: Floats) -> Floats:
-        """df/dy."""
-        slope = 1.0 - np.tanh(self._slip @ y) ** 2
-        return np.asarray(self._linear + (self._friction * slope) @ self._slip)
+        """The same as a new array."""
+        J = np.empty((self.size, self.size))
+        self.jacobian_into(y, J)
+        return J
 
 
 Integrate = Callable[[FirstOrder, Floats, float], Floats]
@@ -114,13 +134,14 @@ def cvode(problem: FirstOrder, times: Floats, tolerance: float) -> Floats:
     """SUNDIALS' CVODE, BDF, through scikit-sundae; states (samples, size)."""
     from sksundae.cvode import CVODE
 
-    def rate(t: float, y: Floats, f: Floats) -> None:
-        f[:] = problem.rate(t, y)
-
-    def jacobian(t: float, y: Floats, f: Floats, J: Floats) -> None:
-        J[:] = problem.jacobian(t, y)
+    def jacobian(_t: float, y: Floats, _f: Floats, J: Floats) -> None:
+        problem.jacobian_into(y, J)
 
     solver = CVODE(
-        rate, jacfn=jacobian, rtol=tolerance, atol=0.1 * tolerance, max_num_steps=_MOST_STEPS
+        problem.rate_into,
+        jacfn=jacobian,
+        rtol=tolerance,
+        atol=0.1 * tolerance,
+        max_num_steps=_MOST_STEPS,
     )
     return np.asarray(solver.solve(np.append(0.0, times), np.zeros(problem.size)).y[1:])

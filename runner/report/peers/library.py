@@ -25,4 +25,13 @@ def library() -> ctypes.CDLL:
         *(contact, ctypes.c_double, ctypes.c_int32, ctypes.c_int32, ctypes.c_int32),
         *(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p),
     ]
+    pointer, number, count = ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t
+    loaded.peer_newmark.argtypes = [
+        *(ctypes.c_int32, ctypes.c_int32, pointer, pointer, pointer, pointer, number, pointer),
+        *(pointer, pointer, number, count, count, ctypes.c_int32, pointer, pointer, pointer),
+    ]
+    loaded.peer_first_order_rate.argtypes = [pointer, number, pointer, pointer]
+    loaded.peer_first_order_jacobian.argtypes = [pointer, pointer, pointer]
+    for returns_nothing in (loaded.peer_first_order_rate, loaded.peer_first_order_jacobian):
+        returns_nothing.restype = None
     return loaded

@@ -11,7 +11,8 @@ from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.validate import _full, _lost
+from slipmode.runner.transients.reference import on_all_modes
+from slipmode.runner.validate import _lost
 
 STEPPED = """
 [structure]
@@ -62,7 +63,7 @@ def followed(scene):
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = sample_times(scene.contact[0], trajectory)
     motion = fast_motion(component, plan, model, trajectory, times)
-    reference = _full(plan, times, 64)
+    reference = on_all_modes(plan, np.union1d(times, [plan.scene.run.duration]), 64)
     return component, outputs, motion, reference
 
 
