@@ -41,6 +41,8 @@ class Deck:
         The node is the rigid motion that fits the surface best.
     equations : list of list of (node, direction 1-6, factor)
         Sums that are 0.
+    loads : list of (node, direction 1-6, force)
+        Concentrated loads of all steps [N].
     """
 
     number: np.ndarray = field(default_factory=lambda: np.empty(0, int))
@@ -54,12 +56,7 @@ class Deck:
     ties: list[tuple[str, str]] = field(default_factory=list)
     couplings: dict[int, str] = field(default_factory=dict)
     equations: list[list[tuple[int, int, float]]] = field(default_factory=list)
-
-    def mass(self) -> float:
-        """Of straight-edged cells [kg], for a look at units."""
-        corner = self.coordinates[self.cells]
-        edges = corner[:, [1, 3, 4]] - corner[:, :1]
-        return float(self.density * np.abs(np.linalg.det(edges)).sum())
+    loads: list[tuple[int, int, float]] = field(default_factory=list)
 
 
 def read_deck(path: Path) -> Deck:
@@ -83,10 +80,8 @@ def _deck(blocks: list[tuple[str, dict[str, str], list[list[str]]]]) -> Deck:
     element_sets: dict[str, list[np.ndarray]] = {}
     node_sets: dict[str, list[np.ndarray]] = {}
     faces: dict[str, list[list[str]]] = {}
-    couplings, equations = [], []
+    couplings, equations, loads = [], [], []
     for keyword, options, lines in blocks:
-        if keyword == "step":
-            break
         if keyword == "system":
             frame = _frame(lines)
         elif keyword == "node":
@@ -111,6 +106,8 @@ def _deck(blocks: list[tuple[str, dict[str, str], list[list[str]]]]) -> Deck:
         elif keyword == "equation":
             flat = [entry for line in lines[1:] for entry in line]
             equations.append([flat[i : i + 3] for i in range(0, len(flat), 3)])
+        elif keyword == "cload":
+            loads += lines
         elif keyword == "elastic":
             deck.young, deck.poisson = float(lines[0][0]), float(lines[0][1])
         elif keyword == "density":
@@ -132,10 +129,12 @@ def _deck(blocks: list[tuple[str, dict[str, str], list[list[str]]]]) -> Deck:
         own = [deck.cells[members[part.lower()]][:, _FACES[side.upper()]] for part, side in sides]
         deck.surfaces[name] = np.concatenate(own)
     deck.couplings = {one_node(node): surface for node, surface in couplings}
-    deck.equations = [
-        [(one_node(node), int(direction), float(factor)) for node, direction, factor in terms]
-        for terms in equations
-    ]
+
+    def term(entries: list[str]) -> tuple[int, int, float]:
+        return one_node(entries[0]), int(entries[1]), float(entries[2])
+
+    deck.equations = [[term(entries) for entries in terms] for terms in equations]
+    deck.loads = [term(entries) for entries in loads]
     return deck
 
 
