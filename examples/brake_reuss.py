@@ -19,7 +19,10 @@ from slipmode import rom
 
 CONTACTS = 102
 BOLT = 11580.0  # force of each [N]
-MU, TANGENTIAL, NORMAL = 0.2, 1e13, 2e13  # friction; stiffness per area [N/m^3]
+MU, TANGENTIAL, NORMAL = 0.03, 1e13, 2e13  # friction; stiffness per area [N/m^3]
+A = 6  # first bending; modes 0 to 5 swing in the cords
+NEAR = 0.985  # carriers, relative to the stuck modes
+LARGEST = 4e-5  # |a| of the backbone [kg^1/2 m]
 CORDS = 3.0  # frequency of the beam as a whole, hung in soft cords [Hz]
 DAMPING, FREQUENCY = 8.7e-4, 2 * np.pi * 168.5  # damping ratio, measured, and where [rad/s]
 INTERFACES = (("bots", "tops"), ("topbeam_insurf", "botbeam_insurf"))  # in the decks there are
@@ -49,22 +52,25 @@ B = 7
 [forcing.A]
 node = {node}
 direction = "z"
-amplitude = 1.0                         # [N]
+amplitude = 0.4                         # [N]
 frequency = {frequency[0]:.1f}                      # [rad/s]
 
 [forcing.B]
 node = {node}
 direction = "y"
-amplitude = 1.0
+amplitude = 0.4
 frequency = {frequency[1]:.1f}
 
 [run]
-duration = {duration:.3g}                          # [s]
-step = {step:.3g}
+duration = {duration:.6g}                          # [s]
+step = {step:.6g}
 
 [model]
 tolerance = 1e-2
 table = "region"
+
+[[contact]]
+window = [{window:.6g}, {duration:.6g}]                  # [s]
 
 [output]
 nodes = [[{node}, "z"], [{node}, "y"]]
@@ -107,16 +113,24 @@ def end_node(deck: Deck) -> int:
     return int(deck.number[np.argmin(x.max() - x + np.abs(y) + np.abs(z))])
 
 
-def backbone(model: rom.Model, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frequency [rad/s] and damping ratio of a mode that vibrates freely, at each |a| (k,).
+def backbone(
+    reduced: rom.Reduced, law: rom.FrictionalContact, largest: float, decades: int = 2
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """|a| [kg^1/2 m], frequency [rad/s] and damping ratio of one mode that vibrates freely.
 
-    Friction takes Re Q from its stiffness omega^2, and adds -Im Q / omega to its damping.
+    Friction takes Re Q from its stiffness omega^2, and adds -Im Q / omega to its damping. Tables
+    are exact to a part of their largest value, so each decade of amplitudes has its own.
     """
-    S = model.table(amplitude[:, np.newaxis])[:, 0]
-    omega, Q = model.reduced.frequency[0], S / amplitude
-    frequency = np.sqrt(omega**2 - Q.real)
-    loss = frequency * model.reduced.modal_damping[0] - Q.imag
-    return frequency, loss / (2 * frequency**2)
+    curve = []
+    for top in largest * 10.0 ** np.arange(1 - decades, 1):
+        model = rom.tabulate(reduced, law, amplitude=(top,), tolerance=1e-2, warned=False)
+        a = top * np.geomspace(0.1, 1.0, 9)[1:]
+        Q = model.table(a[:, np.newaxis])[:, 0] / a
+        omega = np.sqrt(reduced.frequency[0] ** 2 - Q.real)
+        damping = (reduced.modal_damping[0] - Q.imag / omega) / (2 * omega)
+        curve.append((a, omega, damping))
+    a, omega, damping = np.concatenate(curve, axis=1)
+    return a, omega, damping
 
 
 def write(found: Joint, folder: Path, frequency: tuple[float, float]) -> Path:
@@ -135,7 +149,41 @@ def write(found: Joint, folder: Path, frequency: tuple[float, float]) -> Path:
         node=end_node(found.deck),
         frequency=frequency,
         duration=400 * period,
+        window=396 * period,
         step=2 * period,
     )
     (folder / "beam.toml").write_text(text)
     return folder / "beam.toml"
+
+
+def main(deck: Path, folder: Path) -> None:
+    """From a deck to a scene, with what is worth knowing on the way."""
+    found = joint(read_deck(deck))
+    print(found.structure)
+    rest = rom.preload(found.structure, found.law, found.bolts, warned=False)
+    pressure = rest.normal_force / found.pairs.area * 1e-6
+    stuck, slipping, opened = np.bincount(rest.state, minlength=3)
+    print(f"pressed by {rest.normal_force.sum():.0f} N, at most by {pressure.max():.1f} MPa;")
+    print(f"contacts: {stuck} stuck, {slipping} slipping, {opened} open")
+    reduced = rom.reduce(found.structure, (A,), law=rest.law)
+    omega = np.sort(np.append(reduced.nonresonant_frequency, reduced.frequency))[A:]
+    print("stuck modes [Hz]:", np.round(omega / (2 * np.pi), 1))
+    print("scene:", write(found, folder, (NEAR * omega[0], NEAR * omega[1])))
+    a, frequency, damping = backbone(reduced, rest.law, LARGEST)
+    print("amplitude 2 |a|, frequency [Hz], damping")
+    for row in zip(2 * a, frequency / (2 * np.pi), damping, strict=True):
+        print("{:16.2e}  {:14.2f}  {:7.3%}".format(*row))
+    np.savez(
+        folder / "found.npz",
+        state=rest.state,
+        pressure=pressure,
+        position=found.pairs.position,
+        nodes=found.deck.coordinates,
+        cells=found.deck.cells,
+        shape=(found.bodies.motion @ reduced.mode_shapes[:, 0]).reshape(-1, 3),
+        curve=(a, frequency, damping),
+    )
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
