@@ -22,6 +22,7 @@ BOLT = 11580.0  # force of each [N]
 MU, TANGENTIAL, NORMAL = 0.03, 1e13, 2e13  # friction; stiffness per area [N/m^3]
 A = 6  # first bending; modes 0 to 5 swing in the cords
 NEAR = 0.985  # carriers, relative to the stuck modes
+FORCE = 0.4  # of each mode, at the far end [N]
 LARGEST = 4e-5  # |a| of the backbone [kg^1/2 m]
 CORDS = 3.0  # frequency of the beam as a whole, hung in soft cords [Hz]
 DAMPING, FREQUENCY = 8.7e-4, 2 * np.pi * 168.5  # damping ratio, measured, and where [rad/s]
@@ -52,13 +53,13 @@ B = 7
 [forcing.A]
 node = {node}
 direction = "z"
-amplitude = 0.4                         # [N]
+amplitude = {force}                         # [N]
 frequency = {frequency[0]:.1f}                      # [rad/s]
 
 [forcing.B]
 node = {node}
 direction = "y"
-amplitude = 0.4
+amplitude = {force}
 frequency = {frequency[1]:.1f}
 
 [run]
@@ -133,8 +134,10 @@ def backbone(
     return a, omega, damping
 
 
-def write(found: Joint, folder: Path, frequency: tuple[float, float]) -> Path:
-    """Matrices, bolt forces and the scene, forced at these frequencies [rad/s]."""
+def write(
+    found: Joint, folder: Path, frequency: tuple[float, float], force: float = FORCE
+) -> Path:
+    """Matrices, bolt forces and the scene, forced at these frequencies [rad/s] by these forces [N]."""
     folder.mkdir(parents=True, exist_ok=True)
     found.structure.save(folder / "beam.npz")
     np.save(folder / "bolts.npy", found.bolts)
@@ -148,6 +151,7 @@ def write(found: Joint, folder: Path, frequency: tuple[float, float]) -> Path:
         bolt=np.abs(found.bolts).max(),
         node=end_node(found.deck),
         frequency=frequency,
+        force=force,
         duration=400 * period,
         window=396 * period,
         step=2 * period,

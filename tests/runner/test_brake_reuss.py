@@ -1,6 +1,8 @@
 """From an Abaqus deck to a scene: two lapped bars, and the Brake-Reuss beam where its deck is."""
 
+import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -85,14 +87,54 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
     reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)
     a, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
-    print(reduced.frequency, a, omega, damping)
+    assert reduced.frequency == pytest.approx([10932.68], rel=1e-5)
+    assert omega[0] == pytest.approx(reduced.frequency[0], rel=1e-6)  # all stuck
+    assert damping[0] == pytest.approx(reduced.modal_damping[0] / (2 * omega[0]), rel=1e-4)
+    np.testing.assert_allclose(omega[-2:], [10865.7, 10692.3], rtol=1e-3)
+    np.testing.assert_allclose(damping[-2:], [0.0184, 0.0332], rtol=2e-2)
+
+
+def test_modes_of_a_scene_are_those_under_its_static_force(example, deck, lap, tmp_path):
+    """Bars that are pried apart at an end of the lap: contacts that open hold nothing there."""
+    pried = lap.bolts.copy()
+    for z, force in ((-0.01, -2000.0), (0.01, 2000.0)):
+        (node,) = np.flatnonzero(np.isclose(deck.coordinates, [0.12, 0.01, z]).all(axis=1))
+        pried[lap.bodies.dofs[node, 2]] += force
+    rest = rom.preload(lap.structure, lap.law, pried, warned=False)
+    assert np.any(rest.state == 2)
+    expected = rom.reduce(lap.structure, (6, 7), law=rest.law).frequency
+    closed = rom.reduce(lap.structure, (6, 7), law=lap.law).frequency
+    assert np.all(expected < 0.98 * closed)
+    path = example.write(replace(lap, bolts=pried), tmp_path, tuple(expected))
+    table = mode_table(str(path))
+    np.testing.assert_allclose(table.states["stuck"].frequency[[6, 7]], expected, rtol=1e-9)
 
 
 def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
-    path = example.write(lap, tmp_path, (0.98 * 10900.0, 0.98 * 16700.0))
-    table = mode_table(str(path))
-    rest = rom.preload(lap.structure, lap.law, lap.bolts, warned=False)
-    expected = rom.reduce(lap.structure, (6, 7), law=rest.law).frequency
-    np.testing.assert_allclose(table.states["stuck"].frequency[[6, 7]], expected, rtol=1e-9)
+    """With one mode, which does not slip at this force: the answer of the stuck structure."""
+    reduced = rom.reduce(lap.structure, (6,), law=lap.law)
+    omega = reduced.frequency[0]
+    path = example.write(lap, tmp_path, (0.98 * omega, omega), force=0.1)
+    one = re.sub(r"\[forcing\.B\].*?\n\n", "", path.read_text(), flags=re.DOTALL)
+    path.write_text(one.replace("B = 7\n", ""))
     recording = runner.run(path, output=tmp_path)
-    print(recording)
+    amplitude = runner.load(recording.mcap)["/modes"].column("A_abs")
+    node = lap.structure.labels.dof(example.end_node(lap.deck), "z")
+    dynamic = (1 - 0.98**2 + 0.98j * reduced.modal_damping[0] / omega) * omega**2
+    stuck = 0.5 * 0.1 * reduced.mode_shapes[node, 0] / dynamic
+    assert amplitude[-1] == pytest.approx(abs(stuck), rel=1e-2)
+
+
+@pytest.mark.slow
+def test_frequencies_of_the_published_beam_are_near_those_of_its_authors(example):
+    """Free and with the interface closed, frictionless; by Abaqus on another mesh of it."""
+    path = PUBLISHED / "abaqus4joints_job.inp"
+    if not path.is_file():
+        pytest.skip("needs the published deck abaqus4joints_job.inp")
+    deck = example.read_deck(path)
+    assert len(deck.ties) == 12
+    assert len(deck.equations) == 15
+    found = example.joint(deck)
+    free = rom.modes(found.structure, None, n=10).states["free"].hertz
+    np.testing.assert_allclose(free[:7], 3.0, rtol=1e-4)
+    np.testing.assert_allclose(free[7:10], [70.323, 151.26, 609.25], rtol=0.03)
