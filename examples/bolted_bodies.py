@@ -93,7 +93,9 @@ def cells(deck: Deck) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
     M = inertia.assemble(full, density=deck.density)
     dofs = (3 * used[:, np.newaxis] + np.arange(3)).ravel()
     n = 3 * len(deck.coordinates)
-    place = scipy.sparse.csr_array((np.ones(dofs.size), (dofs, np.arange(dofs.size))), (n, dofs.size))
+    place = scipy.sparse.csr_array(
+        (np.ones(dofs.size), (dofs, np.arange(dofs.size))), (n, dofs.size)
+    )
     return place @ M @ place.T, place @ K @ place.T
 
 
@@ -144,7 +146,7 @@ def _ties(deck: Deck, n: int) -> tuple[scipy.sparse.csc_array, np.ndarray]:
 
 
 def _motion(deck: Deck, node: int) -> np.ndarray:
-    """Translation and rotation (6, 3 nodes) of a node; of a reference node the best rigid motion."""
+    """Translation and rotation (6, 3 nodes) of a node, by the rigid motion that fits best."""
     found = np.zeros((6, 3 * len(deck.coordinates)))
     if node not in deck.couplings:
         found[[0, 1, 2], 3 * node + np.arange(3)] = 1.0

@@ -3,8 +3,8 @@
     python examples/brake_reuss.py brb_octave-jim.inp beam
     slipmode modes beam/beam.toml
 
-The first line reads the deck, assembles and joins its bodies, gathers the interface into frictional
-contacts, and writes matrices, bolt forces and a scene. docs/brake_reuss.md goes on from there.
+The first line reads the deck, assembles and joins its bodies, gathers the interface into
+frictional contacts, and writes matrices, bolt forces and a scene. docs/brake_reuss.md goes on from there.
 """
 
 import sys
@@ -99,9 +99,7 @@ def joint(deck: Deck, contacts: int = CONTACTS, bolt: float = BOLT) -> Joint:
     ).gathered(contacts)
     hung = joined.stiffness + (2 * np.pi * CORDS) ** 2 * joined.mass
     damping = rom.Rayleigh.from_ratios([DAMPING], [FREQUENCY])
-    structure = rom.Structure(
-        joined.mass, hung, damping, contact=pairs.W, labels=joined.labels
-    )
+    structure = rom.Structure(joined.mass, hung, damping, contact=pairs.W, labels=joined.labels)
     law = rom.FrictionalContact.on_areas(
         pairs.area, mu=MU, tangential_stiffness=TANGENTIAL, normal_stiffness=NORMAL
     )
@@ -137,7 +135,7 @@ def backbone(
 def write(
     found: Joint, folder: Path, frequency: tuple[float, float], force: float = FORCE
 ) -> Path:
-    """Matrices, bolt forces and the scene, forced at these frequencies [rad/s] by these forces [N]."""
+    """Matrices, bolt forces and the scene, with frequencies [rad/s] and the size [N] of forcing."""
     folder.mkdir(parents=True, exist_ok=True)
     found.structure.save(folder / "beam.npz")
     np.save(folder / "bolts.npy", found.bolts)

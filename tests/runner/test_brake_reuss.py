@@ -86,7 +86,7 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
         rest = rom.preload(lap.structure, lap.law, lap.bolts)
     assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
     reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)
-    a, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
+    _, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
     assert reduced.frequency == pytest.approx([10932.68], rel=1e-5)
     assert omega[0] == pytest.approx(reduced.frequency[0], rel=1e-6)  # all stuck
     assert damping[0] == pytest.approx(reduced.modal_damping[0] / (2 * omega[0]), rel=1e-4)

@@ -41,7 +41,13 @@ def write_lapped_deck(path: Path) -> Path:
         lines += ["*System", "1., 0., 0., 1., 1., 0.", "0., 0., 0."]
         local = np.stack((places[:, 1], 1.0 - places[:, 0], places[:, 2]), axis=1)
         own = range(nodes + 1, nodes + 1 + len(places))
-        lines += ["*Node", *(f"{n}, {x:.12g}, {y:.12g}, {z:.12g}" for n, (x, y, z) in zip(own, local, strict=True))]
+        lines += [
+            "*Node",
+            *(
+                f"{n}, {x:.12g}, {y:.12g}, {z:.12g}"
+                for n, (x, y, z) in zip(own, local, strict=True)
+            ),
+        ]
         lines += ["*Element, type=C3D8R"]
         lines += [
             f"{e}, " + ", ".join(map(str, corners))
@@ -55,16 +61,24 @@ def write_lapped_deck(path: Path) -> Path:
         joints += [f"*Surface, type=ELEMENT, name={name}", f"_{name}_{face}, {face}"]
     lines += ["*System"]
     for k, x in enumerate(BOLTS):
-        for side, facing, bar, outer in (("above", "S1", "tops_S2", "S2"), ("below", "S2", "bots_S1", "S1")):
+        for side, facing, bar, outer in (
+            ("above", "S1", "tops_S2", "S2"),
+            ("below", "S2", "bots_S1", "S1"),
+        ):
             nodes += 1
             lines += ["*Node", f"{nodes}, {x}, 0.01, 0.", f"*Nset, nset={side}{k}", f"{nodes},"]
-            joints += [f"*Coupling, ref node={side}{k}, surface={side}{k}_{outer}", "*Distributing"]
+            joints += [
+                f"*Coupling, ref node={side}{k}, surface={side}{k}_{outer}",
+                "*Distributing",
+            ]
             joints += ["*Tie, adjust=yes", f"{side}{k}_{facing}, {bar}"]
         for direction in (1, 2, 4, 5, 6):
             joints += ["*Equation", "2", f"above{k}, {direction}, 1., below{k}, {direction}, -1."]
     lines += joints
     lines += ["*Material, name=STEEL", "*Density", "7800.,", "*Elastic", " 2e+11, 0.3"]
     lines += ["*Step", "*Substructure Load Case", "*Cload"]
-    lines += [f"{side}{k}, 3, {f}" for k in range(2) for side, f in (("above", -1.0), ("below", 1.0))]
+    lines += [
+        f"{side}{k}, 3, {f}" for k in range(2) for side, f in (("above", -1.0), ("below", 1.0))
+    ]
     path.write_text("\n".join([*lines, "*End Step", ""]))
     return path
