@@ -4,7 +4,7 @@
     slipmode modes beam/beam.toml
 
 The first line reads the deck, assembles and joins its bodies, gathers the interface into
-frictional contacts, and writes matrices, bolt forces and a scene. docs/brake_reuss.md goes on from there.
+frictional contacts, and writes matrices, bolt forces and a scene; docs/brake_reuss.md goes on.
 """
 
 import sys
@@ -135,7 +135,7 @@ def backbone(
 def write(
     found: Joint, folder: Path, frequency: tuple[float, float], force: float = FORCE
 ) -> Path:
-    """Matrices, bolt forces and the scene, with frequencies [rad/s] and the size [N] of forcing."""
+    """Matrices, bolt forces and the scene, with frequency [rad/s] and size [N] of forcing."""
     folder.mkdir(parents=True, exist_ok=True)
     found.structure.save(folder / "beam.npz")
     np.save(folder / "bolts.npy", found.bolts)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lapped_deck import write_lapped_deck
+from elastic.lapped_deck import write_lapped_deck
 
 from slipmode import rom, runner
 from slipmode.runner.mode_table import mode_table
