@@ -168,7 +168,7 @@ def main(deck: Path, folder: Path) -> None:
     print(f"pressed by {rest.normal_force.sum():.0f} N, at most by {pressure.max():.1f} MPa;")
     print(f"contacts: {stuck} stuck, {slipping} slipping, {opened} open")
     reduced = rom.reduce(found.structure, (A,), law=rest.law)
-    omega = np.sort(np.append(reduced.nonresonant_frequency, reduced.frequency))[A:]
+    omega = rom.reduce(found.structure, (A, A + 1), law=rest.law).frequency
     print("stuck modes [Hz]:", np.round(omega / (2 * np.pi), 1))
     print("scene:", write(found, folder, (NEAR * omega[0], NEAR * omega[1])))
     a, frequency, damping = backbone(reduced, rest.law, LARGEST)
