@@ -42,7 +42,7 @@ def draw(folder: Path, picture: Path) -> None:
     )
     low, high = moved.min(axis=0), moved.max(axis=0)
     view.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    view.set_box_aspect((high - low) * (1, 1.5, 1.5), zoom=2.6)
+    view.set_box_aspect((high - low) * (1, 1.5, 1.5), zoom=1.6)
     view.view_init(elev=15, azim=-75)
     view.set_axis_off()
     view.set_title("first bending mode, contacts stuck")
