@@ -38,6 +38,7 @@ from slipmode.rom.slow.steady import (
 from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.pairing.contact_pairs import contact_pairs
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
@@ -57,6 +58,7 @@ __all__ = [
     "FrictionalContact",
     "Iwan",
     "Jenkins",
+    "Labels",
     "LimitCycle",
     "ModeTable",
     "Model",

@@ -10,7 +10,7 @@ from typing import Any
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.runner.scene.contacts import law_of
+from slipmode.runner.scene.contacts import law_of, preloaded
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
 _NODES = re.compile(r"(\d+)(?:-(\d+))?:(\w+)")
@@ -40,7 +40,9 @@ def mode_table(
         scene = load_scene(file)
         structure = scene.structure.build()
         of_scene = law_of(scene, structure.n_contacts)
-        law = None if isinstance(of_scene, RigidFriction) else of_scene
+        rest = preloaded(scene, structure, of_scene)  # contacts that it opens are not stuck
+        loaded = of_scene if rest is None else rest.law
+        law = None if isinstance(loaded, RigidFriction) else loaded
         return rom.modes(structure, law, number, progress=True)
     where = None if contact is None else _contacts(contact)
     structure = rom.load_structure(file, mass=mass, contact=where)

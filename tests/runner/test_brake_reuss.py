@@ -1,0 +1,138 @@
+"""From an Abaqus deck to a scene: two lapped bars, and the Brake-Reuss beam where its deck is."""
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from elastic.lapped_deck import write_lapped_deck
+
+from slipmode import rom, runner
+from slipmode.runner.mode_table import mode_table
+
+pytest.importorskip("skfem", reason="needs slipmode[fem]")
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "published"
+
+
+@pytest.fixture(scope="module", name="example")
+def imported_example():
+    sys.path.insert(0, str(EXAMPLES))  # its siblings
+    try:
+        import brake_reuss
+    finally:
+        sys.path.remove(str(EXAMPLES))
+    return brake_reuss
+
+
+@pytest.fixture(scope="module", name="deck")
+def small_deck(example, tmp_path_factory):
+    return example.read_deck(write_lapped_deck(tmp_path_factory.mktemp("deck") / "lap.inp"))
+
+
+@pytest.fixture(scope="module", name="lap")
+def small_joint(example, deck):
+    return example.joint(deck, contacts=12, bolt=2000.0)
+
+
+def rigid_motions(coordinates):
+    """(3 nodes, 6)."""
+    turns = [np.cross(axis, coordinates) for axis in np.eye(3)]
+    moves = [np.broadcast_to(axis, coordinates.shape) for axis in np.eye(3)]
+    return np.stack(moves + turns, axis=-1).reshape(-1, 6)
+
+
+def test_a_deck_is_read_in_its_frames(deck):
+    assert deck.coordinates[:306].min(axis=0) == pytest.approx([0.0, 0.0, -0.012], abs=1e-12)
+    assert deck.coordinates.max(axis=0) == pytest.approx([0.18, 0.02, 0.012], abs=1e-12)
+    edges = deck.coordinates[deck.cells][:, [1, 3, 4]] - deck.coordinates[deck.cells][:, :1]
+    assert np.linalg.det(edges).sum() == pytest.approx(
+        2 * 0.12 * 0.02 * 0.01 + 4 * 0.012**2 * 0.002
+    )
+    corners = deck.coordinates[deck.surfaces["bots"]]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert np.all(outward[:, 2] > 0.0)
+    assert np.all(corners[..., 2] == 0.0)
+
+
+def test_a_truncated_deck_is_refused(example, tmp_path):
+    path = write_lapped_deck(tmp_path / "lap.inp")
+    text = path.read_text()
+    path.write_text(text[: text.index("*Material")].replace("_tops_S1, S1", "_nothing, S1"))
+    with pytest.raises(rom.SlipmodeError, match=r"lap\.inp: .*_nothing"):
+        example.read_deck(path)
+
+
+def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
+    x, joined = deck.coordinates, lap.bodies
+    moves, kept = rigid_motions(x), joined.dofs.ravel()
+    of_kept = np.zeros((lap.structure.n_dofs, 6))
+    of_kept[kept[kept >= 0]] = moves[kept >= 0]
+    in_cells = np.repeat(np.isin(np.arange(len(x)), deck.cells), 3)
+    np.testing.assert_allclose((joined.motion @ of_kept)[in_cells], moves[in_cells], atol=1e-12)
+    strain = np.abs(joined.stiffness @ of_kept).max() / np.abs(joined.stiffness).max()
+    assert strain < 1e-13
+    assert np.abs(of_kept.T @ lap.bolts).max() < 1e-9
+    mass = of_kept[:, 0] @ joined.mass @ of_kept[:, 0]
+    assert mass == pytest.approx(7800.0 * (2 * 0.12 * 0.02 * 0.01 + 4 * 0.012**2 * 0.002))
+    free = rom.modes(lap.structure, lap.law, n=8).states["free"].hertz
+    assert free[:7] == pytest.approx([3.0] * 7, rel=1e-4)  # and apart along the bolts
+
+
+def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
+    with pytest.warns(rom.ValidityWarning, match="what friction can hold"):
+        rest = rom.preload(lap.structure, lap.law, lap.bolts)
+    assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
+    reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)
+    _, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
+    assert reduced.frequency == pytest.approx([10932.68], rel=1e-5)
+    assert omega[0] == pytest.approx(reduced.frequency[0], rel=1e-6)  # all stuck
+    assert damping[0] == pytest.approx(reduced.modal_damping[0] / (2 * omega[0]), rel=1e-4)
+    np.testing.assert_allclose(omega[-2:], [10865.7, 10692.3], rtol=1e-3)
+    np.testing.assert_allclose(damping[-2:], [0.0184, 0.0332], rtol=2e-2)
+
+
+def test_modes_of_a_scene_are_those_under_its_static_force(example, deck, lap, tmp_path):
+    """Bars that are pried apart at an end of the lap: contacts that open hold nothing there."""
+    pried = lap.bolts.copy()
+    for z, force in ((-0.01, -2000.0), (0.01, 2000.0)):
+        (node,) = np.flatnonzero(np.isclose(deck.coordinates, [0.12, 0.01, z]).all(axis=1))
+        pried[lap.bodies.dofs[node, 2]] += force
+    rest = rom.preload(lap.structure, lap.law, pried, warned=False)
+    assert np.any(rest.state == 2)
+    expected = rom.reduce(lap.structure, (6, 7), law=rest.law).frequency
+    closed = rom.reduce(lap.structure, (6, 7), law=lap.law).frequency
+    assert np.all(expected < 0.98 * closed)
+    path = example.write(replace(lap, bolts=pried), tmp_path, tuple(expected))
+    table = mode_table(str(path))
+    np.testing.assert_allclose(table.states["stuck"].frequency[[6, 7]], expected, rtol=1e-9)
+
+
+def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
+    """With one mode, which does not slip at this force: the answer of the stuck structure."""
+    reduced = rom.reduce(lap.structure, (6,), law=lap.law)
+    omega = reduced.frequency[0]
+    path = example.write(lap, tmp_path, (0.98 * omega, omega), force=0.1)
+    one = re.sub(r"\[forcing\.B\].*?\n\n", "", path.read_text(), flags=re.DOTALL)
+    path.write_text(one.replace("B = 7\n", ""))
+    recording = runner.run(path, output=tmp_path)
+    amplitude = runner.load(recording.mcap)["/modes"].column("A_abs")
+    node = lap.structure.labels.dof(example.end_node(lap.deck), "z")
+    dynamic = (1 - 0.98**2 + 0.98j * reduced.modal_damping[0] / omega) * omega**2
+    stuck = 0.5 * 0.1 * reduced.mode_shapes[node, 0] / dynamic
+    assert amplitude[-1] == pytest.approx(abs(stuck), rel=1e-2)
+
+
+@pytest.mark.parametrize("name", ["brb_octave-jim.inp", "abaqus4joints_job.inp"])
+def test_bodies_of_published_decks_are_joined_and_move_as_one(example, name):
+    path = PUBLISHED / name
+    if not path.is_file():
+        pytest.skip(f"needs the published deck {name}")
+    deck = example.read_deck(path)
+    assert (len(deck.ties), len(deck.equations), len(deck.loads)) == (12, 15, 6)
+    motion, kept = sys.modules["bolted_bodies"].joined(deck)
+    moves = rigid_motions(deck.coordinates)
+    in_cells = np.repeat(np.isin(np.arange(len(deck.coordinates)), deck.cells), 3)
+    np.testing.assert_allclose((motion @ moves[kept])[in_cells], moves[in_cells], atol=1e-11)
