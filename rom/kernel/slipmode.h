@@ -314,7 +314,7 @@ typedef struct sm_component sm_component;
  * friction table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out
  * x_c + E. */
 typedef struct {
-    int32_t wanted;              /* 1: contact motion is computed at every communication point */
+    int32_t wanted;              /* 1: contact motion can be read at communication points */
     int32_t elastic;             /* number of elastic outputs */
     const double *modes_out;     /* (elastic, modes, 2) */
     const double *contacts_out;  /* (elastic, N_c) */
@@ -324,7 +324,7 @@ typedef struct {
     const double *response;        /* (count_a, count_b, orders_count, elastic, 2) E_nm [m] */
     int32_t steps_per_period;    /* of the faster carrier */
     double memory_periods;       /* periods of the slower carrier marched before a communication
-                                    point; a shorter step continues the previous march */
+                                    point; what was marched before is continued */
 } sm_motion;
 
 SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
@@ -346,7 +346,11 @@ SM_API sm_status sm_component_step(sm_component *component, double duration);
  * displacements. A mode that the model does not have reads 0. */
 #define SM_OUTPUTS_FIXED 10
 SM_API size_t sm_component_output_count(const sm_component *component);
-SM_API sm_status sm_component_outputs(const sm_component *component, double *outputs);
+SM_API sm_status sm_component_outputs(sm_component *component, double *outputs);
+/* The SM_OUTPUTS_FIXED of them, and the rest: contacts are marched when they are read, from where
+ * they were read last, or for as long as they remember. SM_BAD_ARGUMENT unless motion.wanted. */
+SM_API sm_status sm_component_slow_outputs(const sm_component *component, double *outputs);
+SM_API sm_status sm_component_motion(sm_component *component, double *motion);
 
 /* The same motion, x_c, v_c, f_c (3 N_c) and the elastic displacements, from any amplitudes that have
  * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. The state stays

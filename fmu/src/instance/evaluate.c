@@ -160,26 +160,31 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     } else {
         status = apply_inputs(instance);
         if (status != FMU_OK) return status;
-        status = status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+        status = status_of(instance,
+                           sm_component_slow_outputs(instance->component, instance->outputs),
                            "outputs");
     }
     instance->outputs_current = status == FMU_OK;
     return status;
 }
 
-/* In Model Exchange the contacts are marched to the present point from rest: what happened before
- * the last few periods does not matter to them. */
+/* Contacts are marched where they are read. In Model Exchange that is to the present point from
+ * rest: what happened before the last few periods does not matter to them. */
 fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
-        instance->motion_current || !instance->model.motion.wanted)
+    if (status != FMU_OK || instance->motion_current || !instance->model.motion.wanted)
         return status;
-    const sm_inputs inputs = fmu_inputs_now(instance);
-    double *outputs = instance->outputs;
-    status = status_of(instance,
-                       sm_component_recent_motion(instance->component, &inputs, outputs + 1,
-                                                  instance->rates, outputs + SM_OUTPUTS_FIXED),
-                       "contact motion");
+    double *outputs = instance->outputs, *motion = outputs + SM_OUTPUTS_FIXED;
+    if (instance->interface == FMU_CO_SIMULATION) {
+        status = status_of(instance, sm_component_motion(instance->component, motion),
+                           "contact motion");
+    } else {
+        const sm_inputs inputs = fmu_inputs_now(instance);
+        status = status_of(instance,
+                           sm_component_recent_motion(instance->component, &inputs, outputs + 1,
+                                                      instance->rates, motion),
+                           "contact motion");
+    }
     instance->motion_current = status == FMU_OK;
     return status;
 }
@@ -209,8 +214,8 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     if (status != FMU_OK) return status;
     instance->terminated = 0;
     instance->inputs = later;
-    instance->rates_current = 0;
-    return status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+    instance->rates_current = instance->motion_current = 0;
+    return status_of(instance, sm_component_slow_outputs(instance->component, instance->outputs),
                      "outputs");
 }
 

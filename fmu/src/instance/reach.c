@@ -42,7 +42,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
                    end, lower);
 }
 
-/* Seconds that the component can go; its outputs are those there, itself it comes back. */
+/* Seconds that the component can go; its slow outputs are those there, itself it comes back. */
 static double reach(sm_component *component, double duration, double *state, double *outputs) {
     double reached = 0.0;
     sm_component_get_state(component, state);
@@ -50,7 +50,7 @@ static double reach(sm_component *component, double duration, double *state, dou
         duration *= 0.5;
         if (sm_component_step(component, duration) == SM_OK) reached += duration;
     }
-    const sm_status read = sm_component_outputs(component, outputs);
+    const sm_status read = sm_component_slow_outputs(component, outputs);
     return sm_component_set_state(component, state) == SM_OK && read == SM_OK ? reached : -1.0;
 }
 
