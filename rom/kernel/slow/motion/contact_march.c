@@ -164,8 +164,10 @@ SM_INLINE sm_status step(sm_march *march, sm_forcing *forcing, int level, double
     } else {
         status = step_rigid(march, forcing, level, h, elapsed, tolerance);
     }
-    for (int i = 0; i < n; i++)
-        march->acceleration[i] = (march->acceleration[i] + march->v[i]) / h;
+    for (int i = 0; i < n; i++) {
+        const double mean = (march->acceleration[i] + march->v[i]) / h;
+        march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* steps of next to nothing */
+    }
     return status;
 }
 
