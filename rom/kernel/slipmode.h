@@ -330,6 +330,14 @@ typedef struct {
 SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                                      const sm_motion *motion, double tolerance,
                                      sm_component **component);
+/* What a component is made of, whatever its tolerance. */
+SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
+                                    const sm_motion *motion);
+/* Of what sm_component_check has accepted, but for other values of damping and motion.wanted. The
+ * tables, of the flow and of the motion, are not copied: they must outlast all that share them. */
+SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                            const sm_motion *motion, double tolerance,
+                                            sm_component **component);
 SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,

@@ -10,7 +10,7 @@
 
 /* The mode that is nearest to the end of the table, or farthest beyond it. */
 static int outermost(const fmu_instance *instance, const double *outputs, double *end) {
-    const sm_table *table = &instance->model.flow.table;
+    const sm_table *table = &instance->flow.table;
     const double last[SM_MODES] = {
         table->node_a[table->count_a - 1],
         table->modes == SM_MODES ? table->node_b[table->count_b - 1] : 1.0};

@@ -37,33 +37,54 @@ struct sm_component {
     sm_instant instant;
 };
 
-sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
-                              const sm_motion *motion, double tolerance,
-                              sm_component **component) {
-    if (!flow || !motion || !component) return SM_BAD_ARGUMENT;
-    sm_status status = sm_check_positive(tolerance);
-    if (status == SM_OK) status = sm_table_check(&flow->table);
+sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
+                             const sm_motion *motion) {
+    if (!flow || !motion) return SM_BAD_ARGUMENT;
+    sm_status status = sm_table_check(&flow->table);
     if (status == SM_OK) status = sm_slow_flow_check(flow);
     if (status == SM_OK) status = sm_contact_check(contact);
     if (status != SM_OK) return status;
-    if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
-    status = sm_motion_check(motion, contact, &flow->table);
-    if (status != SM_OK) return status;
+    if (contact->modes != flow->table.modes) return SM_BAD_ARGUMENT;
+    return sm_motion_check(motion, contact, &flow->table);
+}
 
-    const size_t total =
-        sm_table_size(&flow->table) + sm_contact_output_size(motion, contact, &flow->table);
+/* `shared`: the tables are not copied. */
+static sm_status create(const sm_slow_flow *flow, const sm_contact *contact,
+                        const sm_motion *motion, double tolerance, int shared,
+                        sm_component **component) {
+    const sm_status status = sm_check_positive(tolerance);
+    if (status != SM_OK) return status;
+    if (tolerance >= 1.0) return SM_BAD_ARGUMENT;
+    const size_t total = (shared ? 0 : sm_table_size(&flow->table))
+                         + sm_contact_output_size(motion, contact, &flow->table, shared);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
     if (!c) return SM_NO_MEMORY;
     double *memory = (double *)(void *)((char *)c + header);
     c->flow = *flow;
     c->tolerance = tolerance;
-    c->flow.table = sm_table_copy(&flow->table, &memory);
-    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, memory);
+    if (!shared) c->flow.table = sm_table_copy(&flow->table, &memory);
+    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, shared, memory);
     c->inputs.limit_scale = 1.0;
     for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
+}
+
+sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
+                              const sm_motion *motion, double tolerance,
+                              sm_component **component) {
+    if (!component) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_component_check(flow, contact, motion);
+    return status == SM_OK ? create(flow, contact, motion, tolerance, 0, component) : status;
+}
+
+sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                     const sm_motion *motion, double tolerance,
+                                     sm_component **component) {
+    if (!flow || !contact || !motion || !component) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_slow_flow_check(flow);
+    return status == SM_OK ? create(flow, contact, motion, tolerance, 1, component) : status;
 }
 
 void sm_component_free(sm_component *component) { free(component); }

@@ -59,14 +59,14 @@ static size_t elastic_size(const sm_contact *contact) {
 }
 
 size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
-                              const sm_table *table) {
+                              const sm_table *table, int shared) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     const sizes s = sizes_of(motion);
     return sm_march_size(contact, (int)s.orders) + 2 * sm_march_state_count(contact)
            + (motion->wanted ? 2 * sm_doubles(sizeof(sm_stretch_queue)) : 0)
            + elastic_size(contact) + 2 * n + 3 * n * n
            + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
-           + 2 * s.orders * ((n + s.elastic) * node_count(table) + 2 * n);
+           + 2 * s.orders * ((n + s.elastic) * (shared ? 0 : node_count(table)) + 2 * n);
 }
 
 static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, double **memory) {
@@ -95,6 +95,7 @@ static void place_contact(sm_contact_output *out, const sm_contact *contact, dou
     out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
 }
 
+/* `nodes`: of the tables that are copied, 0: they are shared. */
 static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
                          double **memory) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
@@ -102,8 +103,10 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
     out->motion = *motion;
     out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
     out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
-    out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
-    out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+    if (nodes > 0) {
+        out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
+        out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+    }
     for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(memory, s.orders * n * 2);
     int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
     if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
@@ -112,7 +115,8 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
 }
 
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
-                             const sm_contact *contact, const sm_table *table, double *memory) {
+                             const sm_contact *contact, const sm_table *table, int shared,
+                             double *memory) {
     const int orders = (int)sizes_of(motion).orders;
     place_contact(out, contact, &memory);
     sm_march_place(&out->march, &out->contact, orders,
@@ -123,7 +127,7 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
         out->queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
         out->before.queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
     }
-    place_motion(out, motion, node_count(table), &memory);
+    place_motion(out, motion, shared ? 0 : node_count(table), &memory);
 }
 
 static double slowest_period(const sm_contact_output *out, const sm_inputs *inputs) {
