@@ -63,7 +63,7 @@ size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     const sizes s = sizes_of(motion);
     return sm_march_size(contact, (int)s.orders) + 2 * sm_march_state_count(contact)
-           + (motion->wanted ? 2 * sm_doubles(sizeof(sm_stretch_queue)) : 0)
+           + 2 * sm_doubles(sizeof(sm_stretch_queue))
            + elastic_size(contact) + 2 * n + 3 * n * n
            + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
            + 2 * s.orders * ((n + s.elastic) * (shared ? 0 : node_count(table)) + 2 * n);
@@ -123,10 +123,8 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                    sm_take(&memory, sm_march_size(contact, orders)));
     out->state = sm_take(&memory, sm_march_state_count(contact));
     out->before.state = sm_take(&memory, sm_march_state_count(contact));
-    if (motion->wanted) {
-        out->queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
-        out->before.queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
-    }
+    out->queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
+    out->before.queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
     place_motion(out, motion, shared ? 0 : node_count(table), &memory);
 }
 
@@ -303,28 +301,25 @@ static sm_status march_all(sm_contact_output *out, const sm_slow_flow *flow) {
 
 void sm_contact_output_reset(sm_contact_output *out) {
     memset(out->state, 0, sm_march_state_count(&out->contact) * sizeof(double));
-    if (out->motion.wanted) out->queue->count = 0;
+    out->queue->count = 0;
 }
 
 size_t sm_contact_output_state_count(const sm_contact_output *out) {
-    return out->motion.wanted ? sm_march_state_count(&out->contact) + SM_QUEUE_DOUBLES : 0;
+    return sm_march_state_count(&out->contact) + SM_QUEUE_DOUBLES;
 }
 
 void sm_contact_output_get_state(const sm_contact_output *out, double *values) {
     const size_t count = sm_march_state_count(&out->contact);
-    if (!out->motion.wanted) return;
     memcpy(values, out->state, count * sizeof(double));
     sm_queue_write(out->queue, values + count);
 }
 
 sm_status sm_contact_output_check_state(const sm_contact_output *out, const double *values) {
-    if (!out->motion.wanted) return SM_OK;
     return sm_queue_check(values + sm_march_state_count(&out->contact), out->contact.modes);
 }
 
 void sm_contact_output_set_state(sm_contact_output *out, const double *values) {
     const size_t count = sm_march_state_count(&out->contact);
-    if (!out->motion.wanted) return;
     memcpy(out->state, values, count * sizeof(double));
     sm_queue_read(out->queue, values + count);
 }

@@ -55,7 +55,8 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow
 void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow);
 void sm_contact_output_abandon(sm_contact_output *out);
 
-/* Contacts at rest, and all of it as doubles: none where the motion is not wanted. */
+/* Contacts at rest, and all of it as doubles: as many where the motion is not wanted, for whether
+ * it is may change before a state is put back. */
 void sm_contact_output_reset(sm_contact_output *out);
 size_t sm_contact_output_state_count(const sm_contact_output *out);
 void sm_contact_output_get_state(const sm_contact_output *out, double *values);
