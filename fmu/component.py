@@ -46,6 +46,7 @@ from slipmode.rom.validity import Finding, force_strain, model_findings, strain_
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
 
+_SLOW_OUTPUTS = 10  # SM_OUTPUTS_FIXED
 _TRACED_ROWS = 4096  # outputs in memory together
 
 
@@ -59,8 +60,9 @@ class Component:
         The forces [N] that a force input of 1 N stands for; the inputs are the magnitudes.
         Default: the input is the modal force [N kg^-1/2].
     contact : bool
-        Compute the contact motion at every communication point. It costs a march over the last
-        few periods, so it is off unless asked for. In the consistent formulation the modes
+        Have the contact motion among the outputs. Where they are read it is marched to the
+        present, from where they were read last or over the last few periods; so it is off unless
+        asked for. In the consistent formulation the modes
         respond to the harmonics of the contacts, so the model must keep some:
         `rom.tabulate(..., harmonics=5)`. The response is that at the model's carriers: reduce it
         with those of the forcing.
@@ -119,7 +121,10 @@ class Component:
     @property
     def time(self) -> float:
         """Present time [s]."""
-        return self.outputs()["time"]
+        values = np.empty(_SLOW_OUTPUTS)
+        address = values.ctypes.data
+        kernel.check(kernel.lib.sm_component_slow_outputs(self._handle, address), "time")
+        return float(values[0])
 
     def reset(self, time: float = 0.0, amplitude: ArrayLike = 0.0) -> None:
         """Start anew at `time` with complex amplitudes (modes,), contacts at rest.
@@ -362,7 +367,7 @@ class Component:
     def _stopped(
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
-        now = self.outputs()
+        now = self.time
         reason = kernel.message(status)
         if not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
@@ -372,8 +377,8 @@ class Component:
             reason = refusal
         elif status == kernel.OUTSIDE_TABLE:
             reason = self._departure(duration)
-        message = f"stopped at t = {now['time']:g} s: {reason}"
-        return StoppedError(message, now["time"], outputs, status == kernel.OUTSIDE_TABLE)
+        message = f"stopped at t = {now:g} s: {reason}"
+        return StoppedError(message, now, outputs, status == kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
         """Which amplitude leaves the table during a step, and when, found by bisection."""

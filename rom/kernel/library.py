@@ -62,6 +62,7 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_component_set_inputs": [c_void_p, c_void_p],
     "sm_component_step": [c_void_p, c_double],
     "sm_component_outputs": [c_void_p, c_void_p],
+    "sm_component_slow_outputs": [c_void_p, c_void_p],
     "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],
     "sm_component_trace": [
         *(c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p),

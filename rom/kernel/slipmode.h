@@ -313,7 +313,7 @@ typedef struct sm_component sm_component;
  * friction table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out
  * x_c + E. */
 typedef struct {
-    int32_t wanted;              /* 1: contact motion is computed at every communication point */
+    int32_t wanted;              /* 1: contact motion can be read at communication points */
     int32_t elastic;             /* number of elastic outputs */
     const double *modes_out;     /* (elastic, modes, 2) */
     const double *contacts_out;  /* (elastic, N_c) */
@@ -323,12 +323,20 @@ typedef struct {
     const double *response;        /* (count_a, count_b, orders_count, elastic, 2) E_nm [m] */
     int32_t steps_per_period;    /* of the faster carrier */
     double memory_periods;       /* periods of the slower carrier marched before a communication
-                                    point; a shorter step continues the previous march */
+                                    point; what was marched before is continued */
 } sm_motion;
 
 SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                                      const sm_motion *motion, double tolerance,
                                      sm_component **component);
+/* What a component is made of, whatever its tolerance. */
+SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
+                                    const sm_motion *motion);
+/* Of what sm_component_check has accepted, but for other values of damping and motion.wanted. The
+ * tables, of the flow and of the motion, are not copied: they must outlast all that share them. */
+SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                            const sm_motion *motion, double tolerance,
+                                            sm_component **component);
 SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
@@ -345,7 +353,11 @@ SM_API sm_status sm_component_step(sm_component *component, double duration);
  * displacements. A mode that the model does not have reads 0. */
 #define SM_OUTPUTS_FIXED 10
 SM_API size_t sm_component_output_count(const sm_component *component);
-SM_API sm_status sm_component_outputs(const sm_component *component, double *outputs);
+SM_API sm_status sm_component_outputs(sm_component *component, double *outputs);
+/* The SM_OUTPUTS_FIXED of them, and the rest: contacts are marched when they are read, from where
+ * they were read last, or for as long as they remember. SM_BAD_ARGUMENT unless motion.wanted. */
+SM_API sm_status sm_component_slow_outputs(const sm_component *component, double *outputs);
+SM_API sm_status sm_component_motion(sm_component *component, double *motion);
 
 /* The same motion, x_c, v_c, f_c (3 N_c) and the elastic displacements, from any amplitudes that have
  * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. The state stays

@@ -12,14 +12,14 @@ typedef struct {
 
 /* NULL if there is no such variable. */
 static const fmu_variable *find(const fmu_instance *instance, uint32_t reference) {
-    const int known = reference < (uint32_t)instance->model.variables;
-    return known ? &instance->model.variable[reference] : NULL;
+    const int known = reference < (uint32_t)instance->model->variables;
+    return known ? &instance->model->variable[reference] : NULL;
 }
 
 static fmu_status refuse(const fmu_instance *instance, fmu_status status, uint32_t reference,
                          const char *why) {
     return fmu_say(instance, status, "GetDirectionalDerivative: %s, value reference %lu, %s",
-                   find(instance, reference) ? instance->model.name[reference] : "no variable",
+                   find(instance, reference) ? instance->model->name[reference] : "no variable",
                    (unsigned long)reference, why);
 }
 

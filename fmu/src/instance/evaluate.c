@@ -17,8 +17,8 @@ static fmu_status status_of(const fmu_instance *instance, sm_status status, cons
 
 void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
     for (int j = 0; j < SM_MODES; j++) {
-        inputs->force[j] *= instance->model.force_factor[j];
-        inputs->force_rate[j] *= instance->model.force_factor[j];
+        inputs->force[j] *= instance->model->force_factor[j];
+        inputs->force_rate[j] *= instance->model->force_factor[j];
     }
 }
 
@@ -35,14 +35,14 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
     const double before = from->frequency[1] - from->frequency[0];
     const double after = to->frequency[1] - to->frequency[0];
     const int apart = (before > 0.0 && after > 0.0) || (before < 0.0 && after < 0.0);
-    if (instance->model.modes < SM_MODES || apart) return FMU_OK;
+    if (instance->model->modes < SM_MODES || apart) return FMU_OK;
     return fmu_say(instance, FMU_ERROR, "frequency_A, frequency_B: must differ at all times, the "
                                         "same one staying above");
 }
 
 /* Forcing frequencies must be such as the slow flow of their mode can follow: rom/validity.py. */
 static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *inputs) {
-    const fmu_model *model = &instance->model;
+    const fmu_model *model = instance->model;
     for (int j = 0; j < model->modes; j++) {
         const double low = model->carrier_range[0] * model->flow.natural[j];
         const double high = model->carrier_range[1] * model->flow.natural[j];
@@ -56,16 +56,16 @@ static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *
 
 /* A component with the present parameters. */
 static fmu_status build(fmu_instance *instance) {
-    fmu_model *model = &instance->model;
     const size_t size = sizeof instance->built_with;
     if (instance->component && memcmp(instance->built_with, instance->parameters, size) == 0)
         return FMU_OK;
     sm_component *built;
-    memcpy(model->flow.damping, instance->parameters + FMU_DAMPING, sizeof model->flow.damping);
-    model->motion.wanted = instance->parameters[FMU_CONTACT_WANTED] != 0.0;
+    memcpy(instance->flow.damping, instance->parameters + FMU_DAMPING,
+           sizeof instance->flow.damping);
+    instance->motion.wanted = instance->parameters[FMU_CONTACT_WANTED] != 0.0;
     const sm_status status =
-        sm_component_create(&model->flow, &model->contact, &model->motion,
-                            instance->parameters[FMU_TOLERANCE], &built);
+        sm_component_shared_create(&instance->flow, &instance->model->contact, &instance->motion,
+                                   instance->parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return status_of(instance, status, "model");
     sm_component_free(instance->component);
     instance->component = built;
@@ -126,11 +126,11 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     double *outputs = instance->outputs, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
     status = status_of(instance,
-                       sm_slow_flow_rate(&instance->model.flow, &inputs, 0.0, outputs + 1,
+                       sm_slow_flow_rate(&instance->flow, &inputs, 0.0, outputs + 1,
                                          instance->rates, &power[0], &power[1]),
                        "derivatives");
     if (status != FMU_OK) return status;
-    complete_rates(instance->model.modes, inputs.frequency, power[1], instance->rates);
+    complete_rates(instance->model->modes, inputs.frequency, power[1], instance->rates);
     if (instance->interface == FMU_MODEL_EXCHANGE) memcpy(outputs + 7, power, sizeof power);
     instance->rates_current = 1;
     return FMU_OK;
@@ -142,12 +142,12 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
     const sm_inputs inputs = fmu_inputs_now(instance);
     const fmu_status status =
         status_of(instance,
-                  sm_slow_flow_directional(&instance->model.flow, &inputs, 0.0,
+                  sm_slow_flow_directional(&instance->flow, &inputs, 0.0,
                                            instance->outputs + 1, d_amplitude, d_inputs, d_rates,
                                            &d_power[0], &d_power[1]),
                   "directional derivative");
     if (status == FMU_OK)
-        complete_rates(instance->model.modes, d_inputs->frequency, d_power[1], d_rates);
+        complete_rates(instance->model->modes, d_inputs->frequency, d_power[1], d_rates);
     return status;
 }
 
@@ -160,26 +160,31 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     } else {
         status = apply_inputs(instance);
         if (status != FMU_OK) return status;
-        status = status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+        status = status_of(instance,
+                           sm_component_slow_outputs(instance->component, instance->outputs),
                            "outputs");
     }
     instance->outputs_current = status == FMU_OK;
     return status;
 }
 
-/* In Model Exchange the contacts are marched to the present point from rest: what happened before
- * the last few periods does not matter to them. */
+/* Contacts are marched where they are read. In Model Exchange that is to the present point from
+ * rest: what happened before the last few periods does not matter to them. */
 fmu_status fmu_evaluate_motion(fmu_instance *instance) {
     fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK || instance->interface == FMU_CO_SIMULATION ||
-        instance->motion_current || !instance->model.motion.wanted)
+    if (status != FMU_OK || instance->motion_current || !instance->motion.wanted)
         return status;
-    const sm_inputs inputs = fmu_inputs_now(instance);
-    double *outputs = instance->outputs;
-    status = status_of(instance,
-                       sm_component_recent_motion(instance->component, &inputs, outputs + 1,
-                                                  instance->rates, outputs + SM_OUTPUTS_FIXED),
-                       "contact motion");
+    double *outputs = instance->outputs, *motion = outputs + SM_OUTPUTS_FIXED;
+    if (instance->interface == FMU_CO_SIMULATION) {
+        status = status_of(instance, sm_component_motion(instance->component, motion),
+                           "contact motion");
+    } else {
+        const sm_inputs inputs = fmu_inputs_now(instance);
+        status = status_of(instance,
+                           sm_component_recent_motion(instance->component, &inputs, outputs + 1,
+                                                      instance->rates, motion),
+                           "contact motion");
+    }
     instance->motion_current = status == FMU_OK;
     return status;
 }
@@ -209,8 +214,8 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     if (status != FMU_OK) return status;
     instance->terminated = 0;
     instance->inputs = later;
-    instance->rates_current = 0;
-    return status_of(instance, sm_component_outputs(instance->component, instance->outputs),
+    instance->rates_current = instance->motion_current = 0;
+    return status_of(instance, sm_component_slow_outputs(instance->component, instance->outputs),
                      "outputs");
 }
 

@@ -16,7 +16,7 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     double amplitude[2 * SM_MODES];
     memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
     *states_changed =
-        sm_force_discontinuity(&instance->model.flow, &instance->held, &inputs, amplitude);
+        sm_force_discontinuity(&instance->flow, &instance->held, &inputs, amplitude);
     if (!*states_changed) return FMU_OK;
     for (int k = 0; k < 2 * SM_MODES; k++)
         if (!isfinite(amplitude[k]))
@@ -35,7 +35,7 @@ fmu_status fmu_enter_continuous(fmu_instance *instance) {
     return FMU_OK;
 }
 
-size_t fmu_state_count(const fmu_instance *instance) { return 3 * (size_t)instance->model.modes + 1; }
+size_t fmu_state_count(const fmu_instance *instance) { return 3 * (size_t)instance->model->modes + 1; }
 
 static fmu_status check(const fmu_instance *instance, const double *values, size_t count) {
     if (!values) return fmu_say(instance, FMU_ERROR, "states: the array is NULL");
@@ -54,7 +54,7 @@ fmu_status fmu_set_time(fmu_instance *instance, double time) {
 
 /* Where state k is among the outputs. */
 static size_t place(const fmu_instance *instance, size_t k) {
-    const size_t modes = (size_t)instance->model.modes;
+    const size_t modes = (size_t)instance->model->modes;
     if (k < 2 * modes) return 1 + k;
     return k < 3 * modes ? 5 + (k - 2 * modes) : 9;
 }
@@ -87,6 +87,6 @@ fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count) {
 
 fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count) {
     if (check(instance, nominals, count) != FMU_OK) return FMU_ERROR;
-    memcpy(nominals, instance->model.nominal, count * sizeof *nominals);
+    memcpy(nominals, instance->model->nominal, count * sizeof *nominals);
     return FMU_OK;
 }

@@ -29,7 +29,7 @@ fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *
 }
 
 static void set_defaults(fmu_instance *instance) {
-    const fmu_model *model = &instance->model;
+    const fmu_model *model = instance->model;
     instance->state = FMU_INSTANTIATED;
     instance->start = 0.0;
     instance->stop = INFINITY;
@@ -41,9 +41,11 @@ static void set_defaults(fmu_instance *instance) {
     instance->refused_at = NAN;
 }
 
-/* What an instance holds besides its model; 0 without memory. */
+/* What an instance holds of its own; 0 without memory. */
 static int allocate(fmu_instance *instance) {
-    const fmu_model *model = &instance->model;
+    const fmu_model *model = instance->model;
+    instance->flow = model->flow;
+    instance->motion = model->motion;
     instance->output_count = SM_OUTPUTS_FIXED + 3 * (size_t)model->contact.contacts
                              + (size_t)model->motion.elastic;
     instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
@@ -65,7 +67,9 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
             snprintf(reason, sizeof reason, "the instance has no name");
         else if (!token)
             snprintf(reason, sizeof reason, "the instantiation token is NULL");
-        else if (fmu_model_load(&instance->model, folder, token, reason) && allocate(instance)) {
+        else
+            instance->model = fmu_model_acquire(folder, token, reason);
+        if (instance->model && allocate(instance)) {
             set_defaults(instance);
             if (fmu_evaluate_outputs(instance) == FMU_OK) { /* refuses what the files cannot mean */
                 instance->started = 0;
@@ -83,7 +87,7 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
 void fmu_free(fmu_instance *instance) {
     if (!instance) return;
     sm_component_free(instance->component);
-    fmu_model_free(&instance->model);
+    fmu_model_release(instance->model);
     free(instance->outputs);
     free(instance->name);
     free(instance);

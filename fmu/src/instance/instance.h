@@ -7,7 +7,7 @@
 #define FMU_INSTANCE_H
 
 #include "slow/discontinuity.h"
-#include "resources/model.h"
+#include "resources/shared.h"
 
 #define FMU_INPUTS (sizeof(sm_inputs) / sizeof(double))
 #define FMU_MESSAGE 512 /* bytes of a log message at most */
@@ -44,7 +44,9 @@ typedef struct {
     char *name;
     fmu_interface interface;
     fmu_state state;
-    fmu_model model;
+    const fmu_model *model;  /* shared with other instances */
+    sm_slow_flow flow;       /* the model's, with the parameters of this instance; */
+    sm_motion motion;        /* likewise */
     sm_component *component; /* in Model Exchange for contact motion alone */
     double built_with[FMU_PARAMETERS]; /* parameters of the component */
 

@@ -10,7 +10,7 @@
 
 /* The mode that is nearest to the end of the table, or farthest beyond it. */
 static int outermost(const fmu_instance *instance, const double *outputs, double *end) {
-    const sm_table *table = &instance->model.flow.table;
+    const sm_table *table = &instance->flow.table;
     const double last[SM_MODES] = {
         table->node_a[table->count_a - 1],
         table->modes == SM_MODES ? table->node_b[table->count_b - 1] : 1.0};
@@ -42,7 +42,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
                    end, lower);
 }
 
-/* Seconds that the component can go; its outputs are those there, itself it comes back. */
+/* Seconds that the component can go; its slow outputs are those there, itself it comes back. */
 static double reach(sm_component *component, double duration, double *state, double *outputs) {
     double reached = 0.0;
     sm_component_get_state(component, state);
@@ -50,7 +50,7 @@ static double reach(sm_component *component, double duration, double *state, dou
         duration *= 0.5;
         if (sm_component_step(component, duration) == SM_OK) reached += duration;
     }
-    const sm_status read = sm_component_outputs(component, outputs);
+    const sm_status read = sm_component_slow_outputs(component, outputs);
     return sm_component_set_state(component, state) == SM_OK && read == SM_OK ? reached : -1.0;
 }
 

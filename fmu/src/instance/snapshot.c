@@ -8,7 +8,7 @@
 #define MAGIC 0x31554d46u /* "FMU1" */
 
 typedef struct {
-    uint32_t magic, model, interface, crc; /* crc: of all that follows */
+    uint32_t magic, model, interface, crc; /* crc, where it is serialised: of all that follows */
     uint64_t count;                        /* doubles after this */
     uint64_t state;                        /* fmu_state */
 } header;
@@ -63,11 +63,10 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
            instance->output_count * sizeof *instance->outputs);
     sm_component_get_state(instance->component, taken->content + FIXED + instance->output_count);
     taken->head = (header){.magic = MAGIC,
-                           .model = instance->model.checksum,
+                           .model = instance->model->checksum,
                            .interface = (uint32_t)instance->interface,
                            .count = count,
                            .state = (uint64_t)instance->state};
-    taken->head.crc = crc_of(taken);
     *snapshot = taken;
     return FMU_OK;
 }
@@ -76,7 +75,7 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
 static const char *unfit(const fmu_instance *instance, const fmu_snapshot *snapshot) {
     if (!snapshot) return "it is NULL";
     if (snapshot->head.magic != MAGIC) return "it is not a state of this FMU";
-    if (snapshot->head.model != instance->model.checksum) return "it is of another model";
+    if (snapshot->head.model != instance->model->checksum) return "it is of another model";
     if (snapshot->head.interface != (uint32_t)instance->interface)
         return "it is of the other interface type";
     if (snapshot->head.count != content_count(instance)) return "it has another size";
@@ -120,7 +119,10 @@ fmu_status fmu_snapshot_write(const fmu_instance *instance, const fmu_snapshot *
     const char *reason = bytes ? unfit(instance, snapshot) : "the array is NULL";
     if (!reason && size < bytes_of((size_t)snapshot->head.count)) reason = "the array is too short";
     if (reason) return fmu_say(instance, FMU_ERROR, "SerializeFMUState: %s", reason);
-    memcpy(bytes, snapshot, bytes_of((size_t)snapshot->head.count));
+    header head = snapshot->head;
+    head.crc = crc_of(snapshot);
+    memcpy(bytes, snapshot, bytes_of((size_t)head.count));
+    memcpy(bytes, &head, sizeof head);
     return FMU_OK;
 }
 

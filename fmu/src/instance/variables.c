@@ -11,14 +11,14 @@ enum { INSIDE = 1, NEAR_EDGE }; /* of the enumeration */
 static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean"};
 
 static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint32_t reference) {
-    if (reference >= (uint32_t)instance->model.variables) {
+    if (reference >= (uint32_t)instance->model->variables) {
         fmu_say(instance, FMU_ERROR, "value reference %lu: there is no such variable",
                 (unsigned long)reference);
         return NULL;
     }
-    const fmu_variable *variable = &instance->model.variable[reference];
+    const fmu_variable *variable = &instance->model->variable[reference];
     if (variable->type != type) {
-        fmu_say(instance, FMU_ERROR, "%s: is %s, not %s", instance->model.name[reference],
+        fmu_say(instance, FMU_ERROR, "%s: is %s, not %s", instance->model->name[reference],
                 TYPE_NAME[variable->type], TYPE_NAME[type]);
         return NULL;
     }
@@ -42,7 +42,7 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
 }
 
 const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot) {
-    const fmu_model *model = &instance->model;
+    const fmu_model *model = instance->model;
     for (int32_t k = 0; k < model->variables; k++)
         if (model->variable[k].kind == kind && model->variable[k].slot == slot)
             return model->name[k];
@@ -87,7 +87,7 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
                          double *value) {
     if (find_all(instance, FMU_REAL, reference, count) != FMU_OK) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
-        const fmu_variable *variable = &instance->model.variable[reference[k]];
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
         const fmu_status status = evaluate_for(instance, variable);
         if (status != FMU_OK) return status;
         value[k] = present_value(instance, variable);
@@ -97,7 +97,7 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
 
 /* Whether an amplitude is near the edge of the friction table. */
 static int32_t margin(const fmu_instance *instance) {
-    const sm_table *table = &instance->model.flow.table;
+    const sm_table *table = &instance->flow.table;
     const double range[SM_MODES] = {
         table->node_a[table->count_a - 1],
         table->modes == SM_MODES ? table->node_b[table->count_b - 1] : 1.0};
@@ -113,7 +113,7 @@ fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t
                             size_t count, int32_t *value) {
     if (find_all(instance, type, reference, count) != FMU_OK) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
-        const fmu_variable *variable = &instance->model.variable[reference[k]];
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
         const fmu_status status = evaluate_for(instance, variable);
         if (status != FMU_OK) return status;
         value[k] = variable->kind == FMU_MARGIN ? margin(instance)
@@ -161,14 +161,14 @@ fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
         if (!variable) return FMU_ERROR;
-        const char *name = instance->model.name[reference[k]];
+        const char *name = instance->model->name[reference[k]];
         if (may_set(instance, variable, name) != FMU_OK) return FMU_ERROR;
         const char *needed = value_needs(variable, value[k]);
         if (needed)
             return fmu_say(instance, FMU_ERROR, "%s: must be %s, got %g", name, needed, value[k]);
     }
     for (size_t k = 0; k < count; k++)
-        set_value(instance, &instance->model.variable[reference[k]], value[k]);
+        set_value(instance, &instance->model->variable[reference[k]], value[k]);
     return FMU_OK;
 }
 
@@ -177,11 +177,11 @@ fmu_status fmu_set_integers(fmu_instance *instance, int32_t type, const uint32_t
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = find(instance, type, reference[k]);
         if (!variable ||
-            may_set(instance, variable, instance->model.name[reference[k]]) != FMU_OK)
+            may_set(instance, variable, instance->model->name[reference[k]]) != FMU_OK)
             return FMU_ERROR;
     }
     for (size_t k = 0; k < count; k++)
-        set_value(instance, &instance->model.variable[reference[k]], (double)(value[k] != 0));
+        set_value(instance, &instance->model->variable[reference[k]], (double)(value[k] != 0));
     return FMU_OK;
 }
 
@@ -190,7 +190,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = find(instance, FMU_REAL, reference[k]);
         if (!variable) return FMU_ERROR;
-        const char *name = instance->model.name[reference[k]];
+        const char *name = instance->model->name[reference[k]];
         if (variable->kind != FMU_INPUT || fmu_rate_slot(variable->slot) < 0)
             return fmu_say(instance, FMU_ERROR, "%s: is not an input that has a rate", name);
         if (!isfinite(value[k]))
@@ -198,7 +198,7 @@ fmu_status fmu_set_input_rates(fmu_instance *instance, const uint32_t *reference
                            value[k]);
     }
     for (size_t k = 0; k < count; k++) {
-        const fmu_variable *variable = &instance->model.variable[reference[k]];
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
         fmu_set_input(instance, fmu_rate_slot(variable->slot), value[k]);
     }
     return FMU_OK;

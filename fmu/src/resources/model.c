@@ -325,6 +325,15 @@ static int load_variables(loader *l, fmu_model *model, int32_t count) {
     return 1;
 }
 
+/* Whatever the parameters: instances do not look again. */
+static int makes_a_component(loader *l, const fmu_model *model) {
+    sm_motion motion = model->motion;
+    motion.wanted = 1;
+    const sm_status status = sm_component_check(&model->flow, &model->contact, &motion);
+    return status == SM_OK
+           || refuse(l, "the resources do not make a model: %s", sm_message(status));
+}
+
 static int load_all(loader *l, fmu_model *model, const char *token) {
     const size_t files[NPY_DIMENSIONS] = {FILES};
     if (!token_fits(l, token)) return 0;
@@ -348,7 +357,8 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     memcpy(model->amplitude, given->amplitude, sizeof model->amplitude);
     memcpy(model->carrier_range, given->carrier_range, sizeof model->carrier_range);
     return load_flow(l, model, shape, given) && load_contact(l, model, shape, given) &&
-           load_motion(l, model, shape, given) && load_variables(l, model, shape->variables);
+           load_motion(l, model, shape, given) && load_variables(l, model, shape->variables) &&
+           makes_a_component(l, model);
 }
 
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,
@@ -367,4 +377,15 @@ void fmu_model_free(fmu_model *model) {
         free(model->memory[k]);
         model->memory[k] = NULL;
     }
+}
+
+int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token) {
+    const size_t files[NPY_DIMENSIONS] = {FILES};
+    char reason[FMU_REASON];
+    loader l = {.folder = folder, .reason = reason};
+    if (!token_fits(&l, token)) return 0;
+    l.checksum = read_array(&l, "checksums.npy", NPY_INT32, 1, files);
+    const int same = l.checksum && l.crc == model->checksum;
+    free(l.checksum);
+    return same;
 }

@@ -56,5 +56,7 @@ typedef struct {
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]);
 void fmu_model_free(fmu_model *model);
+/* Whether the model is the one of that folder and token, as far as its list of checksums says. */
+int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token);
 
 #endif

@@ -5,7 +5,8 @@
  * prints nanoseconds per call of fmi3DoStep at a step of 1 s, of fmi3GetFloat64 of the named
  * variables after a step, and of fmi3SetFloat64 of one input, and how long 1000 multiplications
  * and additions take that wait for each other: what to measure by on a busy machine. Each is
- * processor time, the least of many short rounds.
+ * processor time, the least of many short rounds. Then what the second and further instances of
+ * the same resource folder take.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
@@ -18,6 +19,7 @@
 
 #define ROUNDS 200
 #define MOST 64
+#define INSTANCES 1000
 
 static double now(void) {
     struct timespec t;
@@ -51,6 +53,15 @@ static void *entry(void *library, const char *name) {
 
 static void check(fmi3Status status) {
     if (status != fmi3OK) exit(1);
+}
+
+/* Of this process [MB]. */
+static double resident(void) {
+    long pages = 0, all = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (file && fscanf(file, "%ld %ld", &all, &pages) != 2) pages = 0;
+    if (file) fclose(file);
+    return (double)pages * 4096e-6;
 }
 
 int main(int count, char **argument) {
@@ -110,6 +121,23 @@ int main(int count, char **argument) {
     printf("doStep %.0f ns, get of %lu %.0f ns, set %.0f ns, all three %.0f ns; yardstick %.0f ns, "
            "doStep %.2f of it\n",
            best[0], (unsigned long)names, best[1], best[2], best[3], best[4], best[0] / best[4]);
+    static fmi3Instance more[INSTANCES];
+    double least = 1e30;
+    const double before = resident();
+    for (int k = 0; k < INSTANCES; k++) {
+        const double started = now();
+        more[k] = instantiate("more", argument[3], argument[2], false, false, false, false, NULL,
+                              0, NULL, say, NULL);
+        if (!more[k]) return 1;
+        check(enter(more[k], false, 0.0, 0.0, false, 0.0));
+        check(leave(more[k]));
+        check(step(more[k], 0.0, 1.0, true, &event, &terminate, &early, &last));
+        const double took = now() - started;
+        least = took < least ? took : least;
+    }
+    printf("%d more instances: %.0f us each, %.0f MB in all\n", INSTANCES, 1e-3 * least,
+           resident() - before);
+    for (int k = 0; k < INSTANCES; k++) release(more[k]);
     release(c);
     dlclose(library);
     return 0;

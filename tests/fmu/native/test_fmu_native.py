@@ -3,13 +3,17 @@
 import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 from elastic import cantilever as elastic_contacts
 from native import run
 
 from slipmode import fmu, rom
+from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
+from slipmode.fmu.archive.cross_compiler import fmi_headers
 
+THREADS = Path(__file__).parent / "threads" / "threads.c"
 FEW, MANY = 400, 50_000  # sequences of about 25 calls
 
 
@@ -50,6 +54,26 @@ def test_damaged_resources(driver, resources, tmp_path):
     copy = tmp_path / "resources"
     shutil.copytree(resources, copy)
     random_sequences(driver, copy, FEW, 1, "damage")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("resources", ["contact motion"], indirect=True)
+def test_threads_share_a_model(resources, tmp_path):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("no C compiler (cc)")
+    sources = [path for path in source_files(3).values() if path.suffix == ".c"]
+    includes = [f"-I{folder}" for folder in INCLUDE_FOLDERS]
+    program = tmp_path / "threads"
+    built = run(
+        *(compiler, "-std=c99", "-O1", "-g1", "-fsanitize=thread", *includes),
+        *(f"-isystem{fmi_headers()}", THREADS, *sources, "-lm", "-lpthread", "-o", program),
+    )
+    if built.returncode and "tsan" in built.stderr:
+        pytest.skip("the compiler has no thread sanitizer")
+    assert built.returncode == 0, built.stderr
+    done = run(program, f"{resources}/", (resources / "token.txt").read_text())
+    assert (done.returncode, done.stdout) == (0, "equal\n"), done.stderr
 
 
 @pytest.mark.slow

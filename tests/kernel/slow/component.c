@@ -302,10 +302,10 @@ static model new_combination_model(void) {
 static void check_memory_of_the_rate(int ramps) {
     model m = new_combination_model(), twin = new_combination_model();
     sm_inputs inputs = resonant_inputs();
-    double state[64], a[SM_OUTPUTS_FIXED], b[SM_OUTPUTS_FIXED];
+    double state[2048], a[SM_OUTPUTS_FIXED], b[SM_OUTPUTS_FIXED];
     inputs.frequency_rate[0] = ramps ? 1e-4 : 0.0;
     inputs.phase_rate[0] = ramps ? 0.01 : 0.0;
-    CHECK(m.state <= 64);
+    CHECK(m.state <= 2048);
     CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
     CHECK_STATUS(sm_component_set_inputs(twin.component, &inputs), SM_OK);
     for (int k = 0; k < 50; k++) {

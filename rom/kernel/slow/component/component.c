@@ -21,7 +21,8 @@ typedef struct {
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
 #define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
 #define LEAST_STEP 1e-3  /* [rad] of mode A, of a step that is taken for its own outputs */
-#define INPUTS_COUNT (sizeof(sm_inputs) / sizeof(double))
+/* Doubles of a component's state before those of its contacts. */
+#define CONTACTS_FROM (SLOW_STATE_COUNT + sizeof(sm_inputs) / sizeof(double))
 
 struct sm_component {
     sm_slow_flow flow;
@@ -36,41 +37,57 @@ struct sm_component {
     sm_instant instant;
 };
 
-sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
-                              const sm_motion *motion, double tolerance,
-                              sm_component **component) {
-    if (!flow || !motion || !component) return SM_BAD_ARGUMENT;
-    sm_status status = sm_check_positive(tolerance);
-    if (status == SM_OK) status = sm_table_check(&flow->table);
+sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
+                             const sm_motion *motion) {
+    if (!flow || !motion) return SM_BAD_ARGUMENT;
+    sm_status status = sm_table_check(&flow->table);
     if (status == SM_OK) status = sm_slow_flow_check(flow);
     if (status == SM_OK) status = sm_contact_check(contact);
     if (status != SM_OK) return status;
-    if (contact->modes != flow->table.modes || tolerance >= 1.0) return SM_BAD_ARGUMENT;
-    status = sm_motion_check(motion, contact, &flow->table);
-    if (status != SM_OK) return status;
+    if (contact->modes != flow->table.modes) return SM_BAD_ARGUMENT;
+    return sm_motion_check(motion, contact, &flow->table);
+}
 
-    const size_t total =
-        sm_table_size(&flow->table) + sm_contact_output_size(motion, contact, &flow->table);
+/* `shared`: the tables are not copied. */
+static sm_status create(const sm_slow_flow *flow, const sm_contact *contact,
+                        const sm_motion *motion, double tolerance, int shared,
+                        sm_component **component) {
+    const sm_status status = sm_check_positive(tolerance);
+    if (status != SM_OK) return status;
+    if (tolerance >= 1.0) return SM_BAD_ARGUMENT;
+    const size_t total = (shared ? 0 : sm_table_size(&flow->table))
+                         + sm_contact_output_size(motion, contact, &flow->table, shared);
     const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
     sm_component *c = calloc(1, header + total * sizeof(double));
     if (!c) return SM_NO_MEMORY;
     double *memory = (double *)(void *)((char *)c + header);
     c->flow = *flow;
     c->tolerance = tolerance;
-    c->flow.table = sm_table_copy(&flow->table, &memory);
-    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, memory);
+    if (!shared) c->flow.table = sm_table_copy(&flow->table, &memory);
+    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, shared, memory);
     c->inputs.limit_scale = 1.0;
     for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;
     return SM_OK;
 }
 
-void sm_component_free(sm_component *component) { free(component); }
-
-/* Doubles of the contacts' state. */
-static size_t contact_count(const sm_component *c) {
-    return sm_march_state_count(&c->contacts.contact);
+sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
+                              const sm_motion *motion, double tolerance,
+                              sm_component **component) {
+    if (!component) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_component_check(flow, contact, motion);
+    return status == SM_OK ? create(flow, contact, motion, tolerance, 0, component) : status;
 }
+
+sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                     const sm_motion *motion, double tolerance,
+                                     sm_component **component) {
+    if (!flow || !contact || !motion || !component) return SM_BAD_ARGUMENT;
+    const sm_status status = sm_slow_flow_check(flow);
+    return status == SM_OK ? create(flow, contact, motion, tolerance, 1, component) : status;
+}
+
+void sm_component_free(sm_component *component) { free(component); }
 
 /* The inputs carry the angles for the combination resonances; the state has them exactly. */
 static void align_angles(sm_component *c) {
@@ -96,7 +113,7 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     c->slow = fresh;
     align_angles(c);
     c->rate_known = 0; /* the angles are others */
-    memset(c->contacts.state, 0, contact_count(c) * sizeof(double));
+    sm_contact_output_reset(&c->contacts);
     return SM_OK;
 }
 
@@ -144,12 +161,10 @@ static double first_step(const sm_component *c) {
 }
 
 /* Integrates the slow flow over [0, duration], to the inputs `after`, in so many tries at most; y,
- * its derivative dy, step and the march are advanced. */
+ * its derivative dy, step and the contacts' queue are advanced. */
 static sm_status integrate(sm_component *c, double duration, int64_t most, const sm_inputs *after,
                            double *y, double *dy, double *step) {
     const int wanted = c->contacts.motion.wanted;
-    const double marched_from =
-        wanted ? duration - sm_contact_output_memory(&c->contacts, &c->inputs) : 0.0;
     sm_inputs begin = c->inputs;
     double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
     sm_status status = SM_OK;
@@ -180,9 +195,12 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
         }
         c->accepted++;
         if (wanted) {
-            const sm_slow_stretch stretch = {tried, &begin, &end, y, dy, y_new, dy_new};
-            status = sm_contact_output_march(&c->contacts, &c->flow, &c->instant, &stretch,
-                                             fmax(0.0, marched_from - elapsed));
+            sm_stretch stretch = {.duration = tried, .inputs = begin};
+            memcpy(stretch.y, y, sizeof stretch.y);
+            memcpy(stretch.rate, dy, sizeof stretch.rate);
+            memcpy(stretch.y_end, y_new, sizeof stretch.y_end);
+            memcpy(stretch.rate_end, dy_new, sizeof stretch.rate_end);
+            status = sm_contact_output_add(&c->contacts, &c->flow, &stretch, &end);
             begin = end;
         }
         memcpy(y, y_new, sizeof y_new);
@@ -206,19 +224,17 @@ static slow_state later(const sm_component *c, double duration) {
     return fresh;
 }
 
-/* Advances by `duration` in so many tries at most; otherwise the state is as before. */
-static sm_status advance(sm_component *c, double duration, int64_t most) {
-    sm_status status = sm_check_positive(duration);
-    if (status != SM_OK) return status;
+/* Advances by `duration` in so many tries at most; otherwise the state is as before, but for the
+ * contacts' queue. */
+static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
-    status = sm_inputs_check(&after, c->flow.table.modes);
+    sm_status status = sm_inputs_check(&after, c->flow.table.modes);
     if (status != SM_OK) return status;
     slow_state fresh = later(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
     memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
     if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
-    if (c->contacts.motion.wanted) sm_contact_output_begin(&c->contacts);
     status = integrate(c, duration, most, &after, y, dy, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
@@ -232,8 +248,21 @@ static sm_status advance(sm_component *c, double duration, int64_t most) {
     c->inputs = after;
     memcpy(c->rate, dy, sizeof c->rate);
     c->rate_known = 1;
-    if (c->contacts.motion.wanted) sm_contact_output_keep(&c->contacts);
     return SM_OK;
+}
+
+/* The same, and the queue is as before as well. */
+static sm_status advance(sm_component *c, double duration, int64_t most) {
+    sm_status status = sm_check_positive(duration);
+    if (status != SM_OK || !c->contacts.motion.wanted)
+        return status == SM_OK ? try_advance(c, duration, most) : status;
+    sm_contact_output_begin(&c->contacts);
+    status = try_advance(c, duration, most);
+    if (status == SM_OK)
+        sm_contact_output_commit(&c->contacts, &c->flow);
+    else
+        sm_contact_output_abandon(&c->contacts);
+    return status;
 }
 
 sm_status sm_component_step(sm_component *c, double duration) {
@@ -247,7 +276,7 @@ size_t sm_component_output_count(const sm_component *c) {
     return SM_OUTPUTS_FIXED + (motion->wanted ? moving : 0);
 }
 
-sm_status sm_component_outputs(const sm_component *c, double *outputs) {
+sm_status sm_component_slow_outputs(const sm_component *c, double *outputs) {
     if (!c || !outputs) return SM_BAD_ARGUMENT;
     double computed[SM_UNKNOWNS];
     const double *rate = c->rate_known ? c->rate : computed;
@@ -262,11 +291,18 @@ sm_status sm_component_outputs(const sm_component *c, double *outputs) {
     outputs[7] = rate[SM_PUT_IN];
     outputs[8] = rate[SM_DISSIPATED];
     outputs[9] = c->slow.energy.value;
-    if (!c->contacts.motion.wanted) return SM_OK;
-    sm_instant instant = c->instant;
-    sm_contact_output_read(&c->contacts, &c->flow, &instant, &c->inputs, c->slow.amplitude,
-                           outputs + SM_OUTPUTS_FIXED);
     return SM_OK;
+}
+
+sm_status sm_component_motion(sm_component *c, double *motion) {
+    if (!c || !motion || !c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
+    return sm_contact_output_read(&c->contacts, &c->flow, &c->inputs, c->slow.amplitude, motion);
+}
+
+sm_status sm_component_outputs(sm_component *c, double *outputs) {
+    const sm_status status = sm_component_slow_outputs(c, outputs);
+    if (status != SM_OK || !c->contacts.motion.wanted) return status;
+    return sm_component_motion(c, outputs + SM_OUTPUTS_FIXED);
 }
 
 sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
@@ -278,8 +314,7 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     if (!sm_all_finite(amplitude, count) || !sm_all_finite(rate, count)) return SM_NOT_FINITE;
     const sm_status status = check_inputs(c, inputs);
     if (status != SM_OK) return status;
-    return sm_contact_output_recent(&c->contacts, &c->flow, &c->instant, inputs, amplitude, rate,
-                                    motion);
+    return sm_contact_output_recent(&c->contacts, &c->flow, inputs, amplitude, rate, motion);
 }
 
 sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,
@@ -342,15 +377,14 @@ sm_status sm_component_trace(sm_component *c, size_t steps, const double *durati
 }
 
 size_t sm_component_state_count(const sm_component *c) {
-    return c ? SLOW_STATE_COUNT + INPUTS_COUNT + contact_count(c) : 0;
+    return c ? CONTACTS_FROM + sm_contact_output_state_count(&c->contacts) : 0;
 }
 
 sm_status sm_component_get_state(const sm_component *c, double *state) {
     if (!c || !state) return SM_BAD_ARGUMENT;
     memcpy(state, &c->slow, sizeof c->slow);
     memcpy(state + SLOW_STATE_COUNT, &c->inputs, sizeof c->inputs);
-    memcpy(state + SLOW_STATE_COUNT + INPUTS_COUNT, c->contacts.state,
-           contact_count(c) * sizeof(double));
+    sm_contact_output_get_state(&c->contacts, state + CONTACTS_FROM);
     return SM_OK;
 }
 
@@ -362,14 +396,15 @@ sm_status sm_component_set_state(sm_component *c, const double *state) {
     memcpy(&slow, state, sizeof slow);
     memcpy(&inputs, state + SLOW_STATE_COUNT, sizeof inputs);
     sm_status status = check_inputs(c, &inputs);
+    if (status == SM_OK)
+        status = sm_contact_output_check_state(&c->contacts, state + CONTACTS_FROM);
     double rate[SM_UNKNOWNS];
     if (status == SM_OK) status = rate_at(c, &inputs, slow.amplitude, rate);
     if (status != SM_OK) return status;
     c->slow = slow;
     c->inputs = inputs;
     c->rate_known = 0;
-    memcpy(c->contacts.state, state + SLOW_STATE_COUNT + INPUTS_COUNT,
-           contact_count(c) * sizeof(double));
+    sm_contact_output_set_state(&c->contacts, state + CONTACTS_FROM);
     return SM_OK;
 }
 

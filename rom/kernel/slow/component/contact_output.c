@@ -7,6 +7,7 @@
 #include "base/exact_sum.h"
 
 #define MOST_ELASTIC 1000000
+#define SPARE 4 /* stretches that the queue has room for as a step begins */
 
 static size_t node_count(const sm_table *table) {
     return (size_t)table->count_a * (size_t)table->count_b;
@@ -58,13 +59,14 @@ static size_t elastic_size(const sm_contact *contact) {
 }
 
 size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
-                              const sm_table *table) {
+                              const sm_table *table, int shared) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     const sizes s = sizes_of(motion);
-    return sm_march_size(contact, (int)s.orders) + sm_march_state_count(contact)
+    return sm_march_size(contact, (int)s.orders) + 2 * sm_march_state_count(contact)
+           + 2 * sm_doubles(sizeof(sm_stretch_queue))
            + elastic_size(contact) + 2 * n + 3 * n * n
            + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
-           + 2 * s.orders * ((n + s.elastic) * node_count(table) + 2 * n);
+           + 2 * s.orders * ((n + s.elastic) * (shared ? 0 : node_count(table)) + 2 * n);
 }
 
 static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, double **memory) {
@@ -93,6 +95,7 @@ static void place_contact(sm_contact_output *out, const sm_contact *contact, dou
     out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
 }
 
+/* `nodes`: of the tables that are copied, 0: they are shared. */
 static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
                          double **memory) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
@@ -100,8 +103,10 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
     out->motion = *motion;
     out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
     out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
-    out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
-    out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+    if (nodes > 0) {
+        out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
+        out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+    }
     for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(memory, s.orders * n * 2);
     int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
     if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
@@ -110,47 +115,51 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
 }
 
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
-                             const sm_contact *contact, const sm_table *table, double *memory) {
+                             const sm_contact *contact, const sm_table *table, int shared,
+                             double *memory) {
     const int orders = (int)sizes_of(motion).orders;
     place_contact(out, contact, &memory);
     sm_march_place(&out->march, &out->contact, orders,
                    sm_take(&memory, sm_march_size(contact, orders)));
     out->state = sm_take(&memory, sm_march_state_count(contact));
-    place_motion(out, motion, node_count(table), &memory);
+    out->before.state = sm_take(&memory, sm_march_state_count(contact));
+    out->queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
+    out->before.queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
+    place_motion(out, motion, shared ? 0 : node_count(table), &memory);
 }
 
-double sm_contact_output_memory(const sm_contact_output *out, const sm_inputs *inputs) {
+static double slowest_period(const sm_contact_output *out, const sm_inputs *inputs) {
     double slowest = INFINITY;
     for (int j = 0; j < out->contact.modes; j++) slowest = fmin(slowest, inputs->frequency[j]);
-    return out->motion.memory_periods * SM_TWO_PI / slowest;
+    return SM_TWO_PI / slowest;
 }
 
-void sm_contact_output_begin(sm_contact_output *out) {
-    sm_march_start(&out->march, &out->contact, out->state);
+/* Seconds for which the contacts remember. */
+static double memory_of(const sm_contact_output *out, const sm_inputs *inputs) {
+    return out->motion.memory_periods * slowest_period(out, inputs);
 }
 
-static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow,
-                          sm_instant *instant, const sm_inputs *inputs, const double *y,
-                          double *reaction) {
-    const sm_response_point point = sm_response_point_at(flow, instant, inputs, y);
+static void find_reaction(sm_contact_output *out, const sm_slow_flow *flow,
+                          const sm_inputs *inputs, const double *y, double *reaction) {
+    const sm_response_point point = sm_response_point_at(flow, &out->instant, inputs, y);
     sm_response_coefficients(&point, out->motion.orders_count, out->motion.orders,
                              (size_t)out->contact.contacts, out->motion.reaction, reaction);
 }
 
 /* The reaction at both ends of a stretch; where one ends the next begins. */
-static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow, sm_instant *instant,
-                       const sm_slow_stretch *stretch) {
+static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow,
+                           const sm_stretch *stretch, const sm_inputs *end) {
     const int same =
         out->reaction_known
-        && memcmp(&out->reaction_inputs, stretch->start, offsetof(sm_inputs, angle)) == 0
+        && memcmp(&out->reaction_inputs, &stretch->inputs, offsetof(sm_inputs, angle)) == 0
         && memcmp(out->reaction_amplitude, stretch->y, sizeof out->reaction_amplitude) == 0;
     double *spare = out->reaction[0];
     out->reaction[0] = out->reaction[1];
     out->reaction[1] = spare;
-    if (!same) find_reaction(out, flow, instant, stretch->start, stretch->y, out->reaction[0]);
-    find_reaction(out, flow, instant, stretch->end, stretch->y_end, out->reaction[1]);
+    if (!same) find_reaction(out, flow, &stretch->inputs, stretch->y, out->reaction[0]);
+    find_reaction(out, flow, end, stretch->y_end, out->reaction[1]);
     out->reaction_known = 1;
-    out->reaction_inputs = *stretch->end;
+    out->reaction_inputs = *end;
     memcpy(out->reaction_amplitude, stretch->y_end, sizeof out->reaction_amplitude);
 }
 
@@ -163,9 +172,10 @@ static void add_off_resonance(const sm_slow_flow *flow, int j, sm_complex force,
     amplitude[2 * j + 1] += off_resonance.im;
 }
 
-static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *stretch) {
+static sm_segment segment_of(const sm_slow_flow *flow, const sm_stretch *stretch,
+                             const sm_inputs *end) {
     sm_segment g = {.duration = stretch->duration};
-    const sm_inputs *start = stretch->start, *end = stretch->end;
+    const sm_inputs *start = &stretch->inputs;
     memcpy(g.amplitude_start, stretch->y, sizeof g.amplitude_start);
     memcpy(g.amplitude_end, stretch->y_end, sizeof g.amplitude_end);
     memcpy(g.rate_start, stretch->rate, sizeof g.rate_start);
@@ -188,29 +198,130 @@ static sm_segment segment_of(const sm_slow_flow *flow, const sm_slow_stretch *st
     return g;
 }
 
-sm_status sm_contact_output_march(sm_contact_output *out, const sm_slow_flow *flow,
-                                  sm_instant *instant, const sm_slow_stretch *stretch,
-                                  double from) {
+/* Marches over a stretch but for its first `from` seconds. */
+static sm_status march(sm_contact_output *out, const sm_slow_flow *flow, const sm_stretch *stretch,
+                       double from, sm_detail detail) {
     const double to = stretch->duration;
-    if (from >= to) return SM_OK;
-    sm_segment g = segment_of(flow, stretch);
+    const sm_inputs end = sm_inputs_after(&stretch->inputs, out->contact.modes, to);
+    sm_segment g = segment_of(flow, stretch, &end);
     if (out->response.orders_count > 0) {
-        find_reactions(out, flow, instant, stretch);
+        find_reactions(out, flow, stretch, &end);
         g.reaction_start = out->reaction[0];
         g.reaction_end = out->reaction[1];
     }
-    const double scale = stretch->start->limit_scale
-                         + stretch->start->limit_scale_rate * 0.5 * (from + to);
+    const double scale =
+        stretch->inputs.limit_scale + stretch->inputs.limit_scale_rate * 0.5 * (from + to);
     if (out->contact.law == SM_ELASTIC)
         out->march.solver.scale = scale;
     else
         for (int i = 0; i < out->contact.contacts; i++)
             out->scaled_limit[i] = scale * out->limit[i];
-    return sm_march_along(&out->march, &out->contact, &g, from, to, out->motion.steps_per_period);
+    return sm_march_along(&out->march, &out->contact, &g, from, to, out->motion.steps_per_period,
+                          detail);
 }
 
-void sm_contact_output_keep(sm_contact_output *out) {
+void sm_contact_output_begin(sm_contact_output *out) {
+    const sm_stretch_queue *queue = out->queue;
+    out->before.first = queue->first;
+    out->before.count = queue->count;
+    out->before.whole = 0;
+    out->before.end = queue->end;
+    if (queue->count > 0) out->before.last = *sm_queue_at(queue, queue->count - 1);
+}
+
+void sm_contact_output_abandon(sm_contact_output *out) {
+    sm_stretch_queue *queue = out->queue;
+    if (out->before.whole) {
+        *queue = *out->before.queue;
+        memcpy(out->state, out->before.state, sm_march_state_count(&out->contact) * sizeof(double));
+    }
+    queue->first = out->before.first;
+    queue->count = out->before.count;
+    queue->end = out->before.end;
+    if (queue->count > 0)
+        queue->stretch[(queue->first + queue->count - 1) % SM_STRETCHES] = out->before.last;
+}
+
+/* The first stretch leaves the queue: marched, unless contacts do not remember it anyway. */
+static sm_status take_first(sm_contact_output *out, const sm_slow_flow *flow) {
+    const sm_stretch *first = sm_queue_at(out->queue, 0);
+    const double later = sm_queue_duration(out->queue) - first->duration;
+    if (later < memory_of(out, &out->queue->end)) {
+        sm_march_start(&out->march, &out->contact, out->state);
+        const sm_status status = march(out, flow, first, 0.0, SM_RESOLVED);
+        if (status != SM_OK) return status;
+        sm_march_read(&out->march, &out->contact, out->state);
+    }
+    sm_queue_drop_first(out->queue);
+    return SM_OK;
+}
+
+sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow,
+                                const sm_stretch *stretch, const sm_inputs *end) {
+    const double longest = 0.5 * slowest_period(out, &stretch->inputs);
+    sm_stretch_queue *queue = out->queue;
+    if (sm_queue_is_full(queue) && !sm_queue_continues(queue, stretch, longest)) {
+        if (!out->before.whole) {
+            *out->before.queue = *queue;
+            memcpy(out->before.state, out->state,
+                   sm_march_state_count(&out->contact) * sizeof(double));
+            out->before.whole = 1;
+        }
+        const sm_status status = take_first(out, flow);
+        if (status != SM_OK) return status;
+    }
+    sm_queue_add(queue, stretch, end, longest);
+    return SM_OK;
+}
+
+void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow) {
+    /* what cannot be marched stays for who reads it, to be told */
+    while (out->queue->count > SM_STRETCHES - SPARE && take_first(out, flow) == SM_OK) continue;
+}
+
+/* Brings the state to the present. */
+static sm_status march_all(sm_contact_output *out, const sm_slow_flow *flow) {
+    sm_stretch_queue *queue = out->queue;
+    if (queue->count == 0) return SM_OK;
+    double skipped = sm_queue_duration(queue) - memory_of(out, &queue->end);
+    sm_march_start(&out->march, &out->contact, out->state);
+    for (int k = 0; k < queue->count; k++) {
+        const sm_stretch *stretch = sm_queue_at(queue, k);
+        if (skipped < stretch->duration) {
+            const sm_detail detail = k + 1 < queue->count ? SM_RESOLVED : SM_TO_BE_READ;
+            const sm_status status = march(out, flow, stretch, fmax(0.0, skipped), detail);
+            if (status != SM_OK) return status;
+        }
+        skipped -= stretch->duration;
+    }
     sm_march_read(&out->march, &out->contact, out->state);
+    queue->count = 0;
+    return SM_OK;
+}
+
+void sm_contact_output_reset(sm_contact_output *out) {
+    memset(out->state, 0, sm_march_state_count(&out->contact) * sizeof(double));
+    out->queue->count = 0;
+}
+
+size_t sm_contact_output_state_count(const sm_contact_output *out) {
+    return sm_march_state_count(&out->contact) + SM_QUEUE_DOUBLES;
+}
+
+void sm_contact_output_get_state(const sm_contact_output *out, double *values) {
+    const size_t count = sm_march_state_count(&out->contact);
+    memcpy(values, out->state, count * sizeof(double));
+    sm_queue_write(out->queue, values + count);
+}
+
+sm_status sm_contact_output_check_state(const sm_contact_output *out, const double *values) {
+    return sm_queue_check(values + sm_march_state_count(&out->contact), out->contact.modes);
+}
+
+void sm_contact_output_set_state(sm_contact_output *out, const double *values) {
+    const size_t count = sm_march_state_count(&out->contact);
+    memcpy(out->state, values, count * sizeof(double));
+    sm_queue_read(out->queue, values + count);
 }
 
 /* What moves the structure at a contact DOF where x_c and f_c (N_c) are: x_c, or the force that an
@@ -220,9 +331,8 @@ static double draw(const sm_contact_output *out, size_t i, const double *x_c, co
 }
 
 /* x (elastic) where the contacts are at x_c, with forces behind. */
-static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
-                         sm_instant *instant, const sm_inputs *inputs, const double *y,
-                         const double *x_c, double *x) {
+static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
+                         const sm_inputs *inputs, const double *y, const double *x_c, double *x) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
     const size_t elastic = (size_t)out->motion.elastic;
     sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES];
@@ -240,18 +350,19 @@ static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
             x[k] += out->motion.contacts_out[k * n + i] * draw(out, i, x_c, x_c + 2 * n);
     }
     if (out->response.orders_count == 0) return;
-    const sm_response_point point = sm_response_point_at(flow, instant, inputs, y);
+    const sm_response_point point = sm_response_point_at(flow, &out->instant, inputs, y);
     sm_response_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
                          out->motion.response, carrier, x);
 }
 
-void sm_contact_output_read(const sm_contact_output *out, const sm_slow_flow *flow,
-                            sm_instant *instant, const sm_inputs *inputs, const double *y,
-                            double *values) {
+sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
+                                 const sm_inputs *inputs, const double *y, double *values) {
     const size_t count = 3 * (size_t)out->contact.contacts;
+    const sm_status status = march_all(out, flow);
+    if (status != SM_OK) return status;
     memcpy(values, out->state, count * sizeof(double));
-    if (out->motion.elastic > 0)
-        read_elastic(out, flow, instant, inputs, y, values, values + count);
+    if (out->motion.elastic > 0) read_elastic(out, flow, inputs, y, values, values + count);
+    return SM_OK;
 }
 
 /* The inputs with a sweep, or a change of the limits, so fast that it would have begun at zero
@@ -267,28 +378,25 @@ static sm_inputs begun_inputs(const sm_inputs *inputs, int modes, double duratio
 }
 
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
-                                   sm_instant *instant, const sm_inputs *inputs, const double *y,
-                                   const double *rate, double *values) {
+                                   const sm_inputs *inputs, const double *y, const double *rate,
+                                   double *values) {
     const int modes = out->contact.modes;
-    const double duration = sm_contact_output_memory(out, inputs);
+    const size_t count = (size_t)out->contact.contacts, bytes = count * sizeof(double);
+    const double duration = memory_of(out, inputs);
     const sm_inputs end = begun_inputs(inputs, modes, duration);
-    const sm_inputs start = sm_inputs_after(&end, modes, -duration);
-    double before[2 * SM_MODES] = {0.0}, now[2 * SM_MODES] = {0.0}, moving[2 * SM_MODES] = {0.0};
+    sm_stretch past = {.duration = duration, .inputs = sm_inputs_after(&end, modes, -duration)};
     for (int k = 0; k < 2 * modes; k++) {
-        now[k] = y[k];
-        moving[k] = rate[k];
-        before[k] = y[k] - duration * rate[k];
+        past.y[k] = y[k] - duration * rate[k];
+        past.y_end[k] = y[k];
+        past.rate[k] = past.rate_end[k] = rate[k];
     }
-    const sm_slow_stretch past = {duration, &start, &end, before, moving, now, moving};
     sm_march_start(&out->march, &out->contact, NULL);
-    const sm_status status = sm_contact_output_march(out, flow, instant, &past, 0.0);
+    const sm_status status = march(out, flow, &past, 0.0, SM_TO_BE_READ);
     if (status != SM_OK) return status;
-    const size_t bytes = (size_t)out->contact.contacts * sizeof(double);
     memcpy(values, out->march.x, bytes);
-    memcpy(values + out->contact.contacts, out->march.v, bytes);
-    memcpy(values + 2 * out->contact.contacts, out->march.force, bytes);
+    memcpy(values + count, out->march.v, bytes);
+    memcpy(values + 2 * count, out->march.force, bytes);
     if (out->motion.elastic > 0)
-        read_elastic(out, flow, instant, inputs, now, values,
-                     values + 3 * (size_t)out->contact.contacts);
+        read_elastic(out, flow, inputs, past.y_end, values, values + 3 * count);
     return SM_OK;
 }

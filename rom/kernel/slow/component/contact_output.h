@@ -1,16 +1,14 @@
-/* The contact motion of a component at its communication points. */
+/* The contact motion of a component at its communication points.
+ *
+ * Contacts are marched where they are read: until then the slow motion waits in a queue. It has
+ * room for as long as contacts remember, so that unread ones cost next to nothing.
+ */
 #ifndef SLIPMODE_CONTACT_OUTPUT_H
 #define SLIPMODE_CONTACT_OUTPUT_H
 
+#include "slow/component/stretch_queue.h"
 #include "slow/instant.h"
-#include "slow/motion/contact_motion.h"
-
-/* Between two instants of a step: inputs with their angles, amplitudes and their rates. */
-typedef struct {
-    double duration;
-    const sm_inputs *start, *end;
-    const double *y, *rate, *y_end, *rate_end;
-} sm_slow_stretch;
+#include "slow/motion/contact_march.h"
 
 typedef struct {
     sm_motion motion;
@@ -18,7 +16,16 @@ typedef struct {
     sm_modal_response response;    /* of the contact: the orders of the motion */
     const double *limit;       /* (N_c) friction limits of the model */
     double *scaled_limit;      /* (N_c) as they are in the march */
-    double *state;             /* of the march at the communication point: x_c, v_c, f_c first */
+    double *state;             /* of the march, where the queue begins: x_c, v_c, f_c first */
+    sm_stretch_queue *queue;
+    struct {                   /* both as a step of the component found them: */
+        int first, count, whole; /* 1: the rest is there as well */
+        sm_stretch last;
+        sm_inputs end;
+        sm_stretch_queue *queue;
+        double *state;
+    } before;
+    sm_instant instant;
     sm_elastic elastic;        /* of the contact, where its law is that */
     sm_march march;
     double *reaction[2]; /* (orders_count, N_c, 2) at the start and the end of a stretch */
@@ -30,30 +37,38 @@ typedef struct {
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table);
 
-/* Copies what it needs to `memory`, of so many doubles, zeros; the output does not move then. */
+/* Copies what it needs to `memory`, of so many doubles, zeros; the output does not move then.
+ * Where the tables are shared, those of the motion are not copied. */
 size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
-                              const sm_table *table);
+                              const sm_table *table, int shared);
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
-                             const sm_contact *contact, const sm_table *table, double *memory);
+                             const sm_contact *contact, const sm_table *table, int shared,
+                             double *memory);
 
-/* Seconds for which the contacts remember. */
-double sm_contact_output_memory(const sm_contact_output *out, const sm_inputs *inputs);
-/* A march begins at the state, */
+
+/* A step begins, */
 void sm_contact_output_begin(sm_contact_output *out);
-/* goes on over a stretch but for its first `from` seconds, */
-sm_status sm_contact_output_march(sm_contact_output *out, const sm_slow_flow *flow,
-                                  sm_instant *instant, const sm_slow_stretch *stretch,
-                                  double from);
-/* and its end becomes the state. */
-void sm_contact_output_keep(sm_contact_output *out);
+/* moves on by a stretch that ends with inputs `end`, */
+sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow,
+                                const sm_stretch *stretch, const sm_inputs *end);
+/* and is done, or was in vain. */
+void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow);
+void sm_contact_output_abandon(sm_contact_output *out);
 
-/* x_c, v_c, f_c and elastic displacements: of the state, */
-void sm_contact_output_read(const sm_contact_output *out, const sm_slow_flow *flow,
-                            sm_instant *instant, const sm_inputs *inputs, const double *y,
-                            double *values);
-/* or marched to the present from rest, the amplitudes moving at `rate`. */
+/* Contacts at rest, and all of it as doubles: as many where the motion is not wanted, for whether
+ * it is may change before a state is put back. */
+void sm_contact_output_reset(sm_contact_output *out);
+size_t sm_contact_output_state_count(const sm_contact_output *out);
+void sm_contact_output_get_state(const sm_contact_output *out, double *values);
+sm_status sm_contact_output_check_state(const sm_contact_output *out, const double *values);
+void sm_contact_output_set_state(sm_contact_output *out, const double *values);
+
+/* x_c, v_c, f_c and elastic displacements: at the present, */
+sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
+                                 const sm_inputs *inputs, const double *y, double *values);
+/* or marched to it from rest, the amplitudes moving at `rate`. */
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
-                                   sm_instant *instant, const sm_inputs *inputs, const double *y,
-                                   const double *rate, double *values);
+                                   const sm_inputs *inputs, const double *y, const double *rate,
+                                   double *values);
 
 #endif

@@ -1,14 +1,25 @@
 #include "slow/motion/reaction.h"
 
+#include "base/block.h"
+
+static sm_phasors take_phasors(size_t row, double **memory) {
+    sm_phasors phasors;
+    phasors.re = sm_take(memory, row);
+    phasors.im = sm_take(memory, row);
+    return phasors;
+}
+
 void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *memory) {
-    double **const rows[] = {&reaction->re[0], &reaction->im[0], &reaction->re[1],
-                             &reaction->im[1], &reaction->by_re, &reaction->by_im};
+    const size_t row = sm_reaction_row(orders);
     reaction->orders = orders;
-    reaction->row = sm_reaction_row(orders);
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++, memory += reaction->row)
-        *rows[k] = memory;
-    reaction->start = memory;
-    reaction->slope = memory + 2 * (size_t)contacts * reaction->row;
+    reaction->row = row;
+    reaction->now = take_phasors(row, &memory);
+    reaction->stage = take_phasors(row, &memory);
+    for (int level = 0; level < SM_LEVELS; level++)
+        for (int stage = 0; stage < SM_STAGES; stage++)
+            reaction->by[level][stage] = take_phasors(row, &memory);
+    reaction->start = sm_take(&memory, 2 * (size_t)contacts * row);
+    reaction->slope = memory;
 }
 
 void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *segment) {
@@ -21,13 +32,7 @@ void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *se
         }
 }
 
-void sm_reaction_set(sm_reaction *reaction, int stage, const int32_t *orders,
-                 const sm_complex carrier[SM_MODES]) {
-    sm_harmonic_phasors(reaction->orders, orders, carrier, reaction->re[stage],
-                        reaction->im[stage]);
-}
-
-void sm_reaction_set_factors(sm_reaction *reaction, const int32_t *orders,
-                             const sm_complex by[SM_MODES]) {
-    sm_harmonic_phasors(reaction->orders, orders, by, reaction->by_re, reaction->by_im);
+void sm_reaction_set(const sm_reaction *reaction, sm_phasors *phasors, const int32_t *orders,
+                     const sm_complex carrier[SM_MODES]) {
+    sm_harmonic_phasors(reaction->orders, orders, carrier, phasors->re, phasors->im);
 }

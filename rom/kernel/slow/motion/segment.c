@@ -16,17 +16,6 @@ void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
     }
 }
 
-void sm_rotor_start(sm_rotor *rotor, const sm_segment *g, int modes, double elapsed,
-                    double interval) {
-    sm_segment_carriers(g, modes, elapsed, rotor->carrier);
-    for (int j = modes; j < SM_MODES; j++) rotor->by[j] = rotor->bend[j] = sm_cx(1.0, 0.0);
-    for (int j = 0; j < modes; j++) {
-        const double rate = g->frequency_rate[j];
-        rotor->by[j] = unit(interval * (g->frequency[j] + rate * (elapsed + 0.5 * interval)));
-        rotor->bend[j] = rate == 0.0 ? sm_cx(1.0, 0.0) : unit(rate * interval * interval);
-    }
-}
-
 sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
     const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
     const double rate_start = g->duration * (r - 2.0 * r2 + r3);

@@ -1,7 +1,7 @@
-#ifndef SLIPMODE_CONTACT_MOTION_H
-#define SLIPMODE_CONTACT_MOTION_H
+#ifndef SLIPMODE_CONTACT_MARCH_H
+#define SLIPMODE_CONTACT_MARCH_H
 
-#include "slow/motion/reaction.h"
+#include "slow/motion/forcing.h"
 #include "contact/elastic/solve.h"
 #include "contact/stage/warm_chebyshev.h"
 
@@ -12,6 +12,9 @@ typedef struct {
     sm_warm warm;
     sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
+    double *acceleration; /* (N_c) mean of the last step */
+    double *before;       /* rigid contacts: state at the start of the step */
+    int level;            /* of the steps that the stepper is set for; -1: of none */
     /* elastic contacts have these instead of stepper, lane and warm: */
     sm_elastic_solver solver;
     double *flexibility;      /* (N_c, N_c) */
@@ -23,14 +26,24 @@ typedef struct {
 size_t sm_march_size(const sm_contact *contact, int orders); /* doubles */
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory);
 
-/* The state that a march starts from and ends in: x_c, v_c, f_c and, of elastic contacts, where
- * the sliders are and where the contacts would be if they stuck. */
+/* The state that a march starts from and ends in: x_c, v_c, f_c, accelerations and, of elastic
+ * contacts, where the sliders are and where the contacts would be if they stuck. */
 size_t sm_march_state_count(const sm_contact *contact);
 /* NULL: at rest. */
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state);
 void sm_march_read(const sm_march *march, const sm_contact *contact, double *state);
-/* From `from` to `to` seconds after the segment's start, in equal steps of at most one
+
+/* How far a march follows what is faster than its steps. */
+typedef enum {
+    SM_EVEN,      /* not at all: all steps are equal */
+    SM_RESOLVED,  /* rigid contacts: steps in which a velocity bends are halved, up to three times,
+                     for what is left of a contact's own vibration as it begins to slip */
+    SM_TO_BE_READ /* and the last step is halved again and again towards its end: velocities have
+                     jumps, and are means of the last step where contacts are elastic */
+} sm_detail;
+
+/* From `from` to `to` seconds after the segment's start, in steps of at most one
  * steps_per_period-th of the faster carrier's period. */
 sm_status sm_march_along(sm_march *march, const sm_contact *contact, const sm_segment *segment,
-                         double from, double to, int steps_per_period);
+                         double from, double to, int steps_per_period, sm_detail detail);
 #endif

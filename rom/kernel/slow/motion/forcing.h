@@ -1,0 +1,113 @@
+/* What acts on the contacts along a segment, at the stages of steps of several lengths.
+ *
+ * The carriers, and the harmonics of the modes' response, are known at the start of a step, and
+ * have a factor from there to each of its stages. In a sweep the factors would move, so there
+ * they are computed anew.
+ */
+#ifndef SLIPMODE_FORCING_H
+#define SLIPMODE_FORCING_H
+
+#include "contact/sdirk2.h"
+#include "slow/motion/reaction.h"
+
+#define SM_EXACT_STEPS 64 /* after which rounding is done away with */
+
+typedef struct {
+    const sm_contact *contact;
+    const sm_segment *segment;
+    sm_reaction *reaction; /* NULL: none */
+    int swept, since;      /* steps since the carriers were exact */
+    sm_complex carrier[SM_MODES]; /* at the start of the next step */
+    sm_complex by[SM_LEVELS][SM_STAGES][SM_MODES];
+} sm_forcing;
+
+SM_INLINE sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
+
+/* Exact at `elapsed` seconds into the segment. */
+SM_INLINE void sm_forcing_set(sm_forcing *f, double elapsed) {
+    f->since = 0;
+    sm_segment_carriers(f->segment, f->contact->modes, elapsed, f->carrier);
+    if (f->reaction && !f->swept)
+        sm_reaction_set(f->reaction, &f->reaction->now, f->contact->response->orders, f->carrier);
+}
+
+SM_INLINE void find_factors(sm_forcing *f, int level, int stage, double seconds) {
+    sm_complex *by = f->by[level][stage];
+    for (int j = 0; j < SM_MODES; j++)
+        by[j] = j < f->contact->modes ? sm_unit(f->segment->frequency[j] * seconds)
+                                      : sm_cx(1.0, 0.0);
+    sm_reaction *reaction = f->reaction;
+    if (reaction)
+        sm_reaction_set(reaction, &reaction->by[level][stage], f->contact->response->orders, by);
+}
+
+/* Those of the steps twice as long as the next. */
+SM_INLINE void square_factors(sm_forcing *f, int level, int stage) {
+    const sm_complex *half = f->by[level + 1][stage];
+    for (int j = 0; j < SM_MODES; j++) f->by[level][stage][j] = sm_cmul(half[j], half[j]);
+    sm_reaction *reaction = f->reaction;
+    if (!reaction) return;
+    const sm_phasors *root = &reaction->by[level + 1][stage];
+    sm_phasors_multiply(reaction->row, root, root, &reaction->by[level][stage]);
+}
+
+/* Steps of h / 2^level, level = 0 ... finest, from `elapsed` on. */
+SM_INLINE void sm_forcing_start(sm_forcing *f, double elapsed, double h, int finest) {
+    const sm_segment *g = f->segment;
+    f->swept = g->frequency_rate[0] != 0.0 || g->frequency_rate[1] != 0.0;
+    if (f->reaction) sm_reaction_start(f->reaction, f->contact->contacts, g);
+    sm_forcing_set(f, elapsed);
+    if (f->swept) return;
+    const double least = ldexp(h, -finest), at[SM_STAGES] = {SM_GAMMA * least, least};
+    for (int level = finest; level >= 0; level--)
+        for (int stage = 0; stage < SM_STAGES; stage++) {
+            if (level == finest)
+                find_factors(f, level, stage, at[stage]);
+            else
+                square_factors(f, level, stage);
+        }
+}
+
+/* The forcing u (N_c) at a stage of a step, `elapsed` seconds into the segment:
+ * -2 Re sum_j L_j a_j exp(i theta_j), and the reaction. */
+SM_INLINE void sm_forcing_load(sm_forcing *f, int level, int stage, double elapsed, double *u) {
+    const sm_contact *contact = f->contact;
+    const int n = contact->contacts;
+    const double r = elapsed / f->segment->duration;
+    sm_complex carrier[SM_MODES];
+    if (f->swept)
+        sm_segment_carriers(f->segment, contact->modes, elapsed, carrier);
+    else
+        for (int j = 0; j < SM_MODES; j++)
+            carrier[j] = sm_cmul(f->carrier[j], f->by[level][stage][j]);
+    for (int i = 0; i < n; i++) u[i] = 0.0;
+    for (int j = 0; j < contact->modes; j++) {
+        const sm_complex q = sm_cmul(sm_segment_amplitude(f->segment, j, r), carrier[j]);
+        const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
+        for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
+    }
+    sm_reaction *reaction = f->reaction;
+    if (!reaction) return;
+    if (f->swept)
+        sm_reaction_set(reaction, &reaction->stage, contact->response->orders, carrier);
+    else
+        sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by[level][stage],
+                            &reaction->stage);
+    sm_reaction_add(reaction, n, r, u);
+}
+
+/* Past a step, which ends at `elapsed`. */
+SM_INLINE void sm_forcing_advance(sm_forcing *f, int level, double elapsed) {
+    if (f->swept) return;
+    if (++f->since == SM_EXACT_STEPS) {
+        sm_forcing_set(f, elapsed);
+        return;
+    }
+    for (int j = 0; j < SM_MODES; j++)
+        f->carrier[j] = sm_cmul(f->carrier[j], f->by[level][1][j]);
+    if (f->reaction)
+        sm_phasors_multiply(f->reaction->row, &f->reaction->now, &f->reaction->by[level][1],
+                            &f->reaction->now);
+}
+
+#endif
