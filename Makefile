@@ -20,6 +20,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PARALLEL := --numprocesses auto --dist loadfile # files share fixtures that are dear to make
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery \
@@ -68,10 +69,10 @@ quick: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "quick and not slow"
 
 test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" $(PARALLEL)
 
 test-all: $(VENV)/.installed-test
-	$(BIN)/python -m pytest --hypothesis-profile=many
+	$(BIN)/python -m pytest --hypothesis-profile=many $(PARALLEL)
 
 lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .
