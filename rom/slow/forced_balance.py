@@ -208,15 +208,16 @@ class ForcedBalance:
             imbalance = 1j * kappa * (found - target) / receptance.kappa
             target = secants.next(found, imbalance)
             if secants.known:
-                far = self.relative((target - found)[:modes], found[:modes])
+                off = np.abs(target - found) + secants.unresolved
+                far = self.relative(off[:modes], found[:modes])
                 drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
-                far = max(far, float((moves * np.abs(target - found)).max() / drawn))
+                far = max(far, float((moves * off).max() / drawn))
             idle = 0 if far < 0.5 * least else idle + 1
             least = min(far, least)
             if far <= closest or (far <= self.tolerance and idle >= _PATIENCE):
                 return Balanced(
                     amplitude=found[:modes],
-                    off=np.abs(target - found)[:modes],
+                    off=off[:modes],
                     orders=list(orders),
                     frequency=receptance.frequency,
                     modal=modal,
@@ -309,11 +310,19 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 
 
 class _Secants:
-    """Where the imbalance would be 0, by its last changes (Anderson 1965)."""
+    """Where the imbalance would be 0, by its last changes (Anderson 1965).
+
+    Attributes
+    ----------
+    unresolved : (pairs,) ndarray
+        Displacement by the part of the imbalance that no change has touched, were the structure as
+        soft to that as to the one change that it was softest to.
+    """
 
     def __init__(self, moves: Floats) -> None:
         """Weighted by what unit displacements (pairs,) do to the contacts."""
         self._moves = moves
+        self.unresolved = np.zeros(moves.size)
         self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
 
@@ -331,6 +340,10 @@ class _Secants:
         last, size = self._points[-1], 2 * found.size
         changes = np.array([last - before for before in self._points[:-1]]).T
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
+        displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
+        softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
+        left = (last[size:] - changes[size:] @ theta).view(complex)
+        self.unresolved = softest * np.abs(left) / np.maximum(self._moves, 1e-300)
         move = (changes[:size] @ theta).view(complex)
         most = _LONGEST_MOVE * np.abs(moved[0]).max()
         part = min(1.0, most / max(np.abs(move).max(), 1e-300))
