@@ -40,19 +40,18 @@ _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
 _WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
+_ONE_CONTACT = 20  # harmonics that cost as much as what else a contact takes in a step
 LINES = (16, 32, 64, 128)
 
 
 @dataclass(frozen=True, eq=False)
-class Balanced:
+class SteadyHarmonics:
     """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first.
 
     Attributes
     ----------
     amplitude : (modes,) complex ndarray
         a_j of the retained modes at their carriers [kg^1/2 m].
-    off : (modes,) ndarray
-        By what the next step would change them [kg^1/2 m].
     orders : list of (n, m)
     frequency : (orders,) ndarray
         n Omega_A + m Omega_B [rad/s].
@@ -60,15 +59,29 @@ class Balanced:
         Displacement of all modes [kg^1/2 m].
     P : (orders, N_c) complex ndarray
         Of the contact displacement [m].
-    grid : Discretisation
     """
 
     amplitude: Complexes
-    off: Floats
     orders: list[Order]
     frequency: Floats
     modal: Complexes
     P: Complexes
+
+    __repr__ = short_repr
+
+
+@dataclass(frozen=True, eq=False)
+class Balanced(SteadyHarmonics):
+    """Those of a balance.
+
+    Attributes
+    ----------
+    off : (modes,) ndarray
+        By what the next step would change the amplitudes [kg^1/2 m].
+    grid : Discretisation
+    """
+
+    off: Floats
     grid: Discretisation
 
     __repr__ = short_repr
@@ -151,12 +164,31 @@ def _detuning(reduced: Reduced, B: Complexes) -> Floats:
     return np.asarray(np.abs(np.einsum("...kc,...ck->...k", B, moved)))
 
 
+class Effort:
+    """Steps along phase lines that a balance may still march, weighted by what one costs."""
+
+    def __init__(self, most: float) -> None:
+        """Of N_c (N_c + orders + ...) each."""
+        self.left = most
+
+    def spend(self, steps: float, contacts: int, orders: int) -> None:
+        """So many steps of so many contacts and harmonics."""
+        self.left -= steps * contacts * (contacts + orders + _ONE_CONTACT)
+        if self.left < 0.0:
+            raise SlipmodeError(
+                "frequency: no steady state found, the search takes longer than integration in "
+                "time would (rom.full)"
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedBalance:
     """The balance under forces 2 half cos(Omega_j t), (modes, n).
 
     Attributes
     ----------
+    effort : Effort
+        That it may take.
     led : float
         Dynamic stiffness below which steps lead a mode at a harmonic too, over that of the first
         step; 0: the retained modes alone are led.
@@ -168,6 +200,7 @@ class ForcedBalance:
     law: Friction
     half: Floats
     tolerance: float
+    effort: Effort
     led: float
     first_step: float
 
@@ -177,7 +210,7 @@ class ForcedBalance:
         return _Receptance.of(self.reduced, orders, self.half, self.led, self.first_step)
 
     def solve(
-        self, orders: Sequence[Order], grid: Discretisation, start: Balanced | None
+        self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None
     ) -> Balanced:
         """The steady state with these harmonics, the carriers first, on this grid."""
         modes = len(self.half)
@@ -276,12 +309,15 @@ class ForcedBalance:
         held[:modes] += self.half @ self.reduced.contact_shapes
         coupling = -held[:modes]
         held[:modes] = 0.0
-        return torus_harmonics(
+        solved = torus_harmonics(
             *(self.reduced, self.law, coupling, reaction, np.ones((1, modes)), grid, orders),
             tolerance=tolerance,
             held=held,
             start=start,
         )
+        marched = float(solved.marched[0]) * grid.lines
+        self.effort.spend(marched, self.reduced.n_contacts, len(orders))
+        return solved
 
     def relative(self, error: Complexes | Floats, amplitude: Complexes) -> float:
         """The largest of errors (modes,) of amplitudes."""

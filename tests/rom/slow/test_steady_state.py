@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.io
 from elastic.family import member
-from elastic.family_report import full_order, solved
+from elastic.family_report import full_order, on, solved
 from elastic.frictional_beam import matrices
 
 from slipmode import rom
@@ -19,7 +19,7 @@ PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
 def test_it_is_that_of_full_order(seed):
     case = member(seed)
     reduced, state = solved(case, 2e-3)
-    expected = np.diagonal(full_order(case, reduced, state.amplitude, 1e-4).amplitude)
+    expected = np.diagonal(full_order(case, reduced, on(case, state), 1e-4)[0].amplitude)
     assert np.abs(state.amplitude / expected - 1.0).max() <= 5e-4
 
 
