@@ -13,6 +13,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
+from slipmode.rom.full.motion import State
 from slipmode.rom.full.reduced_structure import ReducedStructure
 from slipmode.rom.full.steady import (
     OFF_LATTICE,
@@ -28,8 +29,9 @@ from slipmode.rom.slow.forced_balance import SteadyHarmonics
 
 _HIGHEST = {1: 31, 2: 13}  # |n| + |m| of the harmonics that are told
 _STEPS = (64, 256)  # per period of the fastest carrier, and where these do not reach the tolerance
-_MOST_WINDOWS = 40
-_LEAST_PERIODS = 200  # of a window with two: contacts draw lines of high order near the carriers
+# Windows: periods of the slowest carrier, and how many. Contacts draw lines of high order near the
+# carriers, which shorter windows do not tell from them.
+_WINDOWS = ((200.0, 20), (1000.0, 8))
 _SAFETY = 2.0
 _DECAYS, _MOST_PERIODS = 7.0, 1000.0  # e-folds of a transient, periods of the slowest carrier
 _STAGES = 6  # of a time step
@@ -60,15 +62,7 @@ def integrated(
     rows = np.eye(small.shapes.shape[1])[:modes]
     start = None
     for steps in _STEPS:
-        found = steady_amplitude(
-            *(small.structure, law, excitation),
-            outputs=rows,
-            tolerance=0.2 * tolerance,
-            steps_per_period=steps,
-            start=start,
-            most_windows=_MOST_WINDOWS,
-            periods=_windows(excitation),
-        )
+        found = _settled(small, law, excitation, rows, 0.2 * tolerance, steps, start)
         start = found.end
         error = _SAFETY * np.diagonal(found.error)
         if np.all(error <= tolerance * np.abs(np.diagonal(found.amplitude))):
@@ -76,11 +70,30 @@ def integrated(
     return error, _harmonics(reduced, law, excitation, small, found, steps)
 
 
-def _windows(excitation: Excitation) -> float:
-    """Length in periods of the slowest carrier."""
-    default = Window.of(excitation)
-    periods = default.length * float(default.frequency.min()) / (2.0 * np.pi)
-    return max(periods, _LEAST_PERIODS) if default.frequency.size == 2 else periods
+def _settled(
+    small: ReducedStructure,
+    law: Friction,
+    excitation: Excitation,
+    rows: Floats,
+    tolerance: float,
+    steps: int,
+    start: State | None,
+) -> SteadyAmplitude:
+    """With the shortest windows that do."""
+    for periods, most in _WINDOWS:
+        try:
+            return steady_amplitude(
+                *(small.structure, law, excitation),
+                outputs=rows,
+                tolerance=tolerance,
+                steps_per_period=steps,
+                start=start,
+                most_windows=most,
+                periods=periods,
+            )
+        except SlipmodeError as reason:
+            last = reason
+    raise last
 
 
 def _harmonics(

@@ -35,7 +35,7 @@ class TooLongError(Exception):
 def solved(case: Member, tolerance: float = TOLERANCE) -> tuple[rom.Reduced, rom.SteadyState]:
     """The steady state of a member."""
     reduced = rom.reduce(
-        case.structure, case.modes, law=case.law, carrier=case.frequency, smallest_response=1e-5
+        case.structure, case.modes, law=case.law, carrier=case.frequency, smallest_response=1e-6
     )
     return reduced, rom.steady_state(reduced, case.law, case.frequency, case.force, tolerance)
 
