@@ -34,7 +34,7 @@ _SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
 # Of the contacts' motion, by modes: far from the steady state, and at it by the tolerance. With
 # two the phases of the lines drift against the grid; that is only as small as its error.
 _COARSE = {1: 1e-4, 2: 1e-3}
-_PRECISION = {1: 0.01, 2: 0.1}
+_PRECISION = {1: 0.01, 2: 0.03}
 _PATIENCE = 3
 _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
@@ -221,7 +221,7 @@ class ForcedBalance:
             P = _extended(start.P, start.orders, orders)
             target = _extended(start.modal, start.orders, orders)[q, k]
         kappa, moves = receptance.kappa, np.linalg.norm(receptance.B[q, k], axis=1)
-        secants = _Secants(moves)
+        secants = _Secants(moves, modes)
         closest, far, least, idle = 0.1 * self.tolerance, 1.0, np.inf, 0
         finest = _PRECISION[modes] * self.tolerance
         for _ in range(_STEPS):
@@ -231,7 +231,7 @@ class ForcedBalance:
                 receptance, reaction, orders, grid, kappa, target, P, precision
             )
             if solved.residual[0] > _UNSETTLED:
-                kappa, secants, P = 3.0 * kappa, _Secants(moves), None
+                kappa, secants, P = 3.0 * kappa, _Secants(moves, modes), None
                 if kappa[0] > _SHORTEST_STEP * receptance.kappa[0]:
                     break
                 continue
@@ -240,7 +240,7 @@ class ForcedBalance:
             found = modal[q, k]
             imbalance = 1j * kappa * (found - target) / receptance.kappa
             target = secants.next(found, imbalance)
-            if secants.known:
+            if secants.spanning:
                 off = np.abs(target - found) + secants.unresolved
                 far = self.relative(off[:modes], found[:modes])
                 drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
@@ -355,9 +355,10 @@ class _Secants:
         soft to that as to the one change that it was softest to.
     """
 
-    def __init__(self, moves: Floats) -> None:
-        """Weighted by what unit displacements (pairs,) do to the contacts."""
+    def __init__(self, moves: Floats, modes: int) -> None:
+        """Weighted by what unit displacements (pairs,), `modes` retained, do to the contacts."""
         self._moves = moves
+        self._enough = 2 * modes
         self.unresolved = np.zeros(moves.size)
         self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
@@ -366,6 +367,11 @@ class _Secants:
     def known(self) -> bool:
         """Whether there is one."""
         return len(self._points) > 1
+
+    @property
+    def spanning(self) -> bool:
+        """Whether there are enough for all the retained modes may do."""
+        return len(self._points) > self._enough
 
     def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
         """The next displacement (pairs,)."""

@@ -35,6 +35,7 @@ _WINDOWS = ((200.0, 20), (1000.0, 8))
 _SAFETY = 2.0
 _DECAYS, _MOST_PERIODS = 7.0, 1000.0  # e-folds of a transient, periods of the slowest carrier
 _STAGES = 6  # of a time step
+_ONE_STAGE = 150.0  # what it takes beside its contacts
 
 
 def integration_effort(reduced: Reduced) -> float:
@@ -43,7 +44,7 @@ def integration_effort(reduced: Reduced) -> float:
     damped = _DECAYS * slow / (np.pi * max(reduced.modal_damping.min(), np.finfo(float).tiny))
     steps = (min(damped, _MOST_PERIODS) + _MOST_PERIODS) * fast / slow * 3 * _STEPS[0] * _STAGES
     contacts, modes = reduced.n_contacts, len(reduced.damping_coupling)
-    return float(steps * contacts * (2 * contacts + modes))
+    return float(steps * (_ONE_STAGE + contacts * (2 * contacts + modes)))
 
 
 def integrated(

@@ -31,7 +31,6 @@ from slipmode.rom.structure.structure import Structure
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS, _MOST_STEPS = 128, 2048
 _SAFETY = 2.0
-_PATIENCE = 4.0  # times the effort of integration, until the balance is given up
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
 # often the first do.
 _TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
@@ -136,7 +135,7 @@ def steady_state(
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
     integrable = start is None and reduced.contacts is not None
-    effort = Effort(_PATIENCE * integration_effort(reduced) if integrable else np.inf)
+    effort = Effort(integration_effort(reduced) if integrable else np.inf)
     try:
         error, found = _balanced(reduced, law, f, tolerance, effort, start)
     except SlipmodeError:
@@ -178,7 +177,7 @@ def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floa
         found, by_grid = _resolved(balance, found, "lines", 0.5)
     found, by_steps = _resolved(balance, found, "steps", 1.0)
     # steps are of second order: a third of the change is left; what changes tell is no bound
-    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0 + found.off), found
+    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0) + found.off, found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:
