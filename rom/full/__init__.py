@@ -7,7 +7,8 @@ reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
 excitation.py is Eq. (2), integration.py the march (its step: rom/kernel/full/esdirk4.h),
-convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
+convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
+reduced_structure.py is the structure that a reduced model has;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 
