@@ -358,7 +358,8 @@ class _Secants:
     def __init__(self, moves: Floats, modes: int) -> None:
         """Weighted by what unit displacements (pairs,), `modes` retained, do to the contacts."""
         self._moves = moves
-        self._enough = 2 * modes
+        # of one mode the first tells enough, and friction's noise would pass for what is left
+        self._enough = {1: 1, 2: 4}[modes]
         self.unresolved = np.zeros(moves.size)
         self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
@@ -385,7 +386,8 @@ class _Secants:
         displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
         softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
         left = (last[size:] - changes[size:] @ theta).view(complex)
-        self.unresolved = softest * np.abs(left) / np.maximum(self._moves, 1e-300)
+        if self._enough > 1:
+            self.unresolved = softest * np.abs(left) / np.maximum(self._moves, 1e-300)
         move = (changes[:size] @ theta).view(complex)
         most = _LONGEST_MOVE * np.abs(moved[0]).max()
         part = min(1.0, most / max(np.abs(move).max(), 1e-300))

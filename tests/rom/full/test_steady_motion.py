@@ -51,7 +51,7 @@ def test_a_reduced_model_has_its_structure(seed):
     size = np.abs(np.diag(small.structure.stiffness)).max()
     for name, scale in (("mass", 1.0), ("stiffness", size), ("damping", 1.0)):
         expected = shapes.T @ getattr(of, name) @ shapes
-        assert getattr(small.structure, name) == pytest.approx(expected, abs=1e-6 * scale), name
+        assert getattr(small.structure, name) == pytest.approx(expected, abs=1e-5 * scale), name
     assert small.structure.directions == pytest.approx(shapes.T @ of.directions, abs=1e-6)
 
 
