@@ -17,10 +17,10 @@ FLOORS = {
         "laws",
         "reduction",
         "contact",
+        "full",
         "validity",
         "table",
         "slow",
-        "full",
     ),
     "runner": ("recording", "scene", "plan", "view"),
 }

@@ -8,7 +8,8 @@ steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
 excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
 rom/kernel/full/elastic_step.h for elastic contacts), component_modes.py what large structures run
-on; convergence.py says how exact it is, steady.py takes carrier amplitudes out of it;
+on; convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
+reduced_structure.py is the structure that a reduced model has;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 

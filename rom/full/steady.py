@@ -8,23 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.full.window import Elsewhere, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
-_WINDOW_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window beyond the 4th
-_BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
-_ORDER = 7  # |n| + |m| of the lines that are kept apart from the carriers
-_SHORTEST, _LONGEST = 40, 1000  # window in periods of the slowest carrier
-# of the fastest carrier: no whole number, so that no harmonic aliases onto a carrier and the steps
-# fall on every phase of it within a window
-_SAMPLES_PER_PERIOD = 32.618
+OFF_LATTICE = 0.01  # RMS of the contacts' motion beside the harmonics: it is not periodic in them
+_REFINED, _LESS = (1, 2, 4), 0.8  # steps to look at that in, while it becomes so much less
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,62 +96,16 @@ def steady_amplitude(
     if periods is not None and not (np.isfinite(periods) and periods >= 1):
         raise SlipmodeError(f"periods: must be a finite number, at least 1, got {periods}")
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
-    window = _Window.of(excitation, periods)
+    window = Window.of(excitation, periods)
     coarse = _settle(integrator, window, start, 1, tolerance, most_windows)
     fine = _settle(integrator, window, coarse.end, 2, tolerance, most_windows)
     error = np.abs(fine.amplitude - coarse.amplitude) + fine.error
     return SteadyAmplitude(fine.amplitude, error, fine.end)
 
 
-@dataclass(frozen=True)
-class _Window:
-    """Stretch of time over which a carrier is projected out of a signal."""
-
-    frequency: Floats  # (modes,) of the carriers
-    forced: Flags  # (modes,) whether there is any force
-    length: float
-    samples: int
-
-    @classmethod
-    def of(cls, excitation: Excitation, periods: float | None) -> _Window:
-        frequency = excitation.frequency[0]
-        forced = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
-        slowest = frequency.min()
-        if periods is None:
-            needed = _BINS / _line_spacing(frequency[forced] if forced.any() else frequency)
-            periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
-        length = 2 * np.pi * periods / slowest
-        samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
-        return cls(frequency, forced, length, samples)
-
-    def times(self, begin: float) -> Floats:
-        return begin + self.length * np.arange(1, self.samples + 1) / self.samples
-
-    def project(self, motion: FullMotion, begin: float) -> Complexes:
-        """Amplitude of every carrier in every output, (modes, outputs)."""
-        weight = np.sin(np.pi * (motion.time - begin) / self.length) ** _WINDOW_POWER
-        carrier = np.exp(-1j * np.outer(self.frequency, motion.time))
-        return np.asarray((carrier * (weight / weight.sum())) @ motion.displacement)
-
-    def scale(self, amplitude: Complexes) -> Floats:
-        """Largest amplitude of each carrier, of any where it is not forced, (modes, 1)."""
-        largest = np.abs(amplitude).max(axis=1, keepdims=True)
-        return np.asarray(np.where(self.forced[:, np.newaxis], largest, largest.max()))
-
-
-def _line_spacing(frequency: Floats) -> float:
-    """Least distance from a carrier to another line of the spectrum [rad/s]."""
-    orders = np.arange(-_ORDER, _ORDER + 1)
-    n, m = np.meshgrid(orders, orders if frequency.size == 2 else [0])
-    listed = np.abs(n) + np.abs(m) <= _ORDER
-    lines = n[listed] * frequency[0] + m[listed] * frequency[-1]
-    distance = np.abs(lines[:, np.newaxis] - frequency)
-    return float(distance[distance > 1e-9 * frequency.max()].min())
-
-
 def _settle(
     integrator: Integrator,
-    window: _Window,
+    window: Window,
     start: State | None,
     refine: int,
     tolerance: float,
@@ -166,14 +116,35 @@ def _settle(
     for _ in range(most_windows):
         begin = float(integrator.excitation.start[0]) if state is None else state.time
         motion = integrator.run(window.times(begin), state, refine)
-        state, amplitude = motion.end, window.project(motion, begin)
+        state = motion.end
+        amplitude = window.project(motion.time, motion.displacement, window.frequency)
         if last is not None:
             change = np.abs(amplitude - last)
             if np.all(change <= tolerance * window.scale(amplitude)):
                 return SteadyAmplitude(amplitude, change, state)
         last = amplitude
+    beside = beside_harmonics(integrator, state)[1]
     raise SlipmodeError(
-        f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s; "
-        "raise most_windows, periods (longer windows) or the tolerance, or look at the motion "
-        "itself"
+        f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s, "
+        f"{beside.share:.2g} of the contacts' motion at frequencies beside the harmonics of the "
+        f"forces, most at {beside.frequency:.4g} rad/s; raise most_windows, periods (longer "
+        "windows) or the tolerance, or look at the motion itself"
     )
+
+
+def beside_harmonics(integrator: Integrator, state: State | None) -> tuple[FullMotion, Elsewhere]:
+    """A long stretch of motion from a state, and what its contacts do beside the harmonics.
+
+    More than OFF_LATTICE is looked at in finer steps as long as these bring it down: where in a
+    step contacts stick or slip is a noise of its own.
+    """
+    window = Window.of_lines(integrator.excitation)
+    begin = float(integrator.excitation.start[0]) if state is None else state.time
+    share = np.inf
+    for refine in _REFINED:
+        motion = integrator.run(window.times(begin), state, refine)
+        beside = window.elsewhere(motion.contact_displacement)
+        if beside.share <= OFF_LATTICE or beside.share > _LESS * share:
+            break
+        share = beside.share
+    return motion, beside

@@ -25,6 +25,7 @@ from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 _MOST = 128  # modes computed to reach those that follow statically
+_USUAL = 1e-3  # smallest response for which `highest_response` reaches far enough
 
 
 def reduce_stuck(
@@ -40,7 +41,7 @@ def reduce_stuck(
     if not all(0 <= mode < structure.n_dofs for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
     held = stuck(structure, contacts.reference)
-    omega, shapes = _modes_in_reach(held, modes)
+    omega, shapes = _modes_in_reach(held, modes, smallest_response)
     rigid = omega == 0.0
     retained = np.isin(np.arange(omega.size), modes)
     if np.any(rigid & retained):
@@ -92,6 +93,13 @@ def reduce_stuck(
     )
 
 
-def _modes_in_reach(held: Held, modes: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """Frequencies and modes up to the retained ones, and to where others follow statically."""
-    return held.modes(max(modes) + 1, 0.0, _MOST, highest_response(1.0))
+def _modes_in_reach(
+    held: Held, modes: tuple[int, ...], smallest_response: float
+) -> tuple[Floats, Floats]:
+    """Frequencies and modes up to the retained ones, and to where others follow statically.
+
+    Contacts that slip have harmonics of order k that fall with k^-2, and so does what a mode at k
+    times the carrier does to them beyond its static flexibility.
+    """
+    further = max(_USUAL / max(smallest_response, np.finfo(float).tiny), 1.0) ** 0.25
+    return held.modes(max(modes) + 1, 0.0, _MOST, highest_response(1.0) * further)

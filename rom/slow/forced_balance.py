@@ -34,25 +34,24 @@ _SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
 # Of the contacts' motion, by modes: far from the steady state, and at it by the tolerance. With
 # two the phases of the lines drift against the grid; that is only as small as its error.
 _COARSE = {1: 1e-4, 2: 1e-3}
-_PRECISION = {1: 0.01, 2: 0.1}
+_PRECISION = {1: 0.01, 2: 0.03}
 _PATIENCE = 3
 _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
 _WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
+_ONE_CONTACT = 20  # harmonics that cost as much as what else a contact takes in a step
 LINES = (16, 32, 64, 128)
 
 
 @dataclass(frozen=True, eq=False)
-class Balanced:
+class SteadyHarmonics:
     """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first.
 
     Attributes
     ----------
     amplitude : (modes,) complex ndarray
         a_j of the retained modes at their carriers [kg^1/2 m].
-    off : (modes,) ndarray
-        By what the next step would change them [kg^1/2 m].
     orders : list of (n, m)
     frequency : (orders,) ndarray
         n Omega_A + m Omega_B [rad/s].
@@ -60,15 +59,29 @@ class Balanced:
         Displacement of all modes [kg^1/2 m].
     P : (orders, N_c) complex ndarray
         Of the contact displacement [m].
-    grid : Discretisation
     """
 
     amplitude: Complexes
-    off: Floats
     orders: list[Order]
     frequency: Floats
     modal: Complexes
     P: Complexes
+
+    __repr__ = short_repr
+
+
+@dataclass(frozen=True, eq=False)
+class Balanced(SteadyHarmonics):
+    """Those of a balance.
+
+    Attributes
+    ----------
+    off : (modes,) ndarray
+        By what the next step would change the amplitudes [kg^1/2 m].
+    grid : Discretisation
+    """
+
+    off: Floats
     grid: Discretisation
 
     __repr__ = short_repr
@@ -151,12 +164,31 @@ def _detuning(reduced: Reduced, B: Complexes) -> Floats:
     return np.asarray(np.abs(np.einsum("...kc,...ck->...k", B, moved)))
 
 
+class Effort:
+    """Steps along phase lines that a balance may still march, weighted by what one costs."""
+
+    def __init__(self, most: float) -> None:
+        """Of N_c (N_c + orders + ...) each."""
+        self.left = most
+
+    def spend(self, steps: float, contacts: int, orders: int) -> None:
+        """So many steps of so many contacts and harmonics."""
+        self.left -= steps * contacts * (contacts + orders + _ONE_CONTACT)
+        if self.left < 0.0:
+            raise SlipmodeError(
+                "frequency: no steady state found, the search takes longer than integration in "
+                "time would (rom.full)"
+            )
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedBalance:
     """The balance under forces 2 half cos(Omega_j t), (modes, n).
 
     Attributes
     ----------
+    effort : Effort
+        That it may take.
     led : float
         Dynamic stiffness below which steps lead a mode at a harmonic too, over that of the first
         step; 0: the retained modes alone are led.
@@ -168,6 +200,7 @@ class ForcedBalance:
     law: Friction
     half: Floats
     tolerance: float
+    effort: Effort
     led: float
     first_step: float
 
@@ -177,7 +210,7 @@ class ForcedBalance:
         return _Receptance.of(self.reduced, orders, self.half, self.led, self.first_step)
 
     def solve(
-        self, orders: Sequence[Order], grid: Discretisation, start: Balanced | None
+        self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None
     ) -> Balanced:
         """The steady state with these harmonics, the carriers first, on this grid."""
         modes = len(self.half)
@@ -188,7 +221,7 @@ class ForcedBalance:
             P = _extended(start.P, start.orders, orders)
             target = _extended(start.modal, start.orders, orders)[q, k]
         kappa, moves = receptance.kappa, np.linalg.norm(receptance.B[q, k], axis=1)
-        secants = _Secants(moves)
+        secants = _Secants(moves, modes)
         closest, far, least, idle = 0.1 * self.tolerance, 1.0, np.inf, 0
         finest = _PRECISION[modes] * self.tolerance
         for _ in range(_STEPS):
@@ -198,7 +231,7 @@ class ForcedBalance:
                 receptance, reaction, orders, grid, kappa, target, P, precision
             )
             if solved.residual[0] > _UNSETTLED:
-                kappa, secants, P = 3.0 * kappa, _Secants(moves), None
+                kappa, secants, P = 3.0 * kappa, _Secants(moves, modes), None
                 if kappa[0] > _SHORTEST_STEP * receptance.kappa[0]:
                     break
                 continue
@@ -207,16 +240,17 @@ class ForcedBalance:
             found = modal[q, k]
             imbalance = 1j * kappa * (found - target) / receptance.kappa
             target = secants.next(found, imbalance)
-            if secants.known:
-                far = self.relative((target - found)[:modes], found[:modes])
+            if secants.spanning:
+                off = np.abs(target - found) + secants.unresolved
+                far = self.relative(off[:modes], found[:modes])
                 drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
-                far = max(far, float((moves * np.abs(target - found)).max() / drawn))
+                far = max(far, float((moves * off).max() / drawn))
             idle = 0 if far < 0.5 * least else idle + 1
             least = min(far, least)
             if far <= closest or (far <= self.tolerance and idle >= _PATIENCE):
                 return Balanced(
                     amplitude=found[:modes],
-                    off=np.abs(target - found)[:modes],
+                    off=off[:modes],
                     orders=list(orders),
                     frequency=receptance.frequency,
                     modal=modal,
@@ -275,12 +309,15 @@ class ForcedBalance:
         held[:modes] += self.half @ self.reduced.contact_shapes
         coupling = -held[:modes]
         held[:modes] = 0.0
-        return torus_harmonics(
+        solved = torus_harmonics(
             *(self.reduced, self.law, coupling, reaction, np.ones((1, modes)), grid, orders),
             tolerance=tolerance,
             held=held,
             start=start,
         )
+        marched = float(solved.marched[0]) * grid.lines
+        self.effort.spend(marched, self.reduced.n_contacts, len(orders))
+        return solved
 
     def relative(self, error: Complexes | Floats, amplitude: Complexes) -> float:
         """The largest of errors (modes,) of amplitudes."""
@@ -309,11 +346,21 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 
 
 class _Secants:
-    """Where the imbalance would be 0, by its last changes (Anderson 1965)."""
+    """Where the imbalance would be 0, by its last changes (Anderson 1965).
 
-    def __init__(self, moves: Floats) -> None:
-        """Weighted by what unit displacements (pairs,) do to the contacts."""
+    Attributes
+    ----------
+    unresolved : (pairs,) ndarray
+        Displacement by the part of the imbalance that no change has touched, were the structure as
+        soft to that as to the one change that it was softest to.
+    """
+
+    def __init__(self, moves: Floats, modes: int) -> None:
+        """Weighted by what unit displacements (pairs,), `modes` retained, do to the contacts."""
         self._moves = moves
+        # of one mode the first tells enough, and friction's noise would pass for what is left
+        self._enough = {1: 1, 2: 4}[modes]
+        self.unresolved = np.zeros(moves.size)
         self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
 
@@ -321,6 +368,11 @@ class _Secants:
     def known(self) -> bool:
         """Whether there is one."""
         return len(self._points) > 1
+
+    @property
+    def spanning(self) -> bool:
+        """Whether there are enough for all the retained modes may do."""
+        return len(self._points) > self._enough
 
     def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
         """The next displacement (pairs,)."""
@@ -331,6 +383,11 @@ class _Secants:
         last, size = self._points[-1], 2 * found.size
         changes = np.array([last - before for before in self._points[:-1]]).T
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
+        displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
+        softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
+        left = (last[size:] - changes[size:] @ theta).view(complex)
+        if self._enough > 1:
+            self.unresolved = softest * np.abs(left) / np.maximum(self._moves, 1e-300)
         move = (changes[:size] @ theta).view(complex)
         most = _LONGEST_MOVE * np.abs(moved[0]).max()
         part = min(1.0, most / max(np.abs(move).max(), 1e-300))

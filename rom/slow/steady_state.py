@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,15 @@ from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced, force_vector
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.forced_balance import LINES, Balanced, ForcedBalance, enough_lines
+from slipmode.rom.slow.forced_balance import (
+    LINES,
+    Balanced,
+    Effort,
+    ForcedBalance,
+    SteadyHarmonics,
+    enough_lines,
+)
+from slipmode.rom.slow.integrated import integrated, integration_effort
 from slipmode.rom.structure.structure import Structure
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
@@ -35,17 +44,20 @@ class SteadyState:
     ----------
     error : (modes,) ndarray
         Estimate of what harmonics, time steps and phase lines leave of `amplitude` [kg^1/2 m].
+    harmonics : SteadyHarmonics
     reduced : Reduced
         At these frequencies.
     force : (modes, n) ndarray
         [N]
-    harmonics : Balanced
+    method : {"balance", "integration"}
+        Where no balance of harmonics is found, integration in time from rest.
     """
 
     error: Floats
+    harmonics: SteadyHarmonics
     reduced: Reduced
     force: Floats
-    harmonics: Balanced
+    method: Literal["balance", "integration"]
 
     __repr__ = short_repr
 
@@ -84,7 +96,9 @@ def steady_state(
     """Solve for the steady state under constant forces, without a table.
 
     Harmonics, phase lines and time steps are added until the amplitudes change by less than the
-    tolerance. Where thousands of forcings are asked for, `steady` looks them up in a table.
+    tolerance. Where elastic contacts stick, slip and part so abruptly that no balance is found,
+    the motion is integrated in time from rest; it may miss the tolerance, and states its error.
+    Where thousands of forcings are asked for, `steady` looks them up in a table.
 
     Parameters
     ----------
@@ -101,7 +115,8 @@ def steady_state(
     Raises
     ------
     SlipmodeError
-        If no steady state is found, or none to the tolerance.
+        If no steady state is found, or none to the tolerance; if the motion from rest is not
+        periodic in the phases of the forces.
     """
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
@@ -119,20 +134,39 @@ def steady_state(
     f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
+    integrable = start is None and reduced.contacts is not None
+    effort = Effort(integration_effort(reduced) if integrable else np.inf)
+    try:
+        error, found = _balanced(reduced, law, f, tolerance, effort, start)
+    except SlipmodeError:
+        if not integrable:
+            raise
+        return SteadyState(*integrated(reduced, law, f, tolerance), reduced, f, "integration")
+    return SteadyState(error, found, reduced, f, "balance")
+
+
+def _balanced(
+    reduced: Reduced,
+    law: Friction,
+    f: Floats,
+    tolerance: float,
+    effort: Effort,
+    start: SteadyState | None,
+) -> tuple[Floats, Balanced]:
+    """By the first of several tries that settles."""
     begin = None if start is None else start.harmonics
     for led, first_step in _TRIES:
-        balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, led, first_step)
+        balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, effort, led, first_step)
         try:
-            error, found = _solved(balance, begin)
-        except SlipmodeError:
-            if (led, first_step) == _TRIES[-1]:
-                raise
-        else:
-            break
-    return SteadyState(error, reduced, f, found)
+            return _solved(balance, begin)
+        except SlipmodeError as refusal:
+            last = refusal
+            if effort.left < 0.0:
+                break
+    raise last
 
 
-def _solved(balance: ForcedBalance, begin: Balanced | None) -> tuple[Floats, Balanced]:
+def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floats, Balanced]:
     """The steady state to the tolerance, and the error of its amplitudes."""
     modes = len(balance.half)
     orders = harmonic_orders(RESPONSE_ORDER, modes, balance.reduced.even)
@@ -143,7 +177,7 @@ def _solved(balance: ForcedBalance, begin: Balanced | None) -> tuple[Floats, Bal
         found, by_grid = _resolved(balance, found, "lines", 0.5)
     found, by_steps = _resolved(balance, found, "steps", 1.0)
     # steps are of second order: a third of the change is left; what changes tell is no bound
-    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0 + found.off), found
+    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0) + found.off, found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:

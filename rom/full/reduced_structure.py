@@ -1,0 +1,71 @@
+"""The structure that a reduced model stands for: its modes and what contacts do to it besides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.structure import Structure
+
+_DEPENDENT = 1e-8  # squared part of a contact shape that is its own, below which it is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedStructure:
+    """x = shapes c, the modes first in c.
+
+    Attributes
+    ----------
+    structure : Structure
+        M = I, K, C, W of the coordinates c, without the springs of elastic contacts.
+    shapes : (n, coordinates) ndarray
+        [kg^-1/2]
+    """
+
+    structure: Structure
+    shapes: Floats
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, reduced: Reduced) -> Self:
+        """Of a reduced model about elastic contacts.
+
+        x = Phi q + X y is the model's own; M, K_s and C on (Phi, X) are in its coupling, because
+        X is what the structure with stuck contacts, K_s, does statically under forces on them.
+        """
+        assert reduced.contacts is not None
+        omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
+        inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
+        damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
+        springs = omega[:, np.newaxis] ** 2 * inertia
+        drawn = springs - np.vstack((reduced.spring, reduced.nonresonant_spring))
+        own = np.diag(np.append(reduced.modal_damping, reduced.nonresonant_damping))
+        K = np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]])
+        C = np.block([[own + reduced.damping_coupling, damper], [damper.T, reduced.damping]])
+        W = np.vstack((drawn, -reduced.stiffness))
+        basis = _orthonormal(inertia, reduced.carried_mass)
+        W = basis.T @ W
+        K, C = (basis.T @ matrix @ basis for matrix in (K, C))
+        K -= (W * reduced.contacts.reference) @ W.T
+        structure = Structure(np.eye(len(W)), 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        return cls(structure, np.hstack((reduced.all_shapes, reduced.contact_shapes)) @ basis)
+
+
+def _orthonormal(inertia: Floats, mass: Floats) -> Floats:
+    """Combinations (modes + N_c, coordinates) of modes and contact shapes, orthonormal in mass.
+
+    The modes stay as they are; `inertia` (modes, N_c) and `mass` (N_c, N_c) are those of the
+    contact shapes.
+    """
+    modes, contacts = inertia.shape
+    scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))
+    size, mixed = np.linalg.eigh((mass - inertia.T @ inertia) / np.outer(scale, scale))
+    kept = size > _DEPENDENT
+    others = mixed[:, kept] / np.sqrt(size[kept]) / scale[:, np.newaxis]
+    return np.block([[np.eye(modes), -inertia @ others], [np.zeros((contacts, modes)), others]])
