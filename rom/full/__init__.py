@@ -7,14 +7,13 @@ reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
 excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
-rom/kernel/full/elastic_step.h for elastic contacts), component_modes.py what large structures run
-on; convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
-reduced_structure.py is the structure that a reduced model has;
+rom/kernel/full/elastic_step.h for elastic contacts), bases/ what large structures run on;
+convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 
 from slipmode.rom.full.aeroelastic import aeroelastic
-from slipmode.rom.full.component_modes import ComponentModes, component_modes
+from slipmode.rom.full.bases.component_modes import ComponentModes, component_modes
 from slipmode.rom.full.convergence import Converged, converged
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import integrate

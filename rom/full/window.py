@@ -63,6 +63,8 @@ class Window:
     length: float
     samples: int
 
+    __repr__ = short_repr
+
     @classmethod
     def of(cls, excitation: Excitation, periods: float | None = None) -> Self:
         """With so many periods of the slowest carrier; by default what `_ORDER` lines need."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.full.bases.reduced_structure import ReducedStructure
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import State
-from slipmode.rom.full.reduced_structure import ReducedStructure
 from slipmode.rom.full.steady import (
     OFF_LATTICE,
     SteadyAmplitude,

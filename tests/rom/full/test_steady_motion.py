@@ -6,7 +6,7 @@ from elastic.family import member
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.full.reduced_structure import ReducedStructure
+from slipmode.rom.full.bases.reduced_structure import ReducedStructure
 from slipmode.rom.full.window import Window
 
 FREQUENCY = (1.0, 2.83)

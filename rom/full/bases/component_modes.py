@@ -20,7 +20,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full.projection import Projection
+from slipmode.rom.full.bases.projection import Projection
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.force_response import Forces
