@@ -20,7 +20,9 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
-PARALLEL := --numprocesses auto --dist loadfile # files share fixtures that are dear to make
+# Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
+PARALLEL := --numprocesses auto --dist loadfile
+test test-all: export OPENBLAS_NUM_THREADS := 1
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery \
