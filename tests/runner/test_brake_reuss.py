@@ -1,6 +1,5 @@
 """From an Abaqus deck to a scene: two lapped bars, and the Brake-Reuss beam where its deck is."""
 
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -105,18 +104,16 @@ def test_modes_of_a_scene_are_those_under_its_static_force(example, deck, lap, t
     expected = rom.reduce(lap.structure, (6, 7), law=rest.law).frequency
     closed = rom.reduce(lap.structure, (6, 7), law=lap.law).frequency
     assert np.all(expected < 0.98 * closed)
-    path = example.write(replace(lap, bolts=pried), tmp_path, tuple(expected))
+    path = example.write(replace(lap, bolts=pried), tmp_path, expected[0])
     table = mode_table(str(path))
     np.testing.assert_allclose(table.states["stuck"].frequency[[6, 7]], expected, rtol=1e-9)
 
 
 def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
-    """With one mode, which does not slip at this force: the answer of the stuck structure."""
+    """It does not slip at this force: the answer of the stuck structure."""
     reduced = rom.reduce(lap.structure, (6,), law=lap.law)
     omega = reduced.frequency[0]
-    path = example.write(lap, tmp_path, (0.98 * omega, omega), force=0.1)
-    one = re.sub(r"\[forcing\.B\].*?\n\n", "", path.read_text(), flags=re.DOTALL)
-    path.write_text(one.replace("B = 7\n", ""))
+    path = example.write(lap, tmp_path, 0.98 * omega, force=0.1)
     recording = runner.run(path, output=tmp_path)
     amplitude = runner.load(recording.mcap)["/modes"].column("A_abs")
     node = lap.structure.labels.dof(example.end_node(lap.deck), "z")
