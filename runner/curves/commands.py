@@ -24,7 +24,6 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
         "steady states against a frequency, a force or the friction limit, with stability",
         "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
     )
-    curve.add_argument("scene", help="a scene file, or the name of a shipped scene")
     curve.add_argument(
         "--vary",
         choices=[name for name in get_args(Varied) if name != "frequency"],
@@ -33,30 +32,28 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     curve.add_argument(
         "--span", nargs=2, type=float, metavar=("FROM", "TO"), help="5 %% around the mode's own"
     )
-    curve.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
-
     backbone = command(
         "backbone",
         _backbone,
         "frequency and damping of a mode against its amplitude",
         "backbone two-mode --mode A -o logs",
     )
-    backbone.add_argument("scene", help="a scene file, or the name of a shipped scene")
-    backbone.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     backbone.add_argument(
         "--other", type=float, default=0.0, help="|a| of the other mode meanwhile [kg^0.5 m] (0)"
     )
-    backbone.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
-
     design = command(
         "design",
         _design,
         "resonance peak of a mode against friction limits and preloads, and the best of them",
         "design blade --mode A -o logs",
     )
-    design.add_argument("scene", help="a scene file, or the name of a shipped scene")
-    design.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
-    design.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    for parser in (backbone, design):
+        parser.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
+    for parser in (curve, backbone, design):
+        parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
+        parser.add_argument(
+            "-o", "--output", type=Path, default=Path("logs"), help="folder (logs)"
+        )
 
 
 def _curve(options: argparse.Namespace) -> int:
