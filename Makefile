@@ -11,6 +11,7 @@
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
+# make docs    set up .venv and build the documentation into build/docs
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
@@ -20,7 +21,7 @@ BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family bench-table bench-recordings bench-scale gallery quick test test-all lint clean
+.PHONY: run fmu report paper family bench-table bench-recordings bench-scale gallery docs quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -54,6 +55,11 @@ gallery: $(VENV)/.installed
 		$(BIN)/slipmode replay logs/$$scene.mcap --screenshot docs/$$scene.png || exit 1; done
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
+
+# A warning is an error: a link or a name that is not there any more.
+docs: $(VENV)/.installed-docs
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	@echo "build/docs/index.html"
 
 quick: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "quick and not slow"
@@ -90,6 +96,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-report: $(VENV)/.installed
 	@echo "slipmode: fetching the packages of the report"
 	@$(PIP) "slipmode[report]"
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "slipmode: fetching the packages of the documentation"
+	@$(PIP) "slipmode[docs]"
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed
