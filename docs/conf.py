@@ -1,12 +1,22 @@
-"""Sphinx: `make docs` builds these pages into build/docs."""
+"""Sphinx: `make docs` builds these pages into build/docs.
+
+The keys of scenes come from slipmode.runner.scene.reference, the API from docstrings: neither is
+written down twice.
+"""
+
+import re
+
+from sphinx.application import Sphinx
 
 from slipmode.rom import __version__
+from slipmode.runner.scene.reference import as_markdown
 
 project = "slipmode"
 version = release = __version__
 html_title = f"slipmode {__version__}"
 html_theme = "furo"
 html_copy_source = False
+smartquotes = False  # quotes are those of code
 
 extensions = [
     "myst_parser",
@@ -25,3 +35,22 @@ autodoc_class_signature = "mixed"
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+
+_SCENE_KEYS = "<!-- scene keys -->"
+
+
+def _with_scene_keys(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Put the keys of scenes where a page asks for them."""
+    if _SCENE_KEYS in source[0]:
+        source[0] = source[0].replace(_SCENE_KEYS, as_markdown())
+
+
+def _plain_bars(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
+    """|a| is a modulus in docstrings, and would be a substitution in reStructuredText."""
+    lines[:] = [re.sub(r"(?<!\\)\|", r"\\|", line) for line in lines]
+
+
+def setup(app: Sphinx) -> None:
+    """Connect both, the latter before napoleon reads the docstrings."""
+    app.connect("source-read", _with_scene_keys)
+    app.connect("autodoc-process-docstring", _plain_bars, priority=100)
