@@ -20,9 +20,9 @@ smartquotes = False  # quotes are those of code
 
 extensions = [
     "myst_parser",
+    "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
-    "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
 ]
@@ -32,9 +32,8 @@ myst_heading_anchors = 3
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings have types, shapes and units
 autodoc_class_signature = "mixed"
-napoleon_google_docstring = False
-napoleon_use_ivar = True
-napoleon_use_rtype = False
+numpydoc_show_class_members = False
+default_role = "literal"
 
 _SCENE_KEYS = "<!-- scene keys -->"
 
@@ -45,12 +44,12 @@ def _with_scene_keys(_app: Sphinx, _page: str, source: list[str]) -> None:
         source[0] = source[0].replace(_SCENE_KEYS, as_markdown())
 
 
-def _plain_bars(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
-    """|a| is a modulus in docstrings, and would be a substitution in reStructuredText."""
-    lines[:] = [re.sub(r"(?<!\\)\|", r"\\|", line) for line in lines]
+def _plain_text(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
+    """|a| is a modulus in docstrings, *MATRIX a word: no markup of reStructuredText."""
+    lines[:] = [re.sub(r"(\||(?<![*\w])\*(?=\w))", r"\\\1", line) for line in lines]
 
 
 def setup(app: Sphinx) -> None:
-    """Connect both, the latter before napoleon reads the docstrings."""
+    """Connect both, the latter before numpydoc reads the docstrings."""
     app.connect("source-read", _with_scene_keys)
-    app.connect("autodoc-process-docstring", _plain_bars, priority=100)
+    app.connect("autodoc-process-docstring", _plain_text, priority=100)

@@ -102,6 +102,11 @@ def shipped_scenes() -> dict[str, Path]:
 def load_scene(scene: str | PathLike[str]) -> Scene:
     """Read a scene from a file, or a shipped scene by its name.
 
+    Parameters
+    ----------
+    scene : str or path
+        Of the TOML file, or a name of `shipped_scenes`.
+
     Raises
     ------
     SlipmodeError
