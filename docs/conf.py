@@ -5,24 +5,31 @@ written down twice.
 """
 
 import re
+import sys
+from pathlib import Path
 
 from sphinx.application import Sphinx
 
 from slipmode.rom import __version__
 from slipmode.runner.scene.reference import as_markdown
 
+sys.path.insert(0, str(Path(__file__).parent))  # for mathml.py
+
 project = "slipmode"
 version = release = __version__
 html_title = f"slipmode {__version__}"
 html_theme = "furo"
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 html_copy_source = False
 smartquotes = False  # quotes are those of code
 
 extensions = [
+    "mathml",
     "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
 ]
