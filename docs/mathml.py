@@ -3,12 +3,21 @@
 from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
 from sphinx.util.math import get_node_equation_number
 from sphinx.writers.html5 import HTML5Translator
 
 
+def _mathml(tex: str, display: str) -> str:
+    """The equation; what the converter does not know it would print as it is."""
+    equation = convert(tex, display=display)
+    if "\\" in equation or "<mi>&</mi>" in equation:
+        raise ExtensionError(f"no MathML for all of {tex}")
+    return equation
+
+
 def _inline(translator: HTML5Translator, node: nodes.math) -> None:
-    translator.body.append(convert(node.astext()))
+    translator.body.append(_mathml(node.astext(), "inline"))
     raise nodes.SkipNode
 
 
@@ -19,7 +28,7 @@ def _block(translator: HTML5Translator, node: nodes.math_block) -> None:
         translator.body.append(f'<span class="eqno">({number})')
         translator.add_permalink_ref(node, "Link to this equation")
         translator.body.append("</span>")
-    equation = convert(node.astext(), display="block")
+    equation = _mathml(node.astext(), "block")
     translator.body.append(f'<div class="equation">{equation}</div></div>\n')
     raise nodes.SkipNode
 
