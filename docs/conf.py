@@ -23,6 +23,7 @@ html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
 html_copy_source = False
+html_show_copyright = False
 smartquotes = False  # quotes are those of code
 
 extensions = [
