@@ -13,6 +13,7 @@
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
+# make docs    set up .venv and build the documentation into build/docs
 # make gallery set up .venv and take the pictures of the README anew
 # See the README for the rest.
 
@@ -25,7 +26,7 @@ PARALLEL := --numprocesses auto --dist loadfile
 test test-all: export OPENBLAS_NUM_THREADS := 1
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -67,6 +68,11 @@ gallery: $(VENV)/.installed
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
 
+# A warning is an error: a link or a name that is not there any more.
+docs: $(VENV)/.installed-docs
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	@echo "build/docs/index.html"
+
 quick: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m "quick and not slow"
 
@@ -102,6 +108,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 $(VENV)/.installed-report: $(VENV)/.installed
 	@echo "slipmode: fetching the packages of the report"
 	@$(PIP) "slipmode[report]"
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "slipmode: fetching the packages of the documentation"
+	@$(PIP) "slipmode[docs]"
 	@touch $@
 
 $(VENV)/.installed-lint: $(VENV)/.installed

@@ -11,6 +11,11 @@ from slipmode.rom.arrays import Floats
 class StoppedError(SlipmodeError):
     """A step that could not be taken; the component is as it was before it.
 
+    Parameters
+    ----------
+    message : str
+        What stopped it, and what would help.
+
     Attributes
     ----------
     time : float

@@ -61,6 +61,9 @@ def steady_amplitude(
 
     Parameters
     ----------
+    structure : Structure
+    law : Friction or elastic law
+        Of its contacts.
     excitation : Excitation
         Constant.
     outputs : sequence of int, or (outputs, n) array_like, optional
@@ -68,6 +71,8 @@ def steady_amplitude(
     tolerance : float, default 1e-5
         Largest change from one window to the next, relative to the largest amplitude of the
         carrier among the outputs (of both carriers where one is not forced).
+    steps_per_period, step
+        Largest time step, as in `integrate`.
     start : State, optional
         A state near the steady motion, with its time and so the angles theta_j, saves the
         transient; by default at rest.

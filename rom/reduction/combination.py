@@ -24,7 +24,15 @@ CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 @dataclass(frozen=True)
 class CombinationResonance:
-    """Harmonic (n, m) of the contacts near the carrier of a mode, 0 for A and 1 for B."""
+    """Harmonic (n, m) of the contacts near the carrier of a mode.
+
+    Attributes
+    ----------
+    mode : int
+        0 for A, 1 for B.
+    n, m : int
+        Of the frequency n Omega_A + m Omega_B.
+    """
 
     mode: int
     n: int

@@ -85,6 +85,9 @@ def reconstruct(
 
     Parameters
     ----------
+    model : Model
+    trajectory : SlowTrajectory
+        Of that model.
     times : (n,) array_like
         [s]
     steps_per_period : int
@@ -129,6 +132,9 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
 
     Parameters
     ----------
+    model : Model
+    trajectory : SlowTrajectory
+        Of that model.
     times : (n,) array_like
         [s]
 

@@ -134,7 +134,18 @@ def steady(
 def resonance(
     model: Model, force: Forces, frequency_A: ArrayLike, frequency_B: ArrayLike
 ) -> ResonanceSurface:
-    """Steady amplitudes over frequency_A x frequency_B [rad/s]."""
+    """Steady amplitudes over a grid of both forcing frequencies, each reached from rest.
+
+    Parameters
+    ----------
+    model : Model
+        Of two modes.
+    force : one {DOF: amplitude} or (n,) array_like per mode
+        Force amplitudes [N].
+    frequency_A : (n_A,) array_like
+    frequency_B : (n_B,) array_like
+        [rad/s]
+    """
     axis_A, axis_B = (np.asarray(axis, dtype=float) for axis in (frequency_A, frequency_B))
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
     return ResonanceSurface(axis_A, axis_B, steady(model, grid, force))
@@ -147,6 +158,7 @@ def resonance_curve(
 
     Parameters
     ----------
+    model : Model
     mode : int
         0 for A, 1 for B.
     force : {DOF: amplitude} or (n,) array_like

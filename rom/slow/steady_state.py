@@ -102,6 +102,10 @@ def steady_state(
 
     Parameters
     ----------
+    reduced : Reduced
+        In the consistent formulation.
+    law : Friction
+        Of its contacts; elastic ones are those it was reduced with.
     frequency : (modes,) array_like
         Forcing frequencies [rad/s], wherever the modes of `reduced` respond to them.
     force : one {DOF: amplitude} or (n,) array_like per mode

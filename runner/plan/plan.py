@@ -121,6 +121,12 @@ class Plan:
 def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     """Decide what the scene needs.
 
+    Parameters
+    ----------
+    scene : Scene
+    progress : bool, default False
+        Whether to say on standard error what a large structure is at.
+
     Raises
     ------
     SlipmodeError

@@ -19,8 +19,8 @@ from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, S
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
 
 _RIGID = ("tanh", "coulomb")
-_ELASTIC = {name: kind for name, kind in LAWS.items() if name not in _RIGID}
-_PARAMETERS = {name: [f.name for f in fields(kind)] for name, kind in _ELASTIC.items()}
+ELASTIC = {name: kind for name, kind in LAWS.items() if name not in _RIGID}
+_PARAMETERS = {name: [f.name for f in fields(kind)] for name, kind in ELASTIC.items()}
 CONTACTS = (
     "law",
     "contacts",
@@ -45,7 +45,7 @@ _STIFF = ("stiffness", "tangential_stiffness", "normal_stiffness")
 
 def read_friction(table: Table) -> RigidFriction:
     """The section [friction]."""
-    if table.is_one_of("law", tuple(_ELASTIC)):
+    if table.is_one_of("law", tuple(ELASTIC)):
         raise table.error("law", "is an elastic law: use a group [[contacts]] instead")
     law = cast(Literal["tanh", "coulomb"], table.choice("law", _RIGID))
     if law == "coulomb" and "alpha" in table:
@@ -71,17 +71,17 @@ def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
 def _group(table: Table) -> ContactGroup:
     if table.is_one_of("law", _RIGID):
         raise table.error("law", f"is a rigid law and goes in [friction], alone; {STAND_IN}")
-    name = table.choice("law", tuple(_ELASTIC))
+    name = table.choice("law", tuple(ELASTIC))
     own = _PARAMETERS[name]
     for key in CONTACTS[2:]:
         if key in table and key not in own:
             raise table.error(key, f'is no parameter of law = "{name}"; it has {", ".join(own)}')
     values = {}
-    for field in fields(_ELASTIC[name]):
+    for field in fields(ELASTIC[name]):
         if field.name in table or field.default is MISSING:
             values[field.name] = _parameter(table, name, field.name)
     try:
-        law = _ELASTIC[name](**values)
+        law = ELASTIC[name](**values)
     except SlipmodeError as refusal:
         raise table.below(refusal) from None
     return ContactGroup(law, table.integers("contacts") if "contacts" in table else None)

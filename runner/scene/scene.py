@@ -70,7 +70,7 @@ _TWO_MASS_PARAMETERS = tuple(
     name for name in inspect.signature(two_mass).parameters if name != "beta"
 )
 _OF_MATRICES = ("mass", "contacts", "rayleigh")
-_SECTIONS = {
+SECTIONS = {
     "structure": ("model", "matrices", "damping", *_OF_MATRICES, *_TWO_MASS_PARAMETERS),
     "friction": FRICTION,
     "preload": PRELOAD,
@@ -84,11 +84,11 @@ _SECTIONS = {
     "output": ("elastic", "nodes"),
     "log": ("mcap", "rerun"),
 }
-_FORCING = ("dof", "node", "direction", "vector", "amplitude", "frequency", "phase")
-_WINDOW = ("window", "samples_per_period")
+FORCING = ("dof", "node", "direction", "vector", "amplitude", "frequency", "phase")
+WINDOW = ("window", "samples_per_period")
 # [[contact]] and [[contacts]] look alike: whose key it is, and where it goes
 _OF_LAWS = dict.fromkeys(CONTACTS, "the laws of contacts are in [[contacts]]")
-_OF_WINDOWS = dict.fromkeys(_WINDOW, "windows of contact motion are [[contact]]")
+_OF_WINDOWS = dict.fromkeys(WINDOW, "windows of contact motion are [[contact]]")
 _LARGEST_STEP_COUNT = 1e7
 _AMPLITUDE = replace(NON_NEGATIVE, text=">= 0 (use phase to turn the force round)")
 
@@ -101,6 +101,11 @@ def shipped_scenes() -> dict[str, Path]:
 
 def load_scene(scene: str | PathLike[str]) -> Scene:
     """Read a scene from a file, or a shipped scene by its name.
+
+    Parameters
+    ----------
+    scene : str or path
+        Of the TOML file, or a name of `shipped_scenes`.
 
     Raises
     ------
@@ -138,8 +143,8 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
-    root = Table(content, ("title", "contact", "contacts", "elastic", *_SECTIONS))
-    section = {name: root.section(name, keys) for name, keys in _SECTIONS.items()}
+    root = Table(content, ("title", "contact", "contacts", "elastic", *SECTIONS))
+    section = {name: root.section(name, keys) for name, keys in SECTIONS.items()}
     groups = root.sections("contacts", CONTACTS, _OF_WINDOWS)
     modes = _modes(section["modes"])
     run = _run(section["run"])
@@ -150,7 +155,7 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
     contact, elastic = (
-        _windows(root.sections(name, _WINDOW, _OF_LAWS), run.duration)
+        _windows(root.sections(name, WINDOW, _OF_LAWS), run.duration)
         for name in ("contact", "elastic")
     )
     _refuse_overlap(contact, elastic)
@@ -261,7 +266,7 @@ def _present_modes(table: Table, modes: Modes) -> list[str]:
 
 def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
     forcing = {
-        mode: _forcing_of(mode, table.section(mode, _FORCING))
+        mode: _forcing_of(mode, table.section(mode, FORCING))
         for mode in _present_modes(table, modes)
     }
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):

@@ -204,6 +204,8 @@ class Scene:
 
     Attributes
     ----------
+    title : str
+    structure : TwoMass or MatrixFile
     friction : RigidFriction or None
         Of rigid contacts; None if they are elastic.
     contacts : tuple of ContactGroup
@@ -212,17 +214,22 @@ class Scene:
         Under which contacts are pressed, or open, at rest; None: they are as their laws say.
     limit_scale : Script or None
         Limits and preloads over time, relative to those given; None: they stay.
+    modes : Modes
     forcing : mapping of "A", "B" to Forcing
         The forced modes only.
     initial : mapping of "A", "B" to complex
         Modal amplitudes at t = 0; a mode that is absent starts from rest.
     aerodynamics : mapping of "A", "B" to complex
         Aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`; 0 of an absent mode.
+    run : Run
+    model : ModelOptions
     contact : tuple of Window
         Where contact motion is wanted, and that of the elastic DOFs with it; in time order.
     elastic : tuple of Window
         Where the motion of the elastic DOFs alone is wanted; in time order. No window overlaps
         another.
+    output : Output
+    log : Log
     text : str
         The TOML source.
     path : Path or None

@@ -40,9 +40,16 @@ _BEND = 0.05  # of the length of a chord: how far the branch may be from it
 
 @dataclass(frozen=True, eq=False)
 class SpecialPoint:
-    """Where stability changes: "fold", the curve turns back; "Hopf", the amplitudes oscillate.
+    """Where stability changes.
 
-    `parameter` and `amplitude` (modes,) as in ResponseCurve.
+    Attributes
+    ----------
+    kind : {"fold", "Hopf"}
+        The curve turns back; the amplitudes begin to oscillate.
+    parameter : float
+        As in ResponseCurve.
+    amplitude : (modes,) complex ndarray
+        a_j [kg^1/2 m].
     """
 
     kind: Kind

@@ -38,7 +38,7 @@ def contact_pairs(
     """Make a contact of each node of a surface that meets the target.
 
     It meets the facet that it stands on, whose corners move the point beneath it by their shape
-    functions; or, of a target without facets, the nearest node. Meshes need not match:
+    functions; or, of a target without facets, the nearest node. Meshes need not match::
 
         pairs = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4).gathered(8)
         structure = rom.Structure(M, K, contact=pairs.W)

@@ -1,0 +1,63 @@
+"""Sphinx: `make docs` builds these pages into build/docs.
+
+The keys of scenes come from slipmode.runner.scene.reference, the API from docstrings: neither is
+written down twice.
+"""
+
+import re
+import sys
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+from slipmode.rom import __version__
+from slipmode.runner.scene.reference import as_markdown
+
+sys.path.insert(0, str(Path(__file__).parent))  # for mathml.py
+
+project = "slipmode"
+version = release = __version__
+html_title = f"slipmode {__version__}"
+html_theme = "furo"
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["slipmode.css"]
+html_copy_source = False
+html_show_copyright = False
+smartquotes = False  # quotes are those of code
+
+extensions = [
+    "mathml",
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+]
+myst_enable_extensions = ["amsmath", "attrs_block", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # docstrings have types, shapes and units
+autodoc_class_signature = "mixed"
+numpydoc_show_class_members = False
+default_role = "literal"
+
+_SCENE_KEYS = "<!-- scene keys -->"
+
+
+def _with_scene_keys(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Put the keys of scenes where a page asks for them."""
+    if _SCENE_KEYS in source[0]:
+        source[0] = source[0].replace(_SCENE_KEYS, as_markdown())
+
+
+def _plain_text(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
+    """|a| is a modulus in docstrings, *MATRIX a word: no markup of reStructuredText."""
+    lines[:] = [re.sub(r"(\||(?<![*\w])\*(?=\w))", r"\\\1", line) for line in lines]
+
+
+def setup(app: Sphinx) -> None:
+    """Connect both, the latter before numpydoc reads the docstrings."""
+    app.connect("source-read", _with_scene_keys)
+    app.connect("autodoc-process-docstring", _plain_text, priority=100)

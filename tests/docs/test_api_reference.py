@@ -1,0 +1,64 @@
+"""The API reference: every public name is on its page, every argument in its docstring."""
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+from slipmode import fmu, rom, runner
+from slipmode.rom import full
+
+PAGES = Path(__file__).parents[2] / "docs" / "reference"
+MODULES = {"rom": rom, "rom-full": full, "fmu": fmu, "runner": runner}
+NAMES = [(page, name) for page, module in MODULES.items() for name in module.__all__]
+DIRECTIVE = re.compile(r"^\.\. auto(?:class|function|data|exception):: (\S+)$", re.MULTILINE)
+
+
+def public(case):
+    page, name = case
+    return getattr(MODULES[page], name)
+
+
+def described(docstring):
+    """Names that the sections Parameters and Attributes of a docstring describe."""
+    found = set()
+    for section in re.split(r"\n(?=\S[^\n]*\n-{3,}\n)", docstring):
+        title, _, body = section.partition("\n")
+        if title.strip() in ("Parameters", "Attributes"):
+            for entry in re.findall(r"^(\w[\w, ]*?)(?: :|$)", body, re.MULTILINE):
+                found |= set(entry.split(", "))
+    return found
+
+
+@pytest.mark.parametrize("page", MODULES)
+def test_a_page_has_every_public_name_and_no_other(page):
+    text = (PAGES / f"{page}.md").read_text(encoding="utf-8")
+    shown = DIRECTIVE.findall(text)
+    module = MODULES[page].__name__
+    assert len(shown) == len(set(shown))
+    assert set(shown) == {f"{module}.{name}" for name in MODULES[page].__all__} - {
+        f"{module}.__version__"
+    }
+
+
+@pytest.mark.parametrize("case", NAMES, ids=".".join)
+def test_every_argument_of_a_public_name_is_described(case):
+    thing = public(case)
+    if not callable(thing) or (inspect.isclass(thing) and getattr(thing, "_is_protocol", False)):
+        return
+    docstring = inspect.getdoc(thing)
+    assert docstring and "Initialize self" not in docstring
+    if inspect.isclass(thing) and issubclass(thing, Exception) and "__init__" not in vars(thing):
+        return
+    arguments = set(inspect.signature(thing).parameters)
+    assert arguments - described(docstring) == set()
+
+
+@pytest.mark.parametrize("case", NAMES, ids=".".join)
+def test_every_public_method_says_what_it_does(case):
+    thing = public(case)
+    if inspect.isclass(thing):
+        for name, member in vars(thing).items():
+            if not name.startswith("_") and (callable(member) or isinstance(member, property)):
+                assert inspect.getdoc(member), name

@@ -1,0 +1,166 @@
+"""The scene reference: every key that the reader takes, with what the reader says and does."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.scene.reference import as_markdown, scene_reference
+from slipmode.runner.scene.scene import parse_scene
+
+RIGID = """
+[structure]
+model = "two-mass"
+[friction]
+law = "tanh"
+limit = 2.0
+alpha = 0.02
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 0.98
+[run]
+duration = 100.0
+step = 1.0
+[[contact]]
+window = [10.0, 20.0]
+[[elastic]]
+window = [30.0, 40.0]
+[output]
+elastic = [0]
+"""
+LAWS = {
+    "jenkins": "limit = 1.0\nstiffness = 2.0",
+    "sliders": "limit = [1.0]\nstiffness = [2.0]",
+    "iwan": "force = 1.0\nstiffness = 2.0\nchi = -0.5\nbeta = 0.1",
+    "frictional": (
+        "mu = 0.3\npreload = 1.0\ntangential_stiffness = 2.0\nnormal_stiffness = 2.0\n"
+    ),
+}
+WITH_MATRICES = ("mass", "contacts", "rayleigh", "matrices")
+SECTIONS = {section.header: section for section in scene_reference()}
+KEYS = [(section.header, key) for section in SECTIONS.values() for key in section.keys]
+WRONG = "1979-05-27"  # no key is a date
+
+
+def elastic(law):
+    """The scene with elastic contacts instead."""
+    head, rest = RIGID.split("[friction]")
+    return f'{head}[[contacts]]\nlaw = "{law}"\n{LAWS[law]}\n[modes]{rest.split("[modes]")[1]}'
+
+
+def has(law, key):
+    """Whether an elastic law has a parameter; those left to their defaults are not in its text."""
+    others = {"iwan": ["sliders"], "frictional": ["gap", "tangents"]}
+    return f"{key} =" in LAWS[law] or key in others.get(law, [])
+
+
+def scene_for(header, key):
+    """A scene in which a key may be."""
+    if header == "[[contacts]]":
+        return elastic(next((law for law in LAWS if has(law, key)), "jenkins"))
+    return elastic("frictional") if header == "[preload]" else RIGID
+
+
+def with_value(header, key, value):
+    """A scene with a key set to a TOML value, whatever else is in that table."""
+    text = scene_for(header, key)
+    if header == "":
+        return f"{key} = {value}\n{text}"
+    if header not in text:
+        return f"{text}{header}\n{key} = {value}\n"
+    before, after = text.split(f"{header}\n", 1)
+    own, mark, later = after.partition("\n[")
+    kept = [line for line in own.splitlines() if line and not line.startswith(f"{key} =")]
+    return f"{before}{header}\n" + "\n".join([*kept, f"{key} = {value}"]) + f"\n{mark}{later}"
+
+
+def refusal(text, folder):
+    with pytest.raises(SlipmodeError) as refused:
+        parse_scene(text, folder)
+    return str(refused.value)
+
+
+def ids(case):
+    header, key = case
+    return f"{header}{key.name}"
+
+
+@pytest.mark.parametrize("case", KEYS, ids=ids)
+def test_the_reader_takes_the_key_and_says_what_is_allowed(case, tmp_path):
+    header, key = case
+    pair = key.value in ("list of 2 numbers", "list of one number per mode")
+    lists = key.value.startswith("list of") and key.allowed
+    wrong = f"[{WRONG}, {WRONG}]" if pair else f"[{WRONG}]" if lists else WRONG
+    text = with_value(header, key.name, wrong)
+    if key.name in WITH_MATRICES and header == "[structure]":
+        (tmp_path / "m.npz").touch()
+        text = text.replace('model = "two-mass"', 'matrices = "m.npz"' * (key.name != "matrices"))
+    if header == "[preload]" and key.name == "force":
+        text = text.replace("[preload]\n", "[preload]\ndof = 0\n")
+    if header == "[forcing.A]" and key.name in ("node", "vector"):
+        text = text.replace("dof = 0\n", "")
+    if key.name == "direction":
+        text = text.replace("dof = 0\n", "node = 3\n")
+    said = refusal(text, tmp_path)
+    table = {"[forcing.A]": "forcing.A", "[[contact]]": "contact[0]", "[[elastic]]": "elastic[0]"}
+    prefix = table.get(header, header.strip("[]") + "[0]" * header.startswith("[["))
+    name = f"{prefix}.{key.name}" if prefix else key.name
+    assert said.startswith((f"{name}: ", f"{name}[0]: "))
+    assert "unknown key" not in said
+    assert key.allowed in said
+
+
+@pytest.mark.parametrize("header", SECTIONS)
+def test_the_reader_takes_no_other_key(header, tmp_path):
+    said = refusal(with_value(header, "nothing", "1"), tmp_path)
+    allowed = said.split("allowed: ")[1].split("; did you mean")[0].split(", ")
+    tables = {title.strip("[]").split(".")[0] for title in SECTIONS if title}
+    named = {key.name for key in SECTIONS[header].keys}
+    assert set(allowed) == named | (tables if header == "" else set())
+
+
+BY_DEFAULT = [(header, key) for header, key in KEYS if key.default not in ("required", "-", '""')]
+
+
+def plain(scene):
+    """Of a scene what it says, without the text that says it."""
+    return replace(scene, text="")
+
+
+@pytest.mark.parametrize("case", BY_DEFAULT, ids=ids)
+def test_leaving_a_key_out_is_its_default(case, tmp_path):
+    header, key = case
+    left_out = parse_scene(scene_for(header, key.name), tmp_path)
+    written = parse_scene(with_value(header, key.name, key.default), tmp_path)
+    value = tomllib.loads(f"value = {key.default}")["value"]
+    if header == "[structure]":
+        assert written.structure.parameters == {key.name: value}
+        same = written.structure.build(), left_out.structure.build()
+        for matrix in ("mass", "stiffness"):
+            np.testing.assert_allclose(*(getattr(each, matrix) for each in same), rtol=1e-15)
+    else:
+        assert plain(written) == plain(left_out)
+
+
+REQUIRED = [(header, key) for header, key in KEYS if key.default == "required"]
+
+
+@pytest.mark.parametrize("case", REQUIRED, ids=ids)
+def test_a_required_key_is_missed(case, tmp_path):
+    header, key = case
+    text = with_value(header, key.name, "0").replace(f"\n{key.name} = 0\n", "\n")
+    assert f"{key.name}: " in refusal(text, tmp_path)
+
+
+def test_every_key_is_printed_with_its_meaning():
+    printed = as_markdown()
+    for header, key in KEYS:
+        section = printed.split(f"## `{header}`" if header else "## Top of the file")[1]
+        row = next(line for line in section.splitlines() if line.startswith(f"| `{key.name}` |"))
+        assert row.count("|") == 6 and key.meaning in row and key.meaning.endswith(".")
