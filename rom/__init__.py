@@ -26,6 +26,7 @@ from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.branches.backbone import Backbone, backbone
 from slipmode.rom.slow.branches.performance import PerformanceCurve, performance_curve
 from slipmode.rom.slow.branches.response_curve import ResponseCurve, SpecialPoint, response_curve
+from slipmode.rom.slow.direct.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
 from slipmode.rom.slow.steady import (
@@ -35,7 +36,6 @@ from slipmode.rom.slow.steady import (
     resonance_curve,
     steady,
 )
-from slipmode.rom.slow.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels

@@ -25,7 +25,7 @@ from slipmode.rom.full.window import Window
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.slow.forced_balance import SteadyHarmonics
+from slipmode.rom.slow.direct.forced_balance import SteadyHarmonics
 
 _HIGHEST = {1: 31, 2: 13}  # |n| + |m| of the harmonics that are told
 _STEPS = (64, 256)  # per period of the fastest carrier, and where these do not reach the tolerance

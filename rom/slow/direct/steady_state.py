@@ -17,7 +17,7 @@ from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced, force_vector
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.forced_balance import (
+from slipmode.rom.slow.direct.forced_balance import (
     LINES,
     Balanced,
     Effort,
@@ -25,7 +25,7 @@ from slipmode.rom.slow.forced_balance import (
     SteadyHarmonics,
     enough_lines,
 )
-from slipmode.rom.slow.integrated import integrated, integration_effort
+from slipmode.rom.slow.direct.integrated import integrated, integration_effort
 from slipmode.rom.structure.structure import Structure
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
