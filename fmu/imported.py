@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import threading
 import weakref
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -23,6 +24,9 @@ fmpy = extra("fmpy", "fmu")
 simulation = extra("fmpy.simulation", "fmu")
 FMICallException = extra("fmpy.fmi1", "fmu").FMICallException
 
+# FMPy changes the working directory of the process while it loads a library: in two threads at
+# once, for good.
+_LOADING = threading.Lock()
 _DISCARD = 2  # status from which on a message says what went wrong
 
 
@@ -163,9 +167,10 @@ class Imported:
         unzipped = tempfile.mkdtemp(prefix="slipmode-")
         self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)
         fmpy.extract(self._archive.path, unzipped)
-        instance = simulation.instantiate_fmu(
-            unzipped, description, "CoSimulation", logger=self._log.write
-        )
+        with _LOADING:
+            instance = simulation.instantiate_fmu(
+                unzipped, description, "CoSimulation", logger=self._log.write
+            )
         self._resources.callback(instance.freeInstance)
         simulation.apply_start_values(
             instance, description, start, simulation.settable_in_instantiated

@@ -1,13 +1,17 @@
 """FMUs behind the names of the component, and `slipmode run --fmu`."""
 
+import os
 import shutil
 import zipfile
 from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
+from fmpy import fmi1
 from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component
 from mcap.reader import make_reader
 
@@ -252,3 +256,25 @@ def test_the_force_patterns_count(two_mode_model):
     assert identity(two_mode_model, FORCE_PATTERNS) != identity(
         two_mode_model, ({0: 1.0}, {1: 2.0})
     )
+
+
+def test_fmus_that_are_opened_in_threads_leave_the_working_directory_alone(fmus, monkeypatch):
+    """FMPy goes to the library's folder and back while it loads: here it takes its time there."""
+    before, load = Path.cwd(), fmi1.cdll.LoadLibrary
+
+    def slow(path):
+        sleep(0.05)
+        return load(path)
+
+    monkeypatch.setattr(fmi1.cdll, "LoadLibrary", slow)
+
+    def opened(_):
+        with Imported(fmus[3]):
+            pass
+
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(opened, range(8)))
+        assert Path.cwd() == before
+    finally:
+        os.chdir(before)

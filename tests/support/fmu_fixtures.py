@@ -1,6 +1,7 @@
 """FMUs of the two-mode model, and how the tests drive them."""
 
 import shutil
+import threading
 from contextlib import contextmanager
 
 import fmpy
@@ -69,6 +70,10 @@ def component(model, **options):
     return result
 
 
+# FMPy changes the working directory of the process while it loads a library.
+LOADING = threading.Lock()
+
+
 class Instance:
     """An instance behind names that both versions of the standard share."""
 
@@ -78,12 +83,13 @@ class Instance:
         self.fmi = fmi
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
         self.messages = []
-        self.fmu = kinds[fmi][exchange](
-            guid=token or description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier="slipmode",
-            instanceName=name,
-        )
+        with LOADING:
+            self.fmu = kinds[fmi][exchange](
+                guid=token or description.guid,
+                unzipDirectory=str(folder),
+                modelIdentifier="slipmode",
+                instanceName=name,
+            )
         self._instantiate()
 
     def _instantiate(self):
