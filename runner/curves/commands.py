@@ -16,7 +16,7 @@ _BETTER = 0.99  # of the peak with contacts that stick: what friction has to bet
 
 def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     """Add them; `command(name, call, help, example)` makes a parser."""
-    from slipmode.rom.slow.branches.response_curve import Varied
+    from slipmode.rom.slow.branches.forced import Varied
 
     curve = command(
         "curve",

@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.response_curve import Varied
+from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode

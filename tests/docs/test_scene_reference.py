@@ -5,22 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scene_text import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.reference import as_markdown, scene_reference
 from slipmode.runner.scene.scene import parse_scene
 
-RIGID = """
+RIGID = f"""
 [structure]
 model = "two-mass"
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+{TANH_ON_BOTH_MODES}[forcing.A]
 dof = 0
 amplitude = 0.15
 frequency = 0.98

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 200
-_SMALLEST, _LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+SMALLEST, LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
 _PASSES = 100
 _CONVERGED = 1e-13
 
@@ -113,7 +113,7 @@ def backbone(
         raise SlipmodeError(f"other: must be 0 in a model of one mode, got {other}")
     if amplitude is None:
         largest = model.table.amplitude_range[mode]
-        r = np.geomspace(_SMALLEST * largest, _LARGEST * largest, _POINTS)
+        r = np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
     else:
         r = np.atleast_1d(np.asarray(amplitude, dtype=float))
         if r.ndim > 1 or not np.all(np.isfinite(r) & (r > 0.0)):

@@ -19,14 +19,13 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.backbone import backbone
+from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, backbone
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 2000
-_SMALLEST, _LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +122,7 @@ def performance_curve(
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
     largest = model.table.amplitude_range[mode]
     curve = backbone(
-        model, mode, 0.0, np.geomspace(_LARGEST * largest, _SMALLEST * largest, _POINTS)
+        model, mode, 0.0, np.geomspace(LARGEST * largest, SMALLEST * largest, _POINTS)
     )
     if np.any(curve.damping <= 0.0):
         raise SlipmodeError(f"mode: {'AB'[mode]} is self-excited; rom.limit_cycles is for that")
