@@ -8,18 +8,19 @@ from slipmode.rom.slow.slow_flow import balance, inputs_of, slow_flow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
-def linear_part(reduced, frequency):
-    """Factors of da_j/dt [rad/s] and of a_j [rad^2/s^2] in the amplitude equations, written out.
+def mass_and_slow_root(reduced, frequency):
+    """P [rad/s] and r [rad/s] of the amplitude equations (d/dt + P) (d/dt - r) a = G, written out.
 
-    In the "paper" formulation the carrier is the natural frequency and the detuning enters to
-    first order; in "consistent" the carrier is the forcing itself.
+    In the "paper" formulation the carrier is the natural frequency, the detuning enters to first
+    order and P alone stands for d/dt + P; in "consistent" the carrier is the forcing itself, and r
+    is how the mode vibrates without contacts.
     """
     Omega = np.asarray(frequency, dtype=float)
-    omega, gamma = reduced.frequency, reduced.modal_damping
+    omega, half = reduced.frequency, 0.5 * reduced.modal_damping
     if reduced.formulation == "paper":
-        mass = np.broadcast_to(2j * omega, Omega.shape)
-        return mass, 2 * omega * (omega - Omega) + 1j * gamma * omega
-    return gamma + 2j * Omega, (omega - Omega) * (omega + Omega) + 1j * gamma * Omega
+        return np.broadcast_to(2j * omega, Omega.shape), -half + 1j * (omega - Omega)
+    vibration = np.sqrt(omega**2 - half**2)
+    return half + 1j * (vibration + Omega), -half + 1j * (vibration - Omega)
 
 
 def steady_balance(model, amplitude, frequency, force):

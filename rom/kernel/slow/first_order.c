@@ -1,9 +1,10 @@
 /* The slow flow: amplitude equations (18), (19) in the frame of the forcing.
  *
  * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
- *   mass a' + stiffness a = F exp(i ph) / 2 + S_j a / |a| [+ combination resonances].
- * The exact equation has an a'' as well. With v(a) the rate without it, a'' is v' along the flow
- * to first order, so a' = v - v' / mass. The paper neglects it. To the same order friction is
+ *   (d/dt + mass) (d/dt - slow) a = F exp(i ph) / 2 + S_j a / |a| [+ combination resonances] = G,
+ * a'' and all. With stiffness = -mass slow it is mass a' + stiffness a = G where G does not change.
+ * With v(a) the rate by that, v - slow a is G / mass, and to first order in how it changes along the
+ * flow a' = v - (v - slow a)' / mass. The paper neglects that. To the same order friction is
  * behind what it is in steady motion, by correction_jk d|a_k|/dt: a contact that sticks holds what
  * the last reversal left, as large as the amplitude was then.
  */
@@ -279,6 +280,15 @@ SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
                                 .limit_scale = instant->inputs.limit_scale_rate};
     effective_change effective;
     change_along(flow, instant, state, &along, modes, moving, &effective, change);
+    SM_SIMD
+    for (int j = 0; j < modes; j++) { /* of v - slow a: spring is -slow */
+        const sm_complex slow = sm_cmul(sm_of(&instant->factor.spring, j), sm_of(&state->rate, j));
+        sm_complex rate = sm_cadd(sm_of(&change->rate, j), slow);
+        if (moving)
+            rate = sm_cadd(rate, times_i(sm_of(&state->effective.amplitude, j),
+                                         instant->inputs.frequency_rate[j]));
+        sm_put(&change->rate, j, rate);
+    }
     correct_for_rate(flow, instant, state, modes, &effective, &change->rate_correction);
 }
 

@@ -37,10 +37,12 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
     return after;
 }
 
-/* Carrier at the forcing (consistent formulation):
- *   mass = 2 i Omega + damping,  stiffness = omega^2 - Omega^2 + i (damping Omega + Omega');
+/* Carrier at the forcing (consistent formulation): in its frame q'' + damping q' + omega^2 q is
+ * (d/dt + mass) (d/dt - slow) a, where slow = -damping / 2 + root - i Omega decays as the mode does
+ * by itself, root^2 = damping^2 / 4 - omega^2, and
+ *   mass = damping / 2 + root + i Omega,  stiffness = -mass slow = omega^2 - Omega^2 + i damping Omega;
  * carrier at the natural frequency, detuning to first order (the paper's):
- *   mass = 2 i omega,            stiffness = 2 omega (omega - Omega) + i damping omega. */
+ *   mass = 2 i omega,                     stiffness = 2 omega (omega - Omega) + i damping omega. */
 static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
     const sm_complex c0 = sm_pair(flow->coupling_ratio[j].c[0]),
@@ -52,9 +54,11 @@ static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const 
         sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
         sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));
     } else {
-        sm_put(&now->mass, j, sm_cx(damping, 2.0 * Omega));
-        sm_put(&now->stiffness, j, sm_cx((omega - Omega) * (omega + Omega),
-                                         damping * Omega + in->frequency_rate[j]));
+        const double half = 0.5 * damping, square = (omega - half) * (omega + half);
+        const double root = sqrt(fabs(square)); /* no vibration beyond critical damping */
+        sm_put(&now->mass, j,
+               square > 0.0 ? sm_cx(half, Omega + root) : sm_cx(half + root, Omega));
+        sm_put(&now->stiffness, j, sm_cx((omega - Omega) * (omega + Omega), damping * Omega));
     }
 }
 
@@ -71,10 +75,9 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
             sm_put(&d->mass, j, sm_cx(0.0, 0.0));
             sm_put(&d->stiffness, j, sm_cx(-2.0 * omega * dOmega, 0.0));
         } else {
-            sm_put(&d->mass, j, sm_cx(0.0, 2.0 * dOmega));
+            sm_put(&d->mass, j, sm_cx(0.0, dOmega));
             sm_put(&d->stiffness, j,
-                   sm_cx(-2.0 * in->frequency[j] * dOmega,
-                         flow->damping[j] * dOmega + change->frequency_rate[j]));
+                   sm_cx(-2.0 * in->frequency[j] * dOmega, flow->damping[j] * dOmega));
         }
     }
 }

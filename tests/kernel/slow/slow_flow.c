@@ -42,46 +42,52 @@ static sm_status evaluate(void *arguments) {
 
 static double complex mass_of(const rate_call *c, int j, double t) {
     const double Omega = c->inputs.frequency[j] + t * c->inputs.frequency_rate[j];
-    return c->flow.paper ? 2.0 * I * c->flow.natural[j] : 2.0 * I * Omega + c->flow.damping[j];
+    const double natural = c->flow.natural[j], half = 0.5 * c->flow.damping[j];
+    if (c->flow.paper) return 2.0 * I * natural;
+    return half + I * (sqrt(natural * natural - half * half) + Omega);
 }
 
-/* v of mass v + stiffness a = F exp(i ph) / 2 + Q a, at the amplitudes of both modes. */
-static void first_order(const rate_call *c, double t, const double complex *a,
-                        double complex *v) {
+/* Of the amplitude by itself: in the consistent formulation as the mode vibrates. */
+static double complex slow_root(const rate_call *c, int j, double t) {
+    const double Omega = c->inputs.frequency[j] + t * c->inputs.frequency_rate[j];
+    const double natural = c->flow.natural[j], half = 0.5 * c->flow.damping[j];
+    if (c->flow.paper) return -half + I * (natural - Omega);
+    return -half + I * (sqrt(natural * natural - half * half) - Omega);
+}
+
+/* (F exp(i ph) / 2 + Q a) / mass, at the amplitudes of both modes. */
+static void driven(const rate_call *c, double t, const double complex *a,
+                        double complex *u) {
     const int modes = c->flow.table.modes;
     const double scale = c->inputs.limit_scale + t * c->inputs.limit_scale_rate;
     double s[4];
     exact_friction(modes, cabs(a[0]) / scale, modes == 2 ? cabs(a[1]) / scale : 0.0, s);
     for (int j = 0; j < modes; j++) {
-        const double natural = c->flow.natural[j], damping = c->flow.damping[j];
-        const double Omega = c->inputs.frequency[j] + t * c->inputs.frequency_rate[j];
         const double F = c->inputs.force[j] + t * c->inputs.force_rate[j];
         const double phase = c->inputs.phase[j] + t * c->inputs.phase_rate[j];
         const double complex Q = scale * (s[2 * j] + I * s[2 * j + 1]) / cabs(a[j]);
-        const double complex stiffness =
-            c->flow.paper ? 2.0 * natural * (natural - Omega) + I * damping * natural
-                          : natural * natural - Omega * Omega
-                                + I * (damping * Omega + c->inputs.frequency_rate[j]);
-        v[j] = (0.5 * F * cexp(I * phase) + Q * a[j] - stiffness * a[j]) / mass_of(c, j, t);
+        u[j] = (0.5 * F * cexp(I * phase) + Q * a[j]) / mass_of(c, j, t);
     }
 }
 
-/* The rate is v in the paper's formulation, v - v' / mass in the consistent one. */
+/* The rate is v = slow a + u in the paper's formulation, v - u' / mass in the consistent one, with
+ * (d/dt + mass) (d/dt - slow) a = mass u. */
 static void check_equation(int modes, int paper) {
     rate_call c = new_call(modes, paper);
     const double t = c.elapsed, step = 1e-5;
     const double scale = c.inputs.limit_scale + t * c.inputs.limit_scale_rate;
     double s[4], power = 0.0;
-    double complex a[2], v[2], after[2], before[2], a_after[2], a_before[2];
+    double complex a[2], u[2], v[2], after[2], before[2], a_after[2], a_before[2];
     CHECK_STATUS(evaluate(&c), SM_OK);
     for (int j = 0; j < 2; j++) a[j] = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
-    first_order(&c, t, a, v);
+    driven(&c, t, a, u);
     for (int j = 0; j < modes; j++) {
+        v[j] = slow_root(&c, j, t) * a[j] + u[j];
         a_after[j] = a[j] + step * v[j];
         a_before[j] = a[j] - step * v[j];
     }
-    first_order(&c, t + step, a_after, after);
-    first_order(&c, t - step, a_before, before);
+    driven(&c, t + step, a_after, after);
+    driven(&c, t - step, a_before, before);
     exact_friction(modes, cabs(a[0]) / scale, modes == 2 ? cabs(a[1]) / scale : 0.0, s);
     for (int j = 0; j < modes; j++) {
         const double complex rate = c.rate[2 * j] + I * c.rate[2 * j + 1];

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from slow_time import linear_part, slow_trajectory
+from slow_time import mass_and_slow_root, slow_trajectory
 
 from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
@@ -98,31 +98,27 @@ def contact_force(model, a, now):
 def rate_of(model, t, a, forcing):
     """da/dt, written out; `forcing` gives the Forcing at a time."""
 
-    def without_second_derivative(t, a):
+    def driven(t, a):
         now = forcing(t)
-        mass, stiffness = linear_part(model.reduced, now.frequency)
-        sweep = 1j * now.frequency_rate if model.reduced.formulation == "consistent" else 0.0
         forces = 0.5 * now.force + contact_force(model, a, now)
-        return (forces - (stiffness + sweep) * a) / mass
+        return forces / mass_and_slow_root(model.reduced, now.frequency)[0]
 
-    v = without_second_derivative(t, a)
+    frequency = forcing(t).frequency
+    mass, slow = mass_and_slow_root(model.reduced, frequency)
+    v = slow * a + driven(t, a)
     if model.reduced.formulation == "paper":
         return v
     h = 1e-3
-    after, before = (without_second_derivative(t + s, a + s * v) for s in (h, -h))
+    after, before = (driven(t + s, a + s * v) for s in (h, -h))
     effective_after, effective, effective_before = (
         effective_amplitude(model, a + s * v, forcing(t + s)) for s in (h, 0.0, -h)
     )
     growth = (np.abs(effective_after) - np.abs(effective_before)) / (2 * h)
-    frequency = forcing(t).frequency
     behind = (
         model.table.rate_correction_at(np.abs(effective)) @ growth * effective / np.abs(effective)
     )
     rate_correction = coupling_factor(model.reduced, frequency) * behind
-    return (
-        v
-        - ((after - before) / (2 * h) - rate_correction) / linear_part(model.reduced, frequency)[0]
-    )
+    return v - ((after - before) / (2 * h) - rate_correction) / mass
 
 
 @pytest.mark.parametrize("name", ["paper_model", "two_mode_model"])
