@@ -110,6 +110,7 @@ def contact_harmonics(
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
+    start: Complexes | None = None,
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -126,6 +127,8 @@ def contact_harmonics(
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
     combinations : sequence of CombinationResonance
         Harmonics that a mode does not respond to here, because its slow flow does.
+    start : (orders, N_c) complex ndarray, optional
+        See torus_harmonics.
 
     Notes
     -----
@@ -143,6 +146,7 @@ def contact_harmonics(
         orders,
         tolerance=tolerance,
         smallest_scale=smallest_scale,
+        start=start,
     )
 
 
@@ -255,7 +259,9 @@ class ContactTerms:
 
 
 def contact_orders(
-    reduced: Reduced, combinations: Sequence[CombinationResonance] = (), highest: int = 1
+    reduced: Reduced,
+    combinations: Sequence[CombinationResonance] = (),
+    highest: int = 1,
 ) -> list[Order]:
     """Harmonics up to an order, and those that modes and combination resonances need."""
     if reduced.formulation == "consistent":
@@ -273,6 +279,7 @@ def contact_terms(
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
+    start: Complexes | None = None,
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
@@ -280,7 +287,7 @@ def contact_terms(
     """
     orders = contact_orders(reduced, combinations, highest)
     solved = contact_harmonics(
-        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
+        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations, start
     )
     L = reduced.coupling
     S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.indirect_damping * np.asarray(
