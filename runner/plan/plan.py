@@ -118,12 +118,14 @@ class Plan:
         return self.excited.component(model, self.scene.run.tolerance)
 
 
-def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
+def make_plan(scene: Scene, *, structure: Structure | None = None, progress: bool = False) -> Plan:
     """Decide what the scene needs.
 
     Parameters
     ----------
     scene : Scene
+    structure : Structure, optional
+        That of the scene, where it has been built already: what was solved of it is kept with it.
     progress : bool, default False
         Whether to say on standard error what a large structure is at.
 
@@ -133,7 +135,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         If the scene and its structure do not fit together.
     """
     modes, mode_decisions = _modes(scene)
-    structure = scene.structure.build()
+    structure = scene.structure.build() if structure is None else structure
     scene = located(scene, structure)
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
     law = law_of(scene, structure.n_contacts)
