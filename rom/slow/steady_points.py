@@ -26,8 +26,8 @@ class SteadyPoints:
         a_j [kg^1/2 m]; NaN where there is none.
     reason : list of str
         Of each point; empty where there is an amplitude.
-    outside : (points, modes) ndarray of bool
-        Modes whose range in the friction table has to grow for the point.
+    outside : (points,) ndarray of bool
+        Whether the friction table ends before the point, so that a larger one would help.
     """
 
     amplitude: Complexes
@@ -55,7 +55,7 @@ def steady_points(
     found = SteadyPoints(
         np.full(frequency.shape, np.nan, dtype=complex),
         [""] * len(frequency),
-        np.zeros(frequency.shape, dtype=bool),
+        np.zeros(len(frequency), dtype=bool),
     )
     followed = []
     for k in range(len(frequency)):
@@ -83,12 +83,12 @@ def _solve(problem: SteadyProblem, places: np.ndarray, found: SteadyPoints) -> N
         for k in range(len(places)):
             _solve(problem.only(slice(k, k + 1)), places[k : k + 1], found)
         return
-    edge = problem.at_edge(amplitude)
+    edge = np.asarray(problem.at_edge(amplitude).any(axis=1))
     for k, place in enumerate(places.tolist()):
         if stands[k]:
             found.amplitude[place] = amplitude[k]
-        elif edge[k].any():
-            found.outside[place] = edge[k]
+        elif edge[k]:
+            found.outside[place] = True
             found.reason[place] = str(outside_table(np.abs(amplitude[k]), problem.model.table))
         else:
             _from_rest(problem.only(slice(k, k + 1)), place, found)

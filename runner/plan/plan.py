@@ -165,7 +165,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=_at_frequencies(excited, schedule))
-        excited = replace(excited, amplitude=_start(excited, schedule))
+        excited = replace(excited, amplitude=start_amplitudes(excited, schedule))
         frequencies = [f"frequency_{mode}" for mode in modes]
         straight = schedule.stretches()
         combinations = combination_resonances(
@@ -327,7 +327,7 @@ def _at_frequencies(excited: Excited, schedule: Schedule) -> Reduced:
     return replace(reduced, force_patterns=np.array(excited.force_patterns))
 
 
-def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+def start_amplitudes(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
     reduced, first = excited.reduced, slice(1)
     force, _ = excited.modal_forces(schedule, first)
