@@ -21,9 +21,9 @@ from slipmode.runner.study.scene_model import (
     MOST_STEPS,
     Samples,
     SceneModel,
-    middling,
     said,
     step_refusal,
+    typical,
 )
 from slipmode.runner.study.tasks import Task
 
@@ -136,7 +136,7 @@ class Foreman:
         SlipmodeError
             If the scheduler is lost, and whatever `finished` raises.
         """
-        completed = extra("distributed", "study").as_completed()
+        completed = extra("distributed", "study").as_completed(loop=self._client.loop)
         most = _PER_WORKER * max(2, len(self._client.nthreads()))
         for task in tasks:
             count = task.stop - task.start
@@ -154,8 +154,8 @@ class Foreman:
         group = self._groups.get(task.group)
         if group is None:
             columns = [column[slice(*task.group)] for column in self._design.columns]
-            content, frequencies = middling(self._samples, columns)
-            shared = submit(SceneModel.of, self._samples, content, frequencies)
+            contents, frequencies = typical(self._samples, columns)
+            shared = submit(SceneModel.of, self._samples, contents, frequencies)
             group = self._groups[task.group] = _Group(shared)
         if work.step not in group.models:
             group.models[work.step] = submit(_model, group.shared, work.step)

@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
+from slipmode.rom.errors import SlipmodeError
+
 
 def add_study_command(command: Callable[..., argparse.ArgumentParser]) -> None:
     """Add it; `command(name, call, help, example)` makes a parser."""
@@ -25,23 +27,25 @@ def add_study_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 
 def _count(text: str) -> int:
-    count = int(text)
-    if count < 1:
-        raise ValueError(text)
-    return count
+    if not (text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"must be a whole number > 0, got {text!r}")
+    return int(text)
 
 
 def _study(options: argparse.Namespace) -> int:
     from slipmode.runner.study.study import run_study
     from slipmode.runner.study.summary.summary import summarise
 
-    done = run_study(
-        options.file,
-        options.output,
-        workers=options.workers,
-        scheduler=options.scheduler,
-        progress=True,
-    )
+    try:
+        done = run_study(
+            options.file,
+            options.output,
+            workers=options.workers,
+            scheduler=options.scheduler,
+            progress=True,
+        )
+    except KeyboardInterrupt:
+        raise SlipmodeError("interrupted; the same command goes on from there") from None
     before = f", {done.found} of them before" if done.found else ""
     print(f"{done.study.title}: {done.samples} samples{before}, {done.failed} failed")
     print("\n".join(summarise(done)))

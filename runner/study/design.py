@@ -73,8 +73,10 @@ def make_design(study: Study) -> Design:
 def _column(varied: Varied) -> NDArray[Any]:
     values = varied.values
     assert not isinstance(values, Distribution)
-    if all(isinstance(value, float) for value in values):
-        return np.array(values, dtype=float)
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        column = np.array(values)
+        if column.dtype.kind in "if":
+            return column
     column = np.empty(len(values), dtype=object)
     column[:] = values  # lists stay values
     return column

@@ -138,15 +138,11 @@ class Results:
             dtype = str if values.dtype == object else values.dtype
             add(name, [name], values.shape, dtype=dtype)[:] = values
         for key, column in zip(design.keys, design.columns, strict=True):
-            numbers = column.dtype == float
-            values = (
-                column if numbers else np.array([str(value) for value in column], dtype=object)
-            )
-            kind: dict[str, Any] = {
-                "dtype": float if numbers else str,
-                "attributes": {"units": unit(key)},
-            }
-            add(key, ["sample"], [rows], **kind)[:] = values
+            dtype, values = column.dtype, column
+            if column.dtype == object:
+                dtype, values = str, np.array([str(value) for value in column], dtype=object)
+            words = {"units": unit(key)}
+            add(key, ["sample"], [rows], dtype=dtype, attributes=words)[:] = values
         for result in study.asked.results(modes):
             words = {"units": result.unit, "long_name": result.meaning}
             dims, shape = ["sample", *result.dims], [rows, *result.shape]

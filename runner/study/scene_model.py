@@ -21,10 +21,11 @@ from slipmode.rom.reduction.combination import CombinationResonance, combination
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.amplitude_range import Excited
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, read_scene
+from slipmode.runner.scene.toml_writer import toml_text
 from slipmode.runner.study.outputs.asked import Asked
-from slipmode.runner.study.scene_keys import Content, get, put
+from slipmode.runner.study.scene_keys import Content, get, is_load, put
 from slipmode.runner.study.shared_limits import is_limit, on_shared_limits
 
 MOST_STEPS = 10  # up the ladder
@@ -53,7 +54,8 @@ class Samples:
 
     def scene(self, content: Content) -> Scene:
         """Of a sample; refused by the reader of scenes."""
-        return read_scene(content, self.folder)
+        text = "" if self.recordings is None else toml_text(content)  # recordings attach it
+        return read_scene(content, self.folder, text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,22 +83,25 @@ class SceneModel:
     __repr__ = short_repr
 
     @classmethod
-    def of(cls, samples: Samples, content: Content, frequencies: dict[str, Any]) -> SceneModel:
+    def of(
+        cls, samples: Samples, contents: Sequence[Content], frequencies: dict[str, Any]
+    ) -> SceneModel:
         """The plan of a scene that stands for several.
 
         Parameters
         ----------
-        content : dict
-            Their scene, with middling loads.
+        contents : sequence of dict
+            Their scene with loads that may stand for all; the first that has a plan does.
         frequencies : {"A": (lowest, highest), ...}
             Of the forces among them, where they differ [rad/s].
 
         Raises
         ------
         SlipmodeError
+            Of the first, if none has.
         """
-        scene = samples.scene(content)
-        plan = make_plan(scene, structure=_structure(scene))
+        plan = _first_plan(samples, contents)
+        scene = plan.scene
         excited, terms = plan.excited, plan.combinations if samples.asked.runs else ()
         if any(mode in frequencies for mode in excited.modes):
             excited = replace(excited, reduced=replace(excited.reduced, force_patterns=None))
@@ -121,25 +126,42 @@ class SceneModel:
         return model
 
 
-def middling(samples: Samples, columns: Sequence[np.ndarray]) -> tuple[Content, dict[str, Any]]:
-    """A scene with loads in the middle of those of several samples, and their frequencies.
+def typical(
+    samples: Samples, columns: Sequence[np.ndarray]
+) -> tuple[list[Content], dict[str, Any]]:
+    """What `SceneModel.of` has of several samples of one model.
 
-    All the samples have one model; a value that no scene may have does not count.
+    The scenes have loads in the middle of those of the samples, and the study's own.
     """
     row, frequencies = [], {}
     for key, column in zip(samples.keys, columns, strict=True):
         value = column[0]
-        numbers = column[column > 0.0] if column.dtype == float else np.zeros(0)
+        numbers = column[column > 0.0] if column.dtype.kind in "if" else np.zeros(0)
         if key.endswith("frequency") and key.startswith("forcing") and numbers.size:
             low, high = float(numbers.min()), float(numbers.max())
-            value = 0.5 * (low + high)
+            value = np.quantile(numbers, 0.5, method="lower")
             if low < high:
                 frequencies[key.split(".")[1]] = low, high
         elif numbers.size and (key.endswith(".amplitude") or is_limit(key) or key == _SCALE):
             value = float(np.sqrt(numbers.min() * numbers.max()))
         row.append(value.item() if isinstance(value, np.generic) else value)
-    (content,) = samples.contents([tuple(row)])
-    return content, frequencies
+    own = [
+        get(samples.content, key) if is_load(key) else value
+        for key, value in zip(samples.keys, row, strict=True)
+    ]
+    rows = [tuple(row)] + [tuple(own)] * (None not in own)
+    return samples.contents(rows), frequencies
+
+
+def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
+    refused: list[SlipmodeError] = []
+    for content in contents:
+        try:
+            scene = samples.scene(content)
+            return make_plan(scene, structure=_structure(scene))
+        except SlipmodeError as refusal:
+            refused.append(refusal)
+    raise refused[0]
 
 
 def model_of(content: Content) -> Content:

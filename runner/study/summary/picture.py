@@ -20,20 +20,24 @@ _BLUE, _RED = "#1f5fa8", "#c92a2a"
 
 
 def draw(dataset: Any, study: Study, choice: Choice | None, path: Path) -> None:
-    """A row of panels per output, a column per key."""
+    """A row of panels per output, a column per key; of drawn ones, at the best value if one is."""
     keys = [each.key for each in study.varied]
     rows = _outputs(dataset, study.asked)[:_MOST_ROWS]
     figure = extra("matplotlib.figure", "pictures").Figure(
         figsize=(1.5 + 3.5 * len(keys), 0.8 + 2.4 * len(rows)), layout="constrained"
     )
     panels = figure.subplots(len(rows), len(keys), squeeze=False, sharex="col", sharey="row")
-    thin = max(1, dataset.sizes["sample"] // _MOST_POINTS)
+    # any samples but every second: what is drawn of distributions has patterns of its own
+    shown = np.random.default_rng(0).permutation(dataset.sizes["sample"])
+    if choice is not None:
+        shown = shown[dataset[choice.of.key].values[shown] == choice.values[choice.best]]
+    shown = shown[:_MOST_POINTS]
     for line, (label, values) in zip(panels, rows, strict=True):
         line[0].set_ylabel(label)
         for ax, each in zip(line, study.varied, strict=True):
             column = dataset[each.key].values
-            if isinstance(each.values, Distribution) or column.dtype != float:
-                ax.plot(column[::thin], values[::thin], ".", color=_BLUE, ms=3, alpha=0.4)
+            if isinstance(each.values, Distribution) or column.dtype.kind not in "if":
+                ax.plot(column[shown], values[shown], ".", color=_BLUE, ms=3, alpha=0.4)
             else:
                 _bands(ax, column, values)
             if choice is not None and choice.of.key == each.key:
@@ -41,7 +45,7 @@ def draw(dataset: Any, study: Study, choice: Choice | None, path: Path) -> None:
     for ax, key in zip(panels[-1], keys, strict=True):
         unit = dataset[key].attrs.get("units", "-")
         ax.set_xlabel(f"{key} [{unit}]")
-    figure.suptitle(study.title)
+    figure.suptitle(study.title + (f"\n{choice.text()}" if choice else ""))
     figure.savefig(path, dpi=120)
 
 
