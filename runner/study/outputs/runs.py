@@ -10,7 +10,7 @@ import numpy as np
 
 from slipmode.fmu import StoppedError
 from slipmode.rom import Model
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.plan.amplitude_range import Excited
@@ -21,6 +21,7 @@ from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.schedule import Schedule, is_rate, make_schedule, rate_of
 
 _INSIDE = 0.99  # of a table: amplitudes that a run may start from
+_NEAR = 0.9  # the same: a run that creeps along its edge finds no step that stays inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +51,23 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     if np.any(np.abs(excited.amplitude) > _INSIDE * scale * model.table.amplitude_range):
         return Run(*nothing, "initial: outside the friction table", outside=True)
     rows = [np.append(0.0, np.array([excited.amplitude]).view(float))[np.newaxis]]
+    width = rows[0].shape[1]
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
         steps = (
             _until(schedule, names, times) if times else shortened(schedule, model, modes, names)
         )
-        width = rows[0].shape[1]
         rows += [outputs[:, :width].copy() for outputs in component.trace(*steps)]
     except StoppedError as stop:
-        return Run(*nothing, str(stop), stop.left_table)
+        reached = np.abs(_amplitude(np.concatenate([*rows, stop.outputs[:, :width]])))
+        least = 1.0 if scene.limit_scale is None else scene.limit_scale.range(0.0, stop.time)[0]
+        near = bool(np.any(reached > _NEAR * least * model.table.amplitude_range))
+        return Run(*nothing, str(stop), stop.left_table or near)
     except SlipmodeError as refusal:
         return Run(*nothing, str(refusal))
     traced = np.concatenate(rows)
-    size = np.abs(traced[:, 1::2] + 1j * traced[:, 2::2])
+    size = np.abs(_amplitude(traced))
     at = [np.argmin(np.abs(traced[:, 0] - t)) for t in times]
     return Run(size.max(axis=0), size[at].T, "")
 
@@ -76,6 +80,11 @@ def record(scene: Scene, folder: Path, number: int) -> str:
     except SlipmodeError as refusal:
         return str(refusal)
     return ""
+
+
+def _amplitude(traced: Floats) -> Complexes:
+    """Of rows of outputs, (rows, modes)."""
+    return np.asarray(traced[:, 1::2] + 1j * traced[:, 2::2])
 
 
 def _until(

@@ -145,12 +145,22 @@ def test_runs_are_those_of_the_scene(study_file, tmp_path, scheduler):
     for k, force in enumerate((0.1, 0.2)):
         recording = tmp_path / "study" / f"sample-{k:06d}.mcap"
         found = runner.load(recording)
-        scene = parse_scene(found.scene_text, ".")
+        scene = parse_scene(runner.read(recording).header.scene_text, ".")
         assert scene.forcing["A"].amplitude.value(0.0) == force
         size, time = found["/modes"].column("A_abs"), found["/modes"].time
         assert data["peak"].sel(mode="A")[k] == pytest.approx(size.max(), rel=2e-3)
         at = data["at"].sel(mode="A")[k].values
         assert at == pytest.approx(np.interp([0.0, 33.5, 200.0], time, size), rel=5e-3, abs=1e-9)
+
+
+def test_a_run_that_creeps_to_the_edge_of_its_table_has_a_larger_one(
+    study_file, tmp_path, scheduler
+):
+    """No step stays inside there: 0.1225 N was refused for that, with a table from 0.11 N."""
+    vary = '[[vary]]\nkey = "forcing.A.amplitude"\nvalues = [0.05, 0.1223, 0.1225, 0.1227, 0.25]\n'
+    data = computed(study_file(vary + "[outputs]\npeak = true\n"), tmp_path, scheduler)
+    assert data["reason"].values.tolist() == [""] * 5
+    assert (np.diff(data["peak"].sel(mode="A")) > 0.0).all()
 
 
 def test_peaks_are_those_of_curves_and_of_dofs(study_file, tmp_path, scheduler):
