@@ -42,12 +42,12 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     """
     distributed = extra("distributed", "study")
     if scheduler is None:
-        count = workers or len(os.sched_getaffinity(0))
+        count = workers or os.cpu_count() or 1
         with (
             distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
-                dashboard_address=None,
+                dashboard_address=":0",
                 silence_logs=logging.CRITICAL,
             ) as local,
             distributed.Client(local) as client,

@@ -8,7 +8,7 @@ def scheduler():
     """Address of a scheduler in this process, with two workers that are threads of it."""
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None, silence_logs=40
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=":0", silence_logs=40
     ) as cluster:
         yield cluster.scheduler_address
 
