@@ -41,6 +41,25 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         If a scheduler does not answer, or has nobody to work.
     """
     distributed = extra("distributed", "study")
+    with _quiet():
+        yield from _client(distributed, workers, scheduler)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without Dask's own words of what is lost, which are a page: there is a line of ours."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Iterator[Any]:
     if scheduler is None:
         count = workers or os.cpu_count() or 1
         with (
