@@ -13,6 +13,10 @@ class ValidityWarning(UserWarning):
     """An assumption of the method is strained; the message holds the measured indicator."""
 
 
+class OutsideTableError(SlipmodeError):
+    """Amplitudes outside a friction table; a larger one helps."""
+
+
 class OutsideRegionError(SlipmodeError):
     """Amplitudes outside the part of a friction table that was tabulated."""
 

@@ -5,6 +5,7 @@ runner.replay(recording.mcap)
 
 run.py          what run does, from the scene to the recording. Start here; slow_pass.py: its steps
 scene/ plan/ recording/ view/   in the order in which it needs them; scenes/: the shipped ones
+curves/ study/  what a scene does at other frequencies, forces, limits; and at any other values
 validate.py     a scene by slow time and by full order; report/, paper/: the method, measured so
 cli.py          the command line; recording_commands.py, fmu_export.py, fmu_import.py: behind it
 """
@@ -14,6 +15,7 @@ from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
+from slipmode.runner.study.study import StudyResults, run_study
 from slipmode.runner.view.replay import replay
 
 __all__ = [
@@ -21,6 +23,7 @@ __all__ = [
     "Recording",
     "Scene",
     "Signals",
+    "StudyResults",
     "__version__",
     "load",
     "load_scene",
@@ -28,5 +31,6 @@ __all__ = [
     "read",
     "replay",
     "run",
+    "run_study",
     "shipped_scenes",
 ]

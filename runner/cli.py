@@ -16,6 +16,7 @@ from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.recording_commands import add_recording_commands
+from slipmode.runner.study.command import add_study_command
 
 if TYPE_CHECKING:
     from slipmode.runner.view.viewer import Viewer
@@ -261,6 +262,8 @@ def _parser() -> argparse.ArgumentParser:
     modes.add_argument("-n", "--number", type=int, default=10, help="how many modes (10)")
 
     add_curve_commands(partial(_command, commands))
+
+    add_study_command(partial(_command, commands))
 
     add_recording_commands(partial(_command, commands))
 

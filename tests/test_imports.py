@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -9,9 +10,12 @@ from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.runner import run
 
+ROOT = Path(__file__).parents[1]
 HEAVY = {"rerun", "fmpy", "mcap", "matplotlib", "pyarrow", "PIL", "google.protobuf"}
-HEAVY |= {"scipy.io", "scipy.sparse.linalg"}
+HEAVY |= {"scipy.io", "scipy.sparse.linalg", "scipy.stats"}
+HEAVY |= {"dask", "distributed", "xarray", "zarr", "SALib", "pandas"}
 EXTRAS = ("fmpy", "matplotlib", "sksundae", "threadpoolctl", "ziglang")
+EXTRAS += ("dask", "distributed", "xarray", "zarr", "SALib")
 
 
 def python(code, *arguments):
@@ -75,6 +79,7 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.parquet")),
         ("matplotlib", "pictures", ("paper",)),
+        ("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),
         ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
     ],
 )

@@ -6,30 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import (
-    Balance,
-    balance,
-    inputs_of,
-    rate_and_jacobian,
-    shifted_flow,
-)
-from slipmode.rom.table.hermite import outside_table
+from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.slow.steady_problem import SteadyProblem
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
 
-_RELAXATION_PASSES = 60
-_NEWTON_PASSES = 25
 _CURVE_PASSES = 12
-_RELAXED = 1e-4  # of the table's range: from there on it is Newton's
-_SETTLED = 1e-11  # of the table's range: Newton's next update would be rounding
-_CONVERGED = 1e-10  # of the forces in the amplitude equation
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +110,10 @@ def steady(
     excitation = excitation_of(model, force, phase)
     points = Omega.reshape(-1, model.modes)
     check_carriers(model.reduced, points, excitation != 0.0)
-    shift = off_resonance_shift(model.reduced, force)
-    problem = _Steady(model, excitation, shift, shifted_flow(model, shift))
-    amplitude = problem.polish(points, problem.relax(points))
-    for point in np.flatnonzero(~problem.is_steady(points, amplitude)):
-        amplitude[point] = problem.from_rest(points[point])
+    problem = SteadyProblem.of(model, force, points, np.tile(excitation, (len(points), 1)))
+    amplitude = problem.polish(problem.relax())
+    for point in np.flatnonzero(~problem.is_steady(amplitude)):
+        amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
     return amplitude.reshape(Omega.shape)
 
@@ -205,132 +192,3 @@ def excitation_of(model: Model, force: Forces, phase: Sequence[float]) -> Comple
         raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
     modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
     return phasor(np.array(modal), np.asarray(phase)[: model.modes])
-
-
-@dataclass(frozen=True, eq=False)
-class _Steady:
-    """da/dt = 0 under a constant excitation F_j exp(i phase_j)."""
-
-    model: Model
-    excitation: Complexes
-    shift: Complexes
-    flow: kernel.SlowFlow
-
-    def balance(self, amplitude: Complexes, inputs: NDArray[np.void]) -> Balance:
-        found = balance(self.flow, inputs, amplitude)
-        outside = np.isnan(found.rate).any(axis=-1)
-        if outside.any() and self._excited.any():
-            raise SlipmodeError(
-                f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
-                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how "
-                "far friction holds it"
-            )
-        if outside.any():
-            raise outside_table(np.abs(amplitude[outside]), self.model.table)
-        return found
-
-    def relax(self, Omega: Floats) -> Complexes:
-        """(stiffness - Q) a = F / 2 + Q shift F, half a step at a time from rest."""
-        off_resonance = self.shift * self.excitation
-        amplitude = self.inside(np.broadcast_to(1e-6 * self._range, Omega.shape).astype(complex))
-        moving, inputs = np.arange(len(amplitude)), self._inputs(Omega)
-        for _ in range(_RELAXATION_PASSES):
-            before = amplitude[moving]
-            now = self.balance(before, inputs.take(moving))
-            Q = now.friction / (before + off_resonance)
-            balanced = (0.5 * self.excitation + Q * off_resonance) / (now.stiffness - Q)
-            step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
-            modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
-            amplitude[moving] = self.inside(phasor(modulus, np.angle(balanced)))
-            moving = moving[(np.abs(step) > _RELAXED * self._range).any(axis=-1)]
-            if moving.size == 0:
-                break
-        return np.where(self.excitation == 0.0, 0.0, amplitude)  # an unforced mode is at rest
-
-    def polish(self, Omega: Floats, start: Complexes) -> Complexes:
-        """Newton's method, inside the table, at all points that still move."""
-        found = self.inside(start)
-        moving, inputs = np.arange(len(found)), self._inputs(Omega)
-        for _ in range(_NEWTON_PASSES):
-            before = found[moving]
-            rate, jacobian = rate_and_jacobian(self.flow, inputs.take(moving), before)
-            update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]
-            after = self.inside(before - np.ascontiguousarray(update).view(complex))
-            found[moving] = after
-            moving = moving[np.abs(after - before).max(axis=-1) > _SETTLED * self._range.max()]
-            if moving.size == 0:
-                break
-        return found
-
-    def imbalance(self, Omega: Floats, amplitude: Complexes) -> Floats:
-        """Unbalanced force relative to the forces in the amplitude equations, (points,)."""
-        now = self.balance(amplitude, self._inputs(Omega))
-        elastic = np.abs(now.stiffness * amplitude).max(axis=-1)
-        scale = 0.5 * np.abs(self.excitation).max() + elastic + 1e-300
-        return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) / scale)
-
-    def is_steady(self, Omega: Floats, amplitude: Complexes) -> Flags:
-        """Where the slow flow stands still and, with self-excited modes, returns to that."""
-        stands = self.imbalance(Omega, amplitude) <= _CONVERGED
-        if self._excited.any():
-            _, jacobian = rate_and_jacobian(self.flow, self._inputs(Omega), amplitude)
-            stands &= np.linalg.eigvals(jacobian).real.max(axis=-1) < 0.0
-        return np.asarray(stands)
-
-    def from_rest(self, Omega: Floats) -> Complexes:
-        """Integrate the slow flow from rest until it stands still: slow, but it cannot miss."""
-        from scipy.integrate import solve_ivp  # takes longer to import than many a table
-
-        slowest = np.abs(self.model.reduced.modal_damping).min()
-        if slowest <= 0.0:
-            slowest = 1e-3 * self.model.reduced.frequency.min()
-        y = np.zeros(2 * self.model.modes)
-        free = self._excited & (self.excitation == 0.0)
-        points = Omega[np.newaxis]
-        inputs = self._inputs(points)
-
-        def rate(_: float, z: Floats) -> Floats:
-            moving: Floats = self.balance(z.view(complex)[np.newaxis], inputs).rate[0].view(float)
-            return moving
-
-        for _ in range(20):
-            y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
-            point = self.polish(points, y.view(complex)[np.newaxis])
-            if self.is_steady(points, point)[0]:
-                found: Complexes = point[0]
-                return found
-            if free.any() and self.imbalance(points, point)[0] <= _CONVERGED:
-                raise SlipmodeError(
-                    f"force: mode {_named(free)} is self-excited and no force holds it: it does "
-                    "not stay at rest; rom.limit_cycles has what it settles to"
-                )
-        held = ""
-        if self._excited.any():
-            held = f": self-excited mode {_named(self._excited)} is not held by its force there"
-        raise SlipmodeError(f"frequency: no steady state found at {Omega} rad/s{held}")
-
-    def _inputs(self, Omega: Floats) -> NDArray[np.void]:
-        return inputs_of(np.broadcast_to(self.excitation, Omega.shape), Omega)
-
-    def inside(self, amplitude: Complexes) -> Complexes:
-        """The amplitudes, scaled back where the effective ones would leave the table."""
-        off_resonance = self.shift * self.excitation
-        modulus = np.abs(amplitude + off_resonance)
-        over = modulus > self._range
-        factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
-        return np.where(over, factor * (amplitude + off_resonance) - off_resonance, amplitude)
-
-    @property
-    def _excited(self) -> Flags:
-        """Self-excited modes, (modes,)."""
-        return np.asarray(self.model.reduced.modal_damping < 0.0)
-
-    @property
-    def _range(self) -> Floats:
-        """A little inside the table, so that the coupling ratio has room."""
-        return 0.998 * self.model.table.amplitude_range
-
-
-def _named(modes: Flags) -> str:
-    """A, B, or both."""
-    return " and ".join("AB"[j] for j in np.flatnonzero(modes))

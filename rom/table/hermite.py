@@ -17,7 +17,7 @@ from scipy.linalg import solve_banded
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import OutsideRegionError, SlipmodeError
+from slipmode.rom.errors import OutsideRegionError, OutsideTableError, SlipmodeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def outside_table(amplitudes: Floats, table: Table) -> SlipmodeError:
     largest = amplitudes.reshape(-1, table.modes).max(axis=0)
     if table.region is not None and np.all(largest <= table.amplitude_range):
         return OutsideRegionError()
-    return SlipmodeError(
+    return OutsideTableError(
         f"amplitude: {largest} is outside the friction table, whose range is "
         f"{table.amplitude_range}; tabulate a larger range"
     )

@@ -118,12 +118,14 @@ class Plan:
         return self.excited.component(model, self.scene.run.tolerance)
 
 
-def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
+def make_plan(scene: Scene, *, structure: Structure | None = None, progress: bool = False) -> Plan:
     """Decide what the scene needs.
 
     Parameters
     ----------
     scene : Scene
+    structure : Structure, optional
+        That of the scene, where it has been built already: what was solved of it is kept with it.
     progress : bool, default False
         Whether to say on standard error what a large structure is at.
 
@@ -133,7 +135,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
         If the scene and its structure do not fit together.
     """
     modes, mode_decisions = _modes(scene)
-    structure = scene.structure.build()
+    structure = scene.structure.build() if structure is None else structure
     scene = located(scene, structure)
     numbers = dict(zip("AB", scene.modes.numbers, strict=False))
     law = law_of(scene, structure.n_contacts)
@@ -163,7 +165,7 @@ def make_plan(scene: Scene, *, progress: bool = False) -> Plan:
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=_at_frequencies(excited, schedule))
-        excited = replace(excited, amplitude=_start(excited, schedule))
+        excited = replace(excited, amplitude=start_amplitudes(excited, schedule))
         frequencies = [f"frequency_{mode}" for mode in modes]
         straight = schedule.stretches()
         combinations = combination_resonances(
@@ -325,7 +327,7 @@ def _at_frequencies(excited: Excited, schedule: Schedule) -> Reduced:
     return replace(reduced, force_patterns=np.array(excited.force_patterns))
 
 
-def _start(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+def start_amplitudes(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
     """Amplitudes with which the modes move as the scene says, under the forces at t = 0."""
     reduced, first = excited.reduced, slice(1)
     force, _ = excited.modal_forces(schedule, first)

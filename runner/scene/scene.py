@@ -2,11 +2,12 @@
 
 import inspect
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -143,6 +144,16 @@ def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
         content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
+    return read_scene(content, folder, text)
+
+
+def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: str = "") -> Scene:
+    """The scene of TOML that has been parsed; see `parse_scene`.
+
+    Raises
+    ------
+    SlipmodeError
+    """
     root = Table(content, ("title", "contact", "contacts", "elastic", *SECTIONS))
     section = {name: root.section(name, keys) for name, keys in SECTIONS.items()}
     groups = root.sections("contacts", CONTACTS, _OF_WINDOWS)

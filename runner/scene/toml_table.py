@@ -109,6 +109,10 @@ class Table:
             raise self.error(key, f"must be one of {allowed}; got {_shown(value)}")
         return str(value)
 
+    def anything(self, key: str) -> Any:
+        """A value of whatever kind."""
+        return self._get(key)
+
     def is_text(self, key: str) -> bool:
         """Whether a value is a string."""
         return isinstance(self._content.get(key), str)

@@ -8,6 +8,10 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.rom import full
+from slipmode.runner.cli import main
+from slipmode.runner.curves.scene_curves import scene_performance
+from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.study.results import open_results
 from slipmode.runner.view.replay import replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -79,3 +83,30 @@ def test_blocks_on_meshes_that_do_not_match_keep_their_numbers():
     )
     assert a == pytest.approx(found.amplitude[0], rel=6e-3)  # 0.43 %
     assert abs(a[0]) < 0.96 * 2.0 * abs(stuck.amplitude[0])
+
+
+@pytest.mark.slow
+def test_the_preload_of_the_dampers_is_chosen(tmp_path, capsys):
+    """From one command; and for one coefficient the peaks are those of its performance curve."""
+    pytest.importorskip("distributed")
+    path = EXAMPLES / "damper_preload.toml"
+    assert main(["study", str(path), "-o", str(tmp_path)]) == 0
+    first, best, *_ = capsys.readouterr().out.splitlines()
+    assert first == "Resonance peak of the blade under uncertain friction: 3840 samples, 0 failed"
+    chosen, peak = (float(best.split(word)[1].split()[0].strip(":")) for word in (" = ", "_A "))
+    assert 55.0 < chosen < 80.0 and peak == pytest.approx(1.63e-4, rel=0.02)
+    assert (tmp_path / "damper_preload.png").stat().st_size > 10_000
+    data = open_results(tmp_path / "damper_preload.zarr").load().isel(sample=slice(600, 660))
+    (mu,) = np.unique(data["contacts.0.mu"]).tolist()
+    text = (
+        runner.shipped_scenes()["blade"].read_text().replace("amplitude = 25.0", "amplitude = 0.0")
+    )
+    text = text.replace("mu = 0.4 ", f"mu = {mu!r} ").replace("[16.0, 24.0]", "24.0")
+    text = text.replace("tolerance = 1e-2", "tolerance = 1e-3")
+    scene = parse_scene(text, runner.shipped_scenes()["blade"].parent)
+    curve = scene_performance(scene)
+    preload = data["contacts.0.preload"].values
+    within = (preload > 24.0 * curve.limit.min()) & (preload < 24.0 * curve.limit.max())
+    expected = np.interp(preload[within] / 24.0, curve.limit, curve.peak)
+    assert np.count_nonzero(within) > 30
+    np.testing.assert_allclose(data["resonance"].sel(mode="A")[within], expected, rtol=0.012)

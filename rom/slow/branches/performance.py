@@ -19,7 +19,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, backbone
+from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -120,11 +120,45 @@ def performance_curve(
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
+    curve, held = _phase_resonances(model, mode)
+    limit = F / held[::-1]
+    frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
+    return PerformanceCurve(limit, peak, frequency, curve.mode_shape)
+
+
+def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
+    """The highest resonance peak of a mode under modal forces |F_j| (n,), the other mode at rest.
+
+    Returns
+    -------
+    peak : (n,) ndarray
+        |a| [kg^1/2 m]; NaN where it is outside the friction table.
+    frequency : (n,) ndarray
+        Where it is [rad/s].
+
+    Raises
+    ------
+    SlipmodeError
+        If the mode is self-excited.
+    """
+    curve, held = _phase_resonances(model, mode)
+    r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)
+    held = np.append(0.0, held)
+    least = np.minimum.accumulate(held[::-1])[::-1]  # of the forces from there on
+    below = np.searchsorted(least, force, side="right") - 1  # the last amplitude they exceed
+    inside = below < held.size - 1
+    k = np.where(inside, below, 0)
+    part = (force - held[k]) / (held[k + 1] - held[k])
+    peak, frequency = (each[k] + part * (each[k + 1] - each[k]) for each in (r, Omega))
+    return np.where(inside, peak, np.nan), np.where(inside, frequency, np.nan)
+
+
+def _phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
+    """A backbone over the friction table, and the modal force that holds each amplitude of it."""
     largest = model.table.amplitude_range[mode]
     curve = backbone(
-        model, mode, 0.0, np.geomspace(LARGEST * largest, SMALLEST * largest, _POINTS)
+        model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
     )
     if np.any(curve.damping <= 0.0):
         raise SlipmodeError(f"mode: {'AB'[mode]} is self-excited; rom.limit_cycles is for that")
-    limit = F / (4.0 * curve.damping * curve.frequency**2 * curve.amplitude)
-    return PerformanceCurve(limit, limit * curve.amplitude, curve.frequency, curve.mode_shape)
+    return curve, 4.0 * curve.damping * curve.frequency**2 * curve.amplitude

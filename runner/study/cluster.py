@@ -1,0 +1,240 @@
+"""Tasks on the processes of a Dask cluster: a local one, or any whose scheduler has an address."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom import Model
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.runner.study.design import Design
+from slipmode.runner.study.outputs.batch import Batch, compute
+from slipmode.runner.study.scene_model import (
+    MOST_STEPS,
+    Samples,
+    SceneModel,
+    said,
+    step_refusal,
+    typical,
+)
+from slipmode.runner.study.tasks import Task
+
+_ANSWERS = 10.0  # [s] in which a scheduler has to
+_PER_WORKER = 3  # tasks that wait or run: enough that none is idle, few enough for memory
+
+
+@contextmanager
+def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    """A client of processes that work on tasks.
+
+    Raises
+    ------
+    SlipmodeError
+        If a scheduler does not answer, or has nobody to work.
+    """
+    distributed = extra("distributed", "study")
+    with _quiet():
+        yield from _client(distributed, workers, scheduler)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without Dask's own words of what is lost, which are a page: there is a line of ours."""
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
+
+
+def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Iterator[Any]:
+    if scheduler is None:
+        count = workers or os.cpu_count() or 1
+        with (
+            distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
+            ) as local,
+            distributed.Client(local) as client,
+        ):
+            yield client
+        return
+    try:
+        client = distributed.Client(scheduler, timeout=_ANSWERS, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise SlipmodeError(
+            f"scheduler: {scheduler} does not answer ({said(error)}); `dask scheduler` starts one"
+        ) from None
+    with client:
+        if not client.nthreads():
+            raise SlipmodeError(
+                f"scheduler: {scheduler} has no workers; `dask worker {scheduler}` starts one"
+            )
+        yield client
+
+
+@dataclass(eq=False)
+class _Group:
+    """Samples of one model, while some of them are at work.
+
+    Attributes
+    ----------
+    shared : future of SceneModel
+    models : dict of int to future of Model
+        By step of the ladder.
+    working : int
+        Tasks of it.
+    """
+
+    shared: Any
+    models: dict[int, Any] = field(default_factory=dict)
+    working: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """Samples of a task that are at work on a step of the ladder.
+
+    Attributes
+    ----------
+    task : Task
+    batch : Batch
+        What is known of all its samples.
+    places : sequence of int
+        Of the samples at work in the task.
+    step : int
+    """
+
+    task: Task
+    batch: Batch
+    places: Sequence[int]
+    step: int = 0
+
+
+class Foreman:
+    """Hands out tasks, sends samples up the ladder of tables, and passes on what is finished.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    samples : Samples
+    design : Design
+    modes : sequence of str
+        Of the scene.
+    """
+
+    def __init__(
+        self, client: Any, samples: Samples, design: Design, modes: Sequence[str]
+    ) -> None:
+        self._client = client
+        self._samples = samples
+        self._design = design
+        self._modes = modes
+        self._groups: dict[tuple[int, int], _Group] = {}
+        self._at_work: dict[str, _Work] = {}
+
+    def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
+        """All tasks; `finished` is called as each is.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scheduler is lost, and whatever `finished` raises.
+        """
+        completed = extra("distributed", "study").as_completed(loop=self._client.loop)
+        most = _PER_WORKER * max(2, len(self._client.nthreads()))
+        for task in tasks:
+            count = task.stop - task.start
+            batch = Batch.empty(self._samples, self._modes, count)
+            completed.add(self._submit(_Work(task, batch, range(count))))
+            for other in [key for key, group in self._groups.items() if not group.working]:
+                del self._groups[other]
+            while len(self._at_work) >= most:
+                self._take(completed, finished)
+        while self._at_work:
+            self._take(completed, finished)
+
+    def _submit(self, work: _Work) -> Any:
+        task, submit = work.task, partial(self._client.submit, pure=False)
+        group = self._groups.get(task.group)
+        if group is None:
+            columns = [column[slice(*task.group)] for column in self._design.columns]
+            contents, frequencies = typical(self._samples, columns)
+            shared = submit(SceneModel.of, self._samples, contents, frequencies)
+            group = self._groups[task.group] = _Group(shared)
+        if work.step not in group.models:
+            group.models[work.step] = submit(_model, group.shared, work.step)
+        rows = self._design.rows(slice(task.start, task.stop))
+        future = submit(
+            *(_compute, self._samples, self._modes, group.shared, group.models[work.step]),
+            *([rows[k] for k in work.places], [task.start + k for k in work.places]),
+        )
+        group.working += 1
+        self._at_work[future.key] = work
+        return future
+
+    def _take(self, completed: Any, finished: Callable[[Task, Batch], None]) -> None:
+        """What has become of samples: finished, or sent up the ladder."""
+        future = next(completed)
+        work = self._at_work.pop(future.key)
+        outside: list[int] = []
+        if future.status == "finished":
+            outside = _merge(work, *future.result())
+        elif future.status == "error":
+            for place in work.places:
+                work.batch.reason[place] = said(future.exception())
+        else:
+            raise SlipmodeError(
+                "scheduler: was lost; what was computed stays, and the same command goes on "
+                "from there"
+            )
+        if outside:
+            completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
+        else:
+            finished(work.task, work.batch)
+        self._groups[work.task.group].working -= 1
+
+
+def _merge(work: _Work, found: Batch, may_grow: bool) -> list[int]:
+    """Put results of samples in their places; the places of those for a larger table."""
+    higher: list[int] = []
+    for k, place in enumerate(work.places):
+        if found.outside[k] and may_grow and work.step < MOST_STEPS:
+            higher.append(place)
+            continue
+        why = found.reason[k]
+        work.batch.reason[place] = step_refusal(may_grow, why) if found.outside[k] else why
+        for name, values in found.values.items():
+            work.batch.values[name][place] = values[k]
+    return higher
+
+
+def _model(shared: SceneModel, step: int) -> Model:
+    return shared.model(step)
+
+
+def _compute(
+    samples: Samples,
+    modes: Sequence[str],
+    shared: SceneModel,
+    model: Model,
+    rows: Sequence[tuple[Any, ...]],
+    numbers: Sequence[int],
+) -> tuple[Batch, bool]:
+    """Results, and whether there may be larger tables."""
+    with np.errstate(all="ignore"):
+        return compute(samples, modes, shared, model, rows, numbers), shared.may_grow

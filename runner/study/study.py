@@ -1,0 +1,134 @@
+"""A study from its file to its results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
+from slipmode.runner.recording.channels import MODES
+from slipmode.runner.study.cluster import Foreman, cluster
+from slipmode.runner.study.design import Design, make_design
+from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.scene_model import Samples
+from slipmode.runner.study.study_file import Study, load_study
+from slipmode.runner.study.tasks import Task, make_tasks
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResults:
+    """What a study has computed.
+
+    Attributes
+    ----------
+    study : Study
+    path : Path
+        Of the Zarr group.
+    samples, found, failed : int
+        Samples in all, those that were there before, and those without results.
+    """
+
+    study: Study
+    path: Path
+    samples: int
+    found: int
+    failed: int
+
+    __repr__ = short_repr
+
+    def dataset(self) -> Any:
+        """As an xarray Dataset over the dimension "sample", read when it is looked at."""
+        return open_results(self.path)
+
+
+def run_study(
+    path: str | PathLike[str],
+    output: str | PathLike[str] = "logs",
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: bool = False,
+) -> StudyResults:
+    """Compute all samples of a study, or those that are missing.
+
+    Parameters
+    ----------
+    path : path
+        Of the study file.
+    output : path
+        Folder for the results <study>.zarr, and the recordings <study>/ where there are any.
+    workers : int, optional
+        Processes on this machine; default: one per core.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers do it instead. They read the scene's files at
+        the same paths.
+    progress : bool
+        Show how many samples are there, and the time left.
+
+    Returns
+    -------
+    StudyResults
+
+    Raises
+    ------
+    SlipmodeError
+        If study or scene are refused, the scheduler does not answer, or the folder holds
+        something else or cannot be written. What was computed until then stays.
+
+    Notes
+    -----
+    The local processes are started anew: a script that calls this has to do it below
+    ``if __name__ == "__main__":``.
+    """
+    study = load_study(path)
+    folder = Path(output)
+    design = make_design(study)
+    recordings = (folder / study.name).resolve() if study.asked.recording else None
+    samples = Samples(study.content, study.folder, design.keys, study.asked, recordings)
+    _refuse_hopeless(samples, design)
+    results = Results(folder / f"{study.name}.zarr", study, design)
+    found = results.done
+    if found < design.samples:
+        if recordings is not None:
+            recordings.mkdir(parents=True, exist_ok=True)
+        modes = MODES[: len(study.scene.modes.numbers)]
+        missing = (task for task in make_tasks(samples, design) if not results.has(task))
+        with (
+            cluster(workers, scheduler) as client,
+            tqdm(
+                desc=study.name,
+                total=design.samples,
+                initial=found,
+                unit=" samples",
+                disable=not progress,
+            ) as bar,
+        ):
+
+            def keep(task: Task, batch: Batch) -> None:
+                results.write(task, batch)
+                bar.update(task.stop - task.start)
+
+            Foreman(client, samples, design, modes).work_on(missing, keep)
+    return StudyResults(
+        study, folder / f"{study.name}.zarr", design.samples, found, results.failed
+    )
+
+
+def _refuse_hopeless(samples: Samples, design: Design) -> None:
+    """Refuse a study whose scenes are refused at its beginning, in its middle and at its end."""
+    last = design.samples - 1
+    for place in (0, last // 2, last):
+        (content,) = samples.contents(design.rows(slice(place, place + 1)))
+        try:
+            samples.scene(content)
+        except SlipmodeError as error:
+            refusal = error
+        else:
+            return
+    raise refusal

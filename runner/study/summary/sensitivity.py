@@ -1,0 +1,70 @@
+"""Sobol indices: how much of an output's variance each key explains, alone and with others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import short_repr
+from slipmode.runner.study.design import unit_problem
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Indices of an output.
+
+    Attributes
+    ----------
+    output : str
+    keys : tuple of str
+    first, total : (keys,) ndarray
+        Part of the variance by each key alone, and with the others.
+    first_error, total_error : (keys,) ndarray
+        Half of their confidence intervals of 95 %.
+    """
+
+    output: str
+    keys: tuple[str, ...]
+    first: Floats
+    total: Floats
+    first_error: Floats
+    total_error: Floats
+
+    __repr__ = short_repr
+
+    def text(self) -> list[str]:
+        """A line per key."""
+        width = max(map(len, self.keys))
+        return [
+            f"{self.output}: {key:{width}}  first {f:6.3f} +- {fe:.3f}  total {t:6.3f} +- {te:.3f}"
+            for key, f, fe, t, te in zip(
+                self.keys, self.first, self.first_error, self.total, self.total_error, strict=True
+            )
+        ]
+
+
+def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
+    """Of samples drawn by the method "saltelli".
+
+    Raises
+    ------
+    SlipmodeError
+        If a sample failed: the method has no use for the others then.
+    """
+    lost = int(np.count_nonzero(np.isnan(values)))
+    if lost:
+        raise SlipmodeError(
+            f"{output}: no sensitivities, for {lost} samples failed; `reason` of them says why"
+        )
+    analyze: Any = extra("SALib.analyze.sobol", "study").analyze
+    found = analyze(
+        *(unit_problem(len(keys)), values),
+        calc_second_order=False,
+        seed=seed,
+    )
+    return Sensitivity(output, keys, found["S1"], found["ST"], found["S1_conf"], found["ST_conf"])

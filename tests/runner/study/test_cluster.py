@@ -1,0 +1,137 @@
+"""Processes that work on a study: some are killed, or all of it, and it comes to the same."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from slipmode.runner.study import study as of_study
+from slipmode.runner.study.cluster import Foreman
+from slipmode.runner.study.design import Design
+from slipmode.runner.study.outputs.asked import Asked
+from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.results import open_results
+from slipmode.runner.study.scene_model import Samples
+from slipmode.runner.study.study import run_study
+from slipmode.runner.study.tasks import make_tasks
+
+PEAKS = """
+[[vary]]
+key = "forcing.A.amplitude"
+distribution = "uniform"
+low = 0.05
+high = 0.25
+[sampling]
+samples = 600
+[outputs]
+peak = true
+"""
+
+
+class NoWork:
+    """A client whose futures are finished at once, and that counts those that are not taken."""
+
+    class Future:
+        status = "finished"
+
+        def __init__(self, key, value):
+            self.key, self._value = key, value
+
+        def result(self):
+            return self._value
+
+    def __init__(self):
+        self.loop, self.tasks, self.at_once = None, 0, 0
+
+    def nthreads(self):
+        return {"a": 1, "b": 1}
+
+    def submit(self, function, *arguments, pure):
+        if function.__name__ != "_compute":
+            return None
+        self.tasks += 1
+        samples, modes, _, _, rows, _ = arguments
+        return self.Future(self.tasks, (Batch.empty(samples, modes, len(rows)), True))
+
+
+class Completed:
+    """The waiting room of NoWork."""
+
+    waiting, most = [], 0
+
+    def __init__(self, loop):
+        pass
+
+    def add(self, future):
+        self.waiting.append(future)
+        Completed.most = max(Completed.most, len(self.waiting))
+
+    def __next__(self):
+        return self.waiting.pop()
+
+
+def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(distributed, "as_completed", Completed)
+    samples = Samples(
+        {"forcing": {"A": {"amplitude": 1.0}}}, tmp_path, ("forcing.A.phase",), Asked(steady=True)
+    )
+    design = Design(samples.keys, (np.linspace(0.0, 1.0, 50_000),))
+    client, finished = NoWork(), []
+    tasks = make_tasks(samples, design)
+    Foreman(client, samples, design, ("A",)).work_on(tasks, lambda task, _: finished.append(task))
+    assert client.tasks == len(finished) == 200
+    assert Completed.most <= 6
+    assert sorted((t.start, t.stop) for t in finished)[-1] == (49_750, 50_000)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_nothing(study_file, tmp_path, monkeypatch):
+    path = study_file(PEAKS)
+    whole = run_study(path, tmp_path / "whole", workers=1).dataset().load()
+    killed = []
+
+    class Murderous(Foreman):
+        def work_on(self, tasks, finished):
+            victim = next(iter(self._client.run(os.getpid).values()))
+
+            def kill_once(task, batch):
+                if not killed:
+                    killed.append(victim)
+                    os.kill(victim, signal.SIGKILL)
+                finished(task, batch)
+
+            super().work_on(tasks, kill_once)
+
+    monkeypatch.setattr(of_study, "Foreman", Murderous)
+    done = run_study(path, tmp_path, workers=2)
+    assert (len(killed), done.failed) == (1, 0)
+    assert done.dataset().load().identical(whole)
+
+
+@pytest.mark.slow
+def test_a_study_that_is_killed_goes_on(study_file, tmp_path):
+    path = study_file(PEAKS)
+    code = "import sys; from slipmode.runner.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "study", path, "-o", tmp_path, "--workers", "1"]
+    running = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
+    results = tmp_path / "study.zarr"
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline and running.poll() is None:
+        if results.exists() and (open_results(results)["status"].values > 0).any():
+            break
+        time.sleep(0.01)
+    os.killpg(running.pid, signal.SIGKILL)
+    running.wait()
+    before = open_results(results).load()
+    kept = before["status"].values > 0
+    assert 0 < np.count_nonzero(kept) < 600
+    done = run_study(path, tmp_path, workers=2)
+    assert done.found == np.count_nonzero(kept)
+    after = done.dataset().load()
+    assert (after["status"].values == 1).all()
+    np.testing.assert_array_equal(after["peak"][kept], before["peak"][kept])

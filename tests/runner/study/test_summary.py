@@ -1,0 +1,78 @@
+"""What a study comes to: the best value, sensitivities, the picture and the lines printed."""
+
+import numpy as np
+import pytest
+
+from slipmode.rom import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.study.study_file import Choose
+from slipmode.runner.study.summary.choice import choice
+from slipmode.runner.study.summary.sensitivity import sensitivity
+
+
+def results(peak, values):
+    xarray = pytest.importorskip("xarray")
+    size = xarray.DataArray(
+        np.array(peak)[:, None], dims=("sample", "mode"), attrs={"units": "kg^1/2 m"}
+    )
+    return xarray.Dataset(
+        {"resonance": size}, {"mode": ["A"], "friction.limit": ("sample", np.array(values))}
+    )
+
+
+def test_the_best_value_is_that_of_the_least_quantile():
+    data = results([1.0, 5.0, 2.0, 3.0, 0.1, np.nan], [1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
+    worst = choice(data, Choose("friction.limit", "resonance_A", 1.0))
+    assert worst.text() == "best friction.limit = 2: highest of resonance_A 3 kg^1/2 m"
+    assert worst.failed.tolist() == [0, 0, 1]  # where one failed there is no telling
+    least = choice(data, Choose("friction.limit", "resonance_A", 0.0))
+    assert least.values[least.best] == 1.0
+    with pytest.raises(SlipmodeError, match="choose: of each value of"):
+        choice(results([np.nan], [1.0]), Choose("friction.limit", "resonance_A", 0.5))
+
+
+def test_sensitivities_are_those_that_are_known():
+    sampler = pytest.importorskip("SALib.sample.sobol")
+    problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[0.0, 1.0]] * 3}
+    unit = sampler.sample(problem, 1024, calc_second_order=False, seed=0)
+    a, b, c = (2.0 * np.pi * unit - np.pi).T
+    ishigami = np.sin(a) + 7.0 * np.sin(b) ** 2 + 0.1 * c**4 * np.sin(a)
+    found = sensitivity("steady_A", ishigami, ("a", "b", "c"), 0)
+    np.testing.assert_allclose(found.first, [0.3139, 0.4424, 0.0], atol=0.03)
+    np.testing.assert_allclose(found.total, [0.5576, 0.4424, 0.2437], atol=0.03)
+    assert len(found.text()) == 3
+    ishigami[5] = np.nan
+    with pytest.raises(SlipmodeError, match="no sensitivities, for 1 samples failed"):
+        sensitivity("steady_A", ishigami, ("a", "b", "c"), 0)
+
+
+def test_the_command_says_what_was_found_and_draws_it(study_file, tmp_path, scheduler, capsys):
+    pytest.importorskip("matplotlib")
+    path = study_file(
+        '[[vary]]\nkey = "forcing.A.frequency"\nvalues = [0.9, 0.98, 20.0]\n'
+        '[outputs]\nsteady = true\npeak = true\n[choose]\nkey = "forcing.A.frequency"\n'
+        'output = "steady_A"\n'
+    )
+    assert main(["study", str(path), "-o", str(tmp_path), "--scheduler", scheduler]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "study: 3 samples, 1 failed"
+    assert lines[1].startswith("failed: 1 x frequency: must be")
+    assert lines[2].startswith("best forcing.A.frequency = 0.9: 95% quantile of steady_A ")
+    assert lines[3:] == [str(tmp_path / "study.zarr"), str(tmp_path / "study.png")]
+    assert (tmp_path / "study.png").stat().st_size > 10_000
+
+
+def test_sensitivities_of_a_study(study_file, tmp_path, scheduler, capsys):
+    pytest.importorskip("SALib")
+    vary = '[[vary]]\nkey = "{}"\ndistribution = "uniform"\nlow = {}\nhigh = {}\n'
+    path = study_file(
+        vary.format("forcing.A.amplitude", 0.1, 0.2)
+        + vary.format("forcing.A.phase", 0.0, 1.0)
+        + '[sampling]\nmethod = "saltelli"\nsamples = 32\n[outputs]\nsteady = true\n'
+    )
+    assert main(["study", str(path), "-o", str(tmp_path), "--scheduler", scheduler]) == 0
+    of_force, of_phase = (
+        line for line in capsys.readouterr().out.splitlines() if line.startswith("steady_A")
+    )
+    assert float(of_force.split("first")[1].split()[0]) == pytest.approx(1.0, abs=0.1)
+    assert float(of_phase.split("total")[1].split()[0]) == pytest.approx(0.0, abs=1e-3)
