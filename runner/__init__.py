@@ -14,9 +14,13 @@ from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
+from slipmode.runner.view.mesh.mesh_motion import MeshMotion
+from slipmode.runner.view.mesh.rerun_mesh import show_mesh
+from slipmode.runner.view.mesh.vtk import write_mesh
 from slipmode.runner.view.replay import replay
 
 __all__ = [
+    "MeshMotion",
     "Plan",
     "Recording",
     "Scene",
@@ -29,4 +33,6 @@ __all__ = [
     "replay",
     "run",
     "shipped_scenes",
+    "show_mesh",
+    "write_mesh",
 ]
