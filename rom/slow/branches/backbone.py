@@ -131,8 +131,8 @@ def backbone(
         square = Omega**2 + off.real
         if np.isnan(square).any():
             raise SlipmodeError(
-                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m counts as more at the frequency "
-                "of the mode there, outside the friction table; tabulate a little further"
+                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m counts as more at the "
+                "frequency of the mode there, outside the friction table; tabulate further"
             )
         if not (square > 0.0).all():
             raise SlipmodeError(
