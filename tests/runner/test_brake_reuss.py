@@ -97,6 +97,30 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     np.testing.assert_allclose(damping[-2:], [0.0184, 0.0332], rtol=2e-2)
 
 
+@pytest.mark.slow
+def test_frequencies_on_patches_of_the_modes_fall_short_by_the_square_of_their_error(
+    example, deck
+):
+    """Bending modes of the bars; patches hold less than the 21 contacts that they gather."""
+    joined = sys.modules["bolted_bodies"].bodies(deck)
+    ends = (deck.surfaces["bots"], deck.surfaces["tops"])
+    fine = rom.contact_pairs(deck.coordinates, joined.dofs, *ends, tolerance=1e-4)
+
+    def stuck(pairs):
+        K, per_area = joined.stiffness + 400.0 * joined.mass, {"mu": 0.1, "normal_stiffness": 1e12}
+        law = rom.FrictionalContact.on_areas(pairs.area, tangential_stiffness=1e12, **per_area)
+        found = rom.modes(rom.Structure(joined.mass, K, contact=pairs.W), law, 9).states["stuck"]
+        return found.frequency[[6, 7]], found.shapes[:, [6, 7]]
+
+    exact, shapes = stuck(fine)
+    for tolerance in (0.5, 0.25, 0.15):
+        patches = rom.motion_patches(fine, shapes, tolerance)
+        assert patches.patch.max() < 20
+        low = 1.0 - stuck(fine.gathered(patches.patch))[0] / exact
+        assert np.all(low > 0.05 * patches.error**2)
+        assert np.all(low < 0.2 * patches.error**2)  # 0.16
+
+
 def test_modes_of_a_scene_are_those_under_its_static_force(example, deck, lap, tmp_path):
     """Bars that are pried apart at an end of the lap: contacts that open hold nothing there."""
     pried = lap.bolts.copy()

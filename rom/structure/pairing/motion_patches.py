@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 
-_FLAT = 1e-9  # of the interface: extent of a patch along an axis that does not divide it
+_FLAT = 1e-9  # of the interface: distance along an axis between contacts that it does not divide
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +42,9 @@ class MotionPatches:
 def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> MotionPatches:
     """Divide contacts into as few patches as represent given motions within a tolerance.
 
-    The interface is bisected across a global axis, again and again, where the motions vary most,
-    until no contact moves otherwise than its patch by more than the tolerance. Fine contacts,
-    then those that the two modes of a reduction need::
+    The interface is cut in two across a global axis, again and again, where that leaves least
+    variation, until no contact moves otherwise than its patch by more than the tolerance. Fine
+    contacts, then those that the two modes of a reduction need::
 
         fine = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4)
         structure = rom.Structure(M, K, contact=fine.W)
@@ -118,18 +118,19 @@ def _deviation(motion: Floats, area: Floats) -> Floats:
 def _bisected(
     own: NDArray[np.intp], motion: Floats, pairs: ContactPairs
 ) -> list[NDArray[np.intp]]:
-    """Halves of about equal area, across the axis that leaves least variation in them."""
-    extent = np.ptp(pairs.position[own], axis=0)
-    found: list[tuple[float, list[NDArray[np.intp]]]] = []
-    axes = np.flatnonzero(extent > _FLAT * np.ptp(pairs.position, axis=0).max())
-    for axis in axes if axes.size else (0,):  # contacts at one place, in their order
+    """Two parts with least variation in them, on both sides of a plane across a global axis."""
+    extent = _FLAT * np.ptp(pairs.position, axis=0).max()
+    most, halves = -np.inf, [own[:1], own[1:]]  # of contacts at one place the first
+    for axis in range(3):
         order = own[np.argsort(pairs.position[own, axis], kind="stable")]
-        filled = np.cumsum(pairs.area[order])
-        middle = 1 + int(np.argmin(np.abs(filled[:-1] - 0.5 * filled[-1])))
-        halves = [order[:middle], order[middle:]]
-        left = sum(
-            float(np.sum(pairs.area[half] @ _deviation(motion[half], pairs.area[half]) ** 2))
-            for half in halves
-        )
-        found.append((left, halves))
-    return min(found, key=lambda each: each[0])[1]
+        area = np.cumsum(pairs.area[order])
+        moment = np.cumsum(pairs.area[order, np.newaxis] * motion[order].reshape(len(own), -1), 0)
+        before, behind = area[:-1], area[-1] - area[:-1]
+        # the variation in both parts is what there was in all, less this
+        between = np.sum(moment[:-1] ** 2, axis=1) / before
+        between += np.sum((moment[-1] - moment[:-1]) ** 2, axis=1) / behind
+        between[np.diff(pairs.position[order, axis]) <= extent] = -np.inf
+        cut = int(np.argmax(between))
+        if between[cut] > most:
+            most, halves = float(between[cut]), [order[: cut + 1], order[cut + 1 :]]
+    return halves

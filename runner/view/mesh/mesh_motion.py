@@ -67,7 +67,11 @@ class MeshMotion:
             raise SlipmodeError("time: must be increasing, at least one")
         x = _finite("nodes", nodes, (None, 3))
         u = _finite("displacement", displacement, (instants.size, len(x), 3))
-        members = tuple(_numbers(f"contacts[{k}]", c, len(x)) for k, c in enumerate(contacts))
+        members = tuple(
+            _numbers(f"contacts[{k}]", c, len(x)).ravel() for k, c in enumerate(contacts)
+        )
+        if not members:
+            raise SlipmodeError("contacts: must be at least one")
         states = _finite("state", state, (instants.size, len(members)))
         if not np.isin(states, range(len(STATES))).all():
             raise SlipmodeError("state: must be 0 (stuck), 1 (slipping) or 2 (open)")
@@ -88,8 +92,7 @@ class MeshMotion:
         state: ArrayLike,
     ) -> Self:
         """One frame: a mode shape or static displacement (nodes, 3), and states (contacts,)."""
-        frame = (np.asarray(each)[np.newaxis] for each in (shape, state))
-        displacement, states = frame
+        displacement, states = (np.asarray(each)[np.newaxis] for each in (shape, state))
         return cls(nodes, cells, displacement, contacts, states, [0.0])
 
     @classmethod

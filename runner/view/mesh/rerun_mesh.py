@@ -82,8 +82,9 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
         stream.save(target, default_blueprint=layout)
     else:
         stream.connect_grpc(target.url, default_blueprint=layout)
-    _draw_skin(stream, motion, _size(motion.nodes) * _SHOWN / largest)
-    _draw_contacts(stream, motion, _size(motion.nodes) * _SHOWN / largest)
+    scale = _size(motion.nodes) * _SHOWN / largest
+    _draw_skin(stream, motion, scale)
+    _draw_contacts(stream, motion, scale)
     stream.flush()
     stream.disconnect()
 

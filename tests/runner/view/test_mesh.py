@@ -66,6 +66,7 @@ def swaying(frames=5):
         ({"cells": [[0, 1, 2, 99]]}, r"^cells: nodes must be 0 to 35"),
         ({"contacts": [[0], [36]]}, r"^contacts\[1\]: nodes must be 0 to 35"),
         ({"contacts": [[0], []]}, r"^contacts\[1\]: must be integers, at least one"),
+        ({"contacts": []}, r"^contacts: must be at least one"),
         ({"contacts": [[0]]}, r"^state: must be \(5, 1\), finite, got \(5, 2\)"),
         ({"state": np.full((5, 2), 3)}, r"^state: must be 0 \(stuck\), 1 \(slipping\) or 2"),
         (
