@@ -113,7 +113,8 @@ def backbone(
     """
     curve = []
     for top in largest * 10.0 ** np.arange(1 - decades, 1):
-        model = rom.tabulate(reduced, law, amplitude=(top,), tolerance=1e-2, warned=False)
+        reach = (1.01 * top,)
+        model = rom.tabulate(reduced, law, amplitude=reach, tolerance=1e-2, warned=False)
         found = rom.backbone(model, amplitude=top * np.geomspace(0.1, 1.0, 9)[1:])
         curve.append((found.amplitude, found.frequency, found.damping))
     a, omega, damping = np.concatenate(curve, axis=1)
@@ -144,9 +145,15 @@ def write(found: Joint, folder: Path, frequency: float, force: float = FORCE) ->
     return folder / "beam.toml"
 
 
-def main(deck: Path, folder: Path) -> None:
+def main(
+    deck: Path,
+    folder: Path,
+    contacts: int = CONTACTS,
+    bolt: float = BOLT,
+    largest: float = LARGEST,
+) -> None:
     """From a deck to a scene, with what is worth knowing on the way."""
-    found = joint(read_deck(deck))
+    found = joint(read_deck(deck), contacts, bolt)
     print(found.structure)
     rest = rom.preload(found.structure, found.law, found.bolts, warned=False)
     pressure = rest.normal_force / found.pairs.area * 1e-6
@@ -157,7 +164,7 @@ def main(deck: Path, folder: Path) -> None:
     (omega,) = reduced.frequency
     print(f"stuck: {omega / (2 * np.pi):.1f} Hz")
     print("scene:", write(found, folder, NEAR * omega))
-    a, frequency, damping = backbone(reduced, rest.law, LARGEST)
+    a, frequency, damping = backbone(reduced, rest.law, largest)
     print("amplitude 2 |a|, frequency [Hz], damping")
     for row in zip(2 * a, frequency / (2 * np.pi), damping, strict=True):
         print("{:16.2e}  {:14.2f}  {:7.3%}".format(*row))
@@ -166,6 +173,8 @@ def main(deck: Path, folder: Path) -> None:
         state=rest.state,
         pressure=pressure,
         position=found.pairs.position,
+        members=np.concatenate(found.pairs.nodes),
+        sizes=[len(nodes) for nodes in found.pairs.nodes],
         nodes=found.deck.coordinates,
         cells=found.deck.cells,
         shape=(found.bodies.motion @ reduced.mode_shapes[:, 0]).reshape(-1, 3),

@@ -40,6 +40,7 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.pairing.contact_pairs import contact_pairs
+from slipmode.rom.structure.pairing.motion_patches import MotionPatches, motion_patches
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
@@ -63,6 +64,7 @@ __all__ = [
     "ModeTable",
     "Model",
     "Motion",
+    "MotionPatches",
     "PerformanceCurve",
     "Preload",
     "Rayleigh",
@@ -86,6 +88,7 @@ __all__ = [
     "limit_cycles",
     "load_structure",
     "modes",
+    "motion_patches",
     "performance_curve",
     "preload",
     "reconstruct",

@@ -337,7 +337,7 @@ def _parser() -> argparse.ArgumentParser:
         commands,
         "cache",
         _cache,
-        "friction tables and libraries that are kept, and their size",
+        "friction tables, reductions and libraries that are kept, and their size",
         "cache --clear",
     )
     cache.add_argument("--clear", action="store_true", help="remove them all")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from importlib.metadata import version
 
 import numpy as np
@@ -18,6 +18,8 @@ from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, REDUCED_ARRAYS, Model
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
+
+_SHAPES = ("mode_shapes", "contact_shapes", "nonresonant_shapes")
 
 
 def cached_model(
@@ -48,7 +50,7 @@ def cached_model(
     name = f"{key}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
-        return found, True
+        return _shaped(found, reduced), True
     model = tabulate(
         *(reduced, law, amplitude, tolerance),
         combinations=combinations,
@@ -57,8 +59,22 @@ def cached_model(
         progress=progress,
         warned=False,
     )
-    disk_cache.keep(name, model.save)
+    disk_cache.keep(name, _unshaped(model).save)
     return model, False
+
+
+def _unshaped(model: Model) -> Model:
+    """Without the shapes of the structure, which whoever asks has, and which may be large."""
+    none = {name: getattr(model.reduced, name)[:0] for name in _SHAPES}
+    if model.reduced.force_patterns is not None:
+        none["force_patterns"] = model.reduced.force_patterns[:, :0]
+    return replace(model, reduced=replace(model.reduced, **none))
+
+
+def _shaped(model: Model, reduced: Reduced) -> Model:
+    """With the shapes of the structure that it was asked for."""
+    shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
+    return replace(model, reduced=replace(model.reduced, **shapes))
 
 
 def _key(

@@ -1,4 +1,4 @@
-"""Files kept on disk, per user, to be found again: friction tables and compiled libraries.
+"""Files kept on disk, per user, to be found again: tables, reductions, compiled libraries.
 
 All of them together stay within a bound; those that were not used for longest go first.
 """

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipmode.fmu import Component
-from slipmode.rom import Model, Reduced, SlipmodeError, Structure, reduce
+from slipmode.rom import Model, Reduced, SlipmodeError, Structure
 from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES
@@ -29,6 +29,7 @@ from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
+from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.nodes import located
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
@@ -142,13 +143,12 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     rest = preloaded(scene, structure, law)
     law = law if rest is None else rest.law
     check_scale(scene, law, structure.n_contacts)
-    reduced = reduce(
+    reduced = kept_reduction(
         structure,
         [numbers[m] for m in modes],
         scene.model.formulation,
-        law=None if isinstance(law, RigidFriction) else law,
-        warned=False,
-        aerodynamics=_aerodynamics(scene, modes),
+        None if isinstance(law, RigidFriction) else law,
+        _aerodynamics(scene, modes),
         progress=progress,
     )
     excited = Excited(

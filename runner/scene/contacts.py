@@ -9,12 +9,13 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh, preload
+from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh
 from slipmode.rom.contact.static_preload import Preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic, ElasticLaw
 from slipmode.rom.laws.friction import is_homogeneous, limits
 from slipmode.rom.laws.law_record import LAWS
+from slipmode.runner.scene.kept import kept_preload
 from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, StaticForce
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
 
@@ -168,7 +169,7 @@ def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | No
         return None
     force = scene.preload.vector(structure.n_dofs)
     try:
-        return preload(structure, cast(Elastic, law), force, warned=False)
+        return kept_preload(structure, cast(Elastic, law), force)
     except SlipmodeError as refusal:
         raise SlipmodeError(str(refusal).replace("static_force:", "preload:", 1)) from None
 

@@ -1,5 +1,6 @@
 """From an Abaqus deck to a scene: two lapped bars, and the Brake-Reuss beam where its deck is."""
 
+import importlib
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,15 @@ PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "published"
 
 @pytest.fixture(scope="module", name="example")
 def imported_example():
+    return imported("brake_reuss")
+
+
+def imported(name):
     sys.path.insert(0, str(EXAMPLES))  # its siblings
     try:
-        import brake_reuss
+        return importlib.import_module(name)
     finally:
         sys.path.remove(str(EXAMPLES))
-    return brake_reuss
 
 
 @pytest.fixture(scope="module", name="deck")
@@ -93,6 +97,30 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     np.testing.assert_allclose(damping[-2:], [0.0184, 0.0332], rtol=2e-2)
 
 
+@pytest.mark.slow
+def test_frequencies_on_patches_of_the_modes_fall_short_by_the_square_of_their_error(
+    example, deck
+):
+    """Bending modes of the bars; patches hold less than the 21 contacts that they gather."""
+    joined = sys.modules["bolted_bodies"].bodies(deck)
+    ends = (deck.surfaces["bots"], deck.surfaces["tops"])
+    fine = rom.contact_pairs(deck.coordinates, joined.dofs, *ends, tolerance=1e-4)
+
+    def stuck(pairs):
+        K, per_area = joined.stiffness + 400.0 * joined.mass, {"mu": 0.1, "normal_stiffness": 1e12}
+        law = rom.FrictionalContact.on_areas(pairs.area, tangential_stiffness=1e12, **per_area)
+        found = rom.modes(rom.Structure(joined.mass, K, contact=pairs.W), law, 9).states["stuck"]
+        return found.frequency[[6, 7]], found.shapes[:, [6, 7]]
+
+    exact, shapes = stuck(fine)
+    for tolerance in (0.5, 0.25, 0.15):
+        patches = rom.motion_patches(fine, shapes, tolerance)
+        assert patches.patch.max() < 20
+        low = 1.0 - stuck(fine.gathered(patches.patch))[0] / exact
+        assert np.all(low > 0.05 * patches.error**2)
+        assert np.all(low < 0.2 * patches.error**2)  # 0.16
+
+
 def test_modes_of_a_scene_are_those_under_its_static_force(example, deck, lap, tmp_path):
     """Bars that are pried apart at an end of the lap: contacts that open hold nothing there."""
     pried = lap.bolts.copy()
@@ -120,6 +148,72 @@ def test_the_scene_of_a_deck_runs(example, lap, tmp_path):
     dynamic = (1 - 0.98**2 + 0.98j * reduced.modal_damping[0] / omega) * omega**2
     stuck = 0.5 * 0.1 * reduced.mode_shapes[node, 0] / dynamic
     assert amplitude[-1] == pytest.approx(abs(stuck), rel=1e-2)
+    shape = (lap.bodies.motion @ reduced.mode_shapes[:, 0]).reshape(-1, 3)
+    mesh = (lap.deck.coordinates, lap.deck.cells)
+    seen = runner.MeshMotion.of_recording(recording.mcap, *mesh, [shape], lap.pairs.nodes)
+    row = int(np.flatnonzero(lap.deck.number == example.end_node(lap.deck))[0])
+    recorded = runner.load(recording.mcap)["/elastic"]
+    (moved,) = recorded.values[np.isin(recorded.time, seen.time)].T
+    assert len(moved) == 64
+    # the rest, 1.0 %, is what the force does beside the mode
+    np.testing.assert_allclose(seen.displacement[:, row, 2], moved, atol=0.02 * moved.max())
+    assert set(seen.state.ravel()) == {0}
+    with pytest.raises(rom.SlipmodeError, match=r"^contacts: 11 are given, and 12 recorded"):
+        runner.MeshMotion.of_recording(recording.mcap, *mesh, [shape], lap.pairs.nodes[1:])
+    with pytest.raises(rom.SlipmodeError, match=r"^shapes: must be of 1 modes, .* got 2"):
+        runner.MeshMotion.of_recording(recording.mcap, *mesh, [shape] * 2, lap.pairs.nodes)
+
+
+def test_a_deck_becomes_a_scene_and_pictures(example, tmp_path, capsys):
+    """As it is called, on the small deck: what the bolts press, and all that is drawn of it."""
+    deck = write_lapped_deck(tmp_path / "lap.inp")
+    example.main(deck, tmp_path, contacts=6, bolt=2000.0, largest=2e-7)
+    said = capsys.readouterr().out
+    assert "pressed by 4000 N" in said
+    assert "stuck: 1" in said
+    with np.load(tmp_path / "found.npz") as found:
+        assert found["sizes"].sum() == len(set(found["members"])) == 21
+        assert found["curve"].shape == (3, 16)
+    assert rom.load_structure(tmp_path / "beam.npz").n_contacts == 18
+    published = tmp_path / "published.yaml"
+    published.write_text(
+        "modal_amplitude : [1e-8, 1e-7]\nfrequency_rad_per_s : [11e3, 10e3]\n"
+        "damping_factor_frac_crit : [1e-3, 2e-2]\n"
+    )
+    imported("brake_reuss_picture").draw(tmp_path, tmp_path / "lap.png", published)
+    assert (tmp_path / "lap.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("lap.rrd", "lap.vtu"):
+        imported("brake_reuss_mesh").main(tmp_path, tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "hertz", "states", "pressure"),
+    [
+        ("brb_octave-jim.inp", 165.3, (41, 43, 18), 24.7),
+        ("abaqus4joints_job.inp", 166.3, (42, 38, 22), 22.7),
+    ],
+)
+def test_published_decks_are_carried_through(
+    example, tmp_path, capsys, name, hertz, states, pressure
+):
+    """Frequency and damping fall and rise with amplitude as the published curve of that beam."""
+    deck, curve = PUBLISHED / name, PUBLISHED / "tmdsimpy_brb_epmc_flat.yaml"
+    if not (deck.is_file() and curve.is_file()):
+        pytest.skip(f"needs the published {name} and {curve.name}")
+    example.main(deck, tmp_path)
+    assert f"stuck: {hertz} Hz" in capsys.readouterr().out
+    with np.load(tmp_path / "found.npz") as found:
+        a, omega, damping = found["curve"]
+        assert tuple(np.bincount(found["state"], minlength=3)) == states
+        assert found["pressure"].max() == pytest.approx(pressure, abs=0.1)
+    amplitude, reference, ratio = imported("brake_reuss_picture").published_curve(curve)
+    at = [2e-5, 3.25e-5, 6.9e-5]
+    fallen = np.interp(at, 2 * a, omega / (2 * np.pi)) / hertz
+    np.testing.assert_allclose(fallen, np.interp(at, amplitude, reference / reference[0]), 0.01)
+    ours = np.interp(at, 2 * a, damping)
+    np.testing.assert_allclose(ours, np.interp(at, amplitude, ratio), rtol=0.25)
 
 
 @pytest.mark.parametrize("name", ["brb_octave-jim.inp", "abaqus4joints_job.inp"])

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.full.bases.orthonormal import orthonormal
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
@@ -15,8 +16,6 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
-
-_DEPENDENT = 1e-10  # squared part of a unit shape that is its own, below which it is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +52,10 @@ class Projection:
     def on(cls, structure: Structure, modes: Floats, others: Floats) -> Self:
         """On M-orthonormal modes (n, k) and whatever other shapes (n, m) have besides."""
         M = structure.mass
-        norm = np.sqrt(np.einsum("nk,nk->k", others, as_dense(M @ others)))
-        others = others[:, norm > 0.0] / norm[norm > 0.0]
-        others -= modes @ (modes.T @ as_dense(M @ others))
-        size, mixed = np.linalg.eigh(others.T @ as_dense(M @ others))
-        own = size > _DEPENDENT
-        basis = np.hstack((modes, others @ mixed[:, own] / np.sqrt(size[own])))
-        gram = basis.T @ as_dense(M @ basis)  # orthonormal but for rounding in `others`
+        heavy = as_dense(M @ others)
+        T = orthonormal(modes.T @ heavy, others.T @ heavy)
+        basis = np.hstack((modes, others)) @ T
+        gram = basis.T @ as_dense(M @ basis)  # I but for rounding
         basis = np.linalg.solve(np.linalg.cholesky(gram), basis.T).T
 
         def projected(matrix: Matrix) -> Floats:

@@ -8,11 +8,10 @@ from typing import Self
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.full.bases.orthonormal import orthonormal
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
-
-_DEPENDENT = 1e-8  # squared part of a contact shape that is its own, below which it is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,23 +48,9 @@ class ReducedStructure:
         K = np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]])
         C = np.block([[own + reduced.damping_coupling, damper], [damper.T, reduced.damping]])
         W = np.vstack((drawn, -reduced.stiffness))
-        basis = _orthonormal(inertia, reduced.carried_mass)
+        basis = orthonormal(inertia, reduced.carried_mass)
         W = basis.T @ W
         K, C = (basis.T @ matrix @ basis for matrix in (K, C))
         K -= (W * reduced.contacts.reference) @ W.T
         structure = Structure(np.eye(len(W)), 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
         return cls(structure, np.hstack((reduced.all_shapes, reduced.contact_shapes)) @ basis)
-
-
-def _orthonormal(inertia: Floats, mass: Floats) -> Floats:
-    """Combinations (modes + N_c, coordinates) of modes and contact shapes, orthonormal in mass.
-
-    The modes stay as they are; `inertia` (modes, N_c) and `mass` (N_c, N_c) are those of the
-    contact shapes.
-    """
-    modes, contacts = inertia.shape
-    scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))
-    size, mixed = np.linalg.eigh((mass - inertia.T @ inertia) / np.outer(scale, scale))
-    kept = size > _DEPENDENT
-    others = mixed[:, kept] / np.sqrt(size[kept]) / scale[:, np.newaxis]
-    return np.block([[np.eye(modes), -inertia @ others], [np.zeros((contacts, modes)), others]])

@@ -129,6 +129,11 @@ def backbone(
         now = balance(flow, inputs_of(still, frequency), a)
         off = now.stiffness[:, mode] - now.friction[:, mode] / r
         square = Omega**2 + off.real
+        if np.isnan(square).any():
+            raise SlipmodeError(
+                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m counts as more at the "
+                "frequency of the mode there, outside the friction table; tabulate further"
+            )
         if not (square > 0.0).all():
             raise SlipmodeError(
                 f"amplitude: mode {'AB'[mode]} has no stiffness left at {r[square <= 0][0]:.3g} "

@@ -7,4 +7,5 @@ facets.py          triangles and quadrilaterals: shape functions, areas, normals
 projection.py      points projected into facets, and how these move them
 frames.py          a normal and two tangents for each contact
 patches.py         contacts divided into patches of about the same area
+motion_patches.py  motion_patches: into as few as given motions need, with the error
 """

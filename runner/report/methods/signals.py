@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -18,7 +18,6 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import SAMPLING, Case
 from slipmode.runner.report.measure import OURS, Row, Section, relative_rms, timed
 from slipmode.runner.report.methods.ours import Marcher, SlowCase
-from slipmode.runner.report.peers.craig_bampton import craig_bampton
 from slipmode.runner.report.peers.first_order import FirstOrder, Integrate
 
 ERRORS = ("x", "x_c in window", "energy")
@@ -134,13 +133,27 @@ def full_rows(reference: Reference, refinements: Sequence[int]) -> Iterator[Row]
 def craig_bampton_rows(
     reference: Reference, modes: Sequence[int], refinements: Sequence[int]
 ) -> Iterator[Row]:
-    """The same integrator on the structure reduced to a few modes and its contacts."""
+    """The same integrator on the usual reduction: a few modes and the static shapes of contacts.
+
+    And of forces, as far as they have some of their own.
+    """
     for count in modes:
-        prepare, (case, basis) = timed(partial(craig_bampton, reference.case, count), 1)
+        prepare, (case, basis) = timed(partial(on_component_modes, reference.case, count), 1)
         rows = basis[list(reference.case.observed)]
         yield from _integrated(
             f"Craig-Bampton, {count} modes", reference, case, rows, refinements, prepare
         )
+
+
+def on_component_modes(case: Case, modes: int) -> tuple[Case, Floats]:
+    """The case in the coordinates of Craig and Bampton, and its basis (n, coordinates)."""
+    excitation = case.excitation
+    found = full.component_modes(
+        *(case.structure, case.law, excitation.patterns), max(case.frequency), modes=modes
+    )
+    basis = found.projection.basis
+    force = tuple(found.projection.excitation(excitation).patterns)
+    return replace(case, structure=found.structure, force=force), basis
 
 
 def _integrated(

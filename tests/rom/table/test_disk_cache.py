@@ -4,6 +4,7 @@ import logging
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slipmode.rom import SlipmodeError, Tanh, reduce, two_mass
@@ -11,6 +12,7 @@ from slipmode.rom.files import replacing
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.cli import main
+from slipmode.runner.report.cases.structures import Chain
 
 ARGUMENTS = (reduce(two_mass(), modes=(0,)), Tanh(2.0, 0.1), (4.0,), 1e-2)
 SIZE = 300_000  # of an entry [bytes]
@@ -144,3 +146,23 @@ def test_a_cache_that_is_not_there_is_empty(tmp_path, monkeypatch, capsys):
     assert main(["cache"]) == 0
     assert "0 files" in capsys.readouterr().out
     assert main(["cache", "--clear"]) == 0
+
+
+def test_entries_do_not_grow_with_the_structure(folder):
+    """Its shapes are left out, and are there again in the model that is found."""
+    law, size, models = Tanh(2.0, 0.1), [], []
+    for masses in (20, 400):
+        structure = Chain(masses).structure(modal_damping=False)
+        reduced = reduce(structure, (0,), force_patterns=[np.ones(masses)])
+        computed, _ = cached_model(reduced, law, (0.5,), 1e-1)
+        found, was_cached = cached_model(reduced, law, (0.5,), 1e-1)
+        assert was_cached
+        assert found.hash == computed.hash
+        for name in ("mode_shapes", "contact_shapes", "nonresonant_shapes", "force_patterns"):
+            np.testing.assert_array_equal(
+                getattr(found.reduced, name), getattr(computed.reduced, name)
+            )
+        models.append(found)
+        size.append(max(disk_cache.entries().values()))
+    assert [model.reduced.n_dofs for model in models] == [20, 400]
+    assert size[1] < 1.2 * size[0]

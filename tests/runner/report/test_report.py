@@ -23,7 +23,6 @@ from slipmode.runner.report.methods import friction, signals, steady
 from slipmode.runner.report.methods.figures import Figure
 from slipmode.runner.report.peers import first_order
 from slipmode.runner.report.peers.bare_contacts import bare_march
-from slipmode.runner.report.peers.craig_bampton import craig_bampton
 from slipmode.runner.report.peers.hbm import HarmonicBalance
 from slipmode.runner.report.peers.paper_scheme import paper_scheme
 from slipmode.runner.report.text import render
@@ -168,7 +167,7 @@ def test_general_purpose_integrators_agree(name):
 
 def test_craig_bampton_with_all_modes_is_the_full_order():
     case = replace(two_mode(), duration=20.0)
-    reduced, basis = craig_bampton(case, 2)
+    reduced, basis = signals.on_component_modes(case, 2)
     exact = full.integrate(case.structure, case.law, case.excitation, case.times, step=0.05)
     found = full.integrate(reduced.structure, case.law, reduced.excitation, case.times, step=0.05)
     np.testing.assert_allclose(found.displacement @ basis.T, exact.displacement, atol=1e-9)

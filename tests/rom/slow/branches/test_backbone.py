@@ -94,3 +94,11 @@ def test_bad_arguments_are_named(key, change):
     model = rom.tabulate(rom.reduce(STRUCTURE, (0,)), rom.Coulomb(2.0), (4.0,), 1e-2)
     with pytest.raises(SlipmodeError, match=f"^{key}"):
         rom.backbone(model, **change)
+
+
+def test_an_amplitude_that_counts_as_more_than_the_table_has_is_refused():
+    """Dampers weigh more above the carrier: the end of the range lies outside there."""
+    model = rom.tabulate(rom.reduce(STRUCTURE, (0,), carrier=(0.9,)), rom.Coulomb(2.0), (4.0,))
+    with pytest.raises(SlipmodeError, match=r"^amplitude: 4 kg\^0\.5 m counts as more"):
+        rom.backbone(model, amplitude=[4.0])
+    assert rom.backbone(model, amplitude=[3.9]).frequency > 0.9

@@ -1,0 +1,182 @@
+"""A mesh in motion and its contacts, in Rerun."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import replacing
+from slipmode.rom.laws.states import STATES
+from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.mesh.mesh_motion import MeshMotion
+from slipmode.runner.view.mesh.skin import skin, triangles
+from slipmode.runner.view.viewer import Viewer, find_viewer
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+COLORS = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
+_NAMES = ("green", "orange", "red")
+_STILL, _MOST = np.array((95, 100, 110)), np.array((150, 200, 245))  # of the skin
+_SHOWN = 0.06  # largest displacement, of the size of the mesh
+_DOT = 0.4  # radius of a contact's node, of the distance to the next
+_NEAR = np.array((1.4, 0.5))  # how far away the eye is, of the second and the first extent
+_BODY, _CONTACTS, _INTERFACE = "/mesh/body", "/mesh/contacts", "/interface"
+
+
+def show_mesh(
+    motion: MeshMotion,
+    save: str | Path | None = None,
+    screenshot: str | Path | None = None,
+) -> None:
+    """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
+
+    Above the mesh as it moves, beneath it the contacts alone, seen along their normal.
+
+    Parameters
+    ----------
+    motion : MeshMotion
+    save : path, optional
+        Write an .rrd file, views included, instead of opening the viewer.
+    screenshot : path, optional
+        Write a PNG of the last frame, without a window.
+
+    Raises
+    ------
+    SlipmodeError
+        If nothing moves, or no viewer can be started.
+    OSError
+        If `save` or `screenshot` cannot be written.
+    """
+    largest = np.linalg.norm(motion.displacement, axis=-1).max()
+    if not largest > 0.0:
+        raise SlipmodeError("displacement: nothing moves")
+    if save is not None:
+        _write(motion, Path(save), largest)
+    if screenshot is not None:
+        from slipmode.runner.view.screenshot import photograph
+
+        with tempfile.TemporaryDirectory() as folder:
+            rrd = Path(folder) / "mesh.rrd"
+            _write(motion, rrd, largest)
+            picture = photograph(rrd, float(motion.time[-1]))
+        with replacing(screenshot) as file:
+            file.write(picture)
+    if save is None and screenshot is None:
+        _write(motion, find_viewer(), largest)
+
+
+def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
+    import rerun as rr  # it takes a while to import
+
+    stream = rr.RecordingStream("slipmode mesh")
+    layout = _blueprint(motion)
+    if isinstance(target, Path):
+        create_file(target).close()  # Rerun reports no errno of its own
+        stream.save(target, default_blueprint=layout)
+    else:
+        stream.connect_grpc(target.url, default_blueprint=layout)
+    scale = _size(motion.nodes) * _SHOWN / largest
+    _draw_skin(stream, motion, scale)
+    _draw_contacts(stream, motion, scale)
+    stream.flush()
+    stream.disconnect()
+
+
+def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
+    """All frames, the lighter the farther a node moves; facets have corners of their own."""
+    import rerun as rr
+
+    facets = skin(motion.cells)
+    corner = facets.ravel()
+    length = np.linalg.norm(motion.displacement, axis=-1).max(axis=0)[corner]
+    share = (length / max(length.max(), np.finfo(float).tiny))[:, np.newaxis]
+    x = motion.nodes[facets]
+    normal = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
+    own = np.arange(corner.size).reshape(facets.shape)
+    still = rr.Mesh3D.from_fields(
+        triangle_indices=triangles(own),
+        vertex_normals=np.repeat(normal, facets.shape[1], axis=0),
+        vertex_colors=(_STILL + share * (_MOST - _STILL)).astype(np.uint8),
+    )
+    stream.log(_BODY, still, static=True)
+    moved = motion.nodes[corner] + scale * motion.displacement[:, corner]
+    columns = rr.Mesh3D.columns(vertex_positions=moved.reshape(-1, 3))
+    stream.send_columns(_BODY, [_times(motion)], columns.partition([corner.size] * len(moved)))
+
+
+def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
+    """All frames of their nodes, which move with the mesh, and by themselves lie still."""
+    import rerun as rr
+
+    node = np.concatenate(motion.contacts)
+    contact = np.repeat(np.arange(len(motion.contacts)), [len(c) for c in motion.contacts])
+    radius = _DOT * _spacing(motion.nodes[node])
+    for entity, enlarged in ((_CONTACTS, scale), (_INTERFACE, 0.0)):
+        stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
+        place = motion.nodes[node] + enlarged * motion.displacement[:, node]
+        columns = rr.Points3D.columns(
+            positions=place.reshape(-1, 3), colors=COLORS[motion.state[:, contact]].reshape(-1, 3)
+        )
+        stream.send_columns(entity, [_times(motion)], columns.partition([node.size] * len(place)))
+
+
+def _times(motion: MeshMotion) -> rr.TimeColumn:
+    from slipmode.runner.view.phase_portraits import time_column
+
+    return time_column(np.round(motion.time * 1e9).astype(np.int64))
+
+
+def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
+    """The mesh, seen from a side; the contacts, seen along the direction they extend least in."""
+    import rerun.blueprint as rrb
+
+    x = motion.nodes[np.unique(motion.cells)]
+    interface = motion.nodes[np.concatenate(motion.contacts)]
+    axes = np.linalg.svd(interface - interface.mean(axis=0), full_matrices=False)[2]
+    up = axes[-1] * np.sign(axes[-1][np.argmax(np.abs(axes[-1]))])
+    long = axes[0] * np.sign(axes[0][np.argmax(np.abs(axes[0]))])
+    across = np.cross(up, long)
+    side = 0.35 * up - across
+
+    def seen(
+        name: str, origin: str, points: Floats, towards: Floats, upwards: Floats
+    ) -> rrb.Spatial3DView:
+        centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        extent = np.sort(np.ptp(points, axis=0))[1:]
+        eye = centre + np.max(_NEAR * extent) * towards / np.linalg.norm(towards)
+        return rrb.Spatial3DView(
+            origin=origin,
+            name=name,
+            line_grid=rrb.LineGrid3D(visible=False),
+            eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=upwards),
+        )
+
+    said = ", ".join(f"{color} {name}" for color, name in zip(_NAMES, STATES, strict=True))
+    return rrb.Blueprint(
+        rrb.Vertical(
+            seen("Mesh, displacements enlarged", "/mesh", x, side, up),
+            seen(f"Contacts: {said}", _INTERFACE, interface, up, across),
+        ),
+        collapse_panels=True,
+    )
+
+
+def _size(points: Floats) -> float:
+    return float(np.ptp(points, axis=0).max())
+
+
+def _spacing(points: Floats) -> float:
+    """Distance of a point from the next, the middle one of all."""
+    from scipy.spatial import cKDTree  # takes a while to import
+
+    if len(points) < 2:
+        return 1.0
+    return float(np.median(np.asarray(cKDTree(points).query(points, 2)[0])[:, 1]))
