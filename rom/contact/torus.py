@@ -110,7 +110,6 @@ def contact_harmonics(
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
-    start: Complexes | None = None,
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -127,8 +126,6 @@ def contact_harmonics(
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
     combinations : sequence of CombinationResonance
         Harmonics that a mode does not respond to here, because its slow flow does.
-    start : (orders, N_c) complex ndarray, optional
-        See torus_harmonics.
 
     Notes
     -----
@@ -146,7 +143,6 @@ def contact_harmonics(
         orders,
         tolerance=tolerance,
         smallest_scale=smallest_scale,
-        start=start,
     )
 
 
@@ -259,9 +255,7 @@ class ContactTerms:
 
 
 def contact_orders(
-    reduced: Reduced,
-    combinations: Sequence[CombinationResonance] = (),
-    highest: int = 1,
+    reduced: Reduced, combinations: Sequence[CombinationResonance] = (), highest: int = 1
 ) -> list[Order]:
     """Harmonics up to an order, and those that modes and combination resonances need."""
     if reduced.formulation == "consistent":
@@ -279,7 +273,6 @@ def contact_terms(
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
-    start: Complexes | None = None,
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
@@ -287,7 +280,7 @@ def contact_terms(
     """
     orders = contact_orders(reduced, combinations, highest)
     solved = contact_harmonics(
-        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations, start
+        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
     )
     L = reduced.coupling
     S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.indirect_damping * np.asarray(

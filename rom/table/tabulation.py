@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -33,10 +34,12 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, refine
 from slipmode.rom.table.region import Region
-from slipmode.rom.table.samples import Samples, in_tasks
 from slipmode.rom.validity import model_findings, warn
 
+_Solved = TypeVar("_Solved")
+
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
+_POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
 
 def tabulate(
@@ -139,13 +142,14 @@ def tabulate(
             combinations=combinations,
             highest=max(harmonics, 1),
         )
-        check = partial(check_settled, reduced, combinations)
-        samples = Samples(solve, columns, amplitude_range, pool, bar, check)
+        samples = _Samples(
+            solve, columns, pool, bar, partial(check_settled, reduced, combinations)
+        )
         sampling = Sampling(samples, columns, region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
         if reduced.formulation == "consistent":
             table = with_rate_correction(
-                table, reduced, law, resolution.grid, partial(in_tasks, pool)
+                table, reduced, law, resolution.grid, partial(_in_tasks, pool)
             )
     accuracy = Accuracy(
         tolerance=tolerance,
@@ -191,3 +195,44 @@ def _structural_loss(reduced: Reduced) -> Floats:
     """
     loss = (reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
     return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
+
+
+def _in_tasks(
+    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
+) -> Iterator[_Solved]:
+    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
+    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+
+
+class _Samples:
+    """Contact terms at many amplitudes, spread over threads."""
+
+    def __init__(
+        self,
+        solve: Callable[[Floats], ContactTerms],
+        columns: Columns,
+        pool: Executor,
+        bar: tqdm[Any],
+        check: Callable[[ContactTerms], None],
+    ) -> None:
+        self._solve = solve
+        self._columns = columns
+        self._pool = pool
+        self._bar = bar
+        self._check = check
+        self.periodicity = 0.0
+        self.solved = 0
+
+    def __call__(self, amplitudes: Floats) -> Complexes:
+        parts = []
+        for terms in _in_tasks(self._pool, self._solve, amplitudes):
+            self._check(terms)
+            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
+            carried = beyond[:, : self._columns.carried]
+            lost = (terms.power - terms.leaving)[:, np.newaxis]
+            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
+            self.periodicity = max(self.periodicity, float(terms.residual.max()))
+            self.solved += len(terms.S)
+            self._bar.update(len(terms.S))
+        return np.concatenate(parts)
