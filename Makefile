@@ -7,7 +7,8 @@
 # make test-all  those too, and more of the drawn cases
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
-# make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
+# make bench-table  set up .venv and measure friction tables and steady states beside runs of full
+#              order, and a table beside a bare loop of its arithmetic
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
@@ -41,8 +42,9 @@ report: $(VENV)/.installed-report
 paper: $(VENV)/.installed-report
 	$(BIN)/slipmode paper --output logs/paper
 
-bench-table: $(VENV)/.installed
+bench-table: $(VENV)/.installed-report
 	$(BIN)/python -c "from slipmode.runner.report.methods.contact_solves import main; main()"
+	$(BIN)/python -m slipmode.runner.report.methods.break_even
 
 family: $(VENV)/.installed
 	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
