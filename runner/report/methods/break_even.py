@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 _CONTACTS = (4, 12, 30, 100)
 _DOFS, _HARMONICS, _FIRST = 3000, 7, 1e8  # of the meshed blade; of B on component modes; k_t [N/m]
-_RATIO, _SLIPPING, _DETUNED = 4e-3, 0.3, 0.99  # damping; limit, of the stuck force; forcing
+_RATIO, _SLIPPING, _DETUNED = 4e-3, 0.15, 0.99  # damping; limit, of the stuck force; forcing
 _CYCLES, _SAMPLES = 160, 16
 _ERROR, _TOLERANCE = 1e-3, 1e-3
 _STEPS = (8, 12, 16, 20, 24, 32, 40, 48, 64, 96, 128)  # per period of B

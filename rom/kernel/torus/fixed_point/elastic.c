@@ -34,6 +34,7 @@ typedef struct {
     double *u, *y, *last_u;    /* (N_c, lines) */
     double *x, *memory;        /* (lines, N_c), (lines, remembered) */
     double *before[2];         /* (lines, N_c) x one and two steps before */
+    int follows;               /* the response is that of a point before */
     double *begun;             /* (lines, remembered) memory as the period began */
     size_t shift;              /* line p ends a period where p + shift began it; 0: nowhere */
     double *own_u;             /* (N_c) of one line */
@@ -130,8 +131,8 @@ static double find_change(problem *t) {
     return largest;
 }
 
-static void start(problem *t) {
-    const size_t all = per_point(t);
+/* Contacts at rest. */
+static void start_again(problem *t) {
     for (size_t p = 0; p < t->lines; p++) {
         t->phase[p] = cos(SM_TWO_PI * (double)p / (double)t->lines);
         t->phase[t->lines + p] = sin(SM_TWO_PI * (double)p / (double)t->lines);
@@ -141,6 +142,12 @@ static void start(problem *t) {
     for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * t->lines * sizeof(double));
     memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
+}
+
+/* Contacts at rest, and the response that the point is to begin with. */
+static void start(problem *t) {
+    const size_t all = per_point(t);
+    start_again(t);
     memset(t->response, 0, all * sizeof(double));
     memset(t->Y, 0, all * sizeof(double));
     const sm_modal_response *response = t->contact->response;
@@ -406,9 +413,16 @@ static sm_status solve_point(problem *t, size_t point) {
     int32_t periods = 0;
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
-    start(t);
-    sm_status status = settle(t, amplitude, 1, scale, &residual, &periods);
     const int begun = t->contact->response && t->contact->response->start;
+    sm_status status = SM_OK;
+    if (t->follows) {
+        start_again(t);
+        status = settle(t, amplitude, 1, scale, &residual, &periods);
+    }
+    if (status == SM_OK && residual > SM_ALMOST) {
+        start(t);
+        status = settle(t, amplitude, 1, scale, &residual, &periods);
+    }
     if (status == SM_OK && residual > SM_ALMOST && !begun)
         status = climb(t, amplitude, scale, &residual, &periods);
     for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
@@ -425,6 +439,7 @@ static sm_status solve_point(problem *t, size_t point) {
     for (size_t i = 0; i < t->n; i++)
         task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
+    t->follows = residual <= SM_ALMOST && !begun;
     task->residual[point] = residual;
     task->marched[point] = periods * task->steps;
     return SM_OK;
