@@ -33,7 +33,7 @@ _CONTACTS = (4, 12, 30, 100)
 _DOFS, _HARMONICS, _FIRST = 3000, 7, 1e8  # of the meshed blade; of B on component modes; k_t [N/m]
 _RATIO, _SLIPPING, _DETUNED = 4e-3, 0.15, 0.99  # damping; limit, of the stuck force; forcing
 _CYCLES, _SAMPLES = 160, 16
-_ERROR, _TOLERANCE = 1e-3, 1e-3
+_ERROR = 1e-3
 _STEPS = (8, 12, 16, 20, 24, 32, 40, 48, 64, 96, 128)  # per period of B
 _EXACT = 512
 _BEYOND = 1.15  # range of a table, over what full order reaches
@@ -115,7 +115,7 @@ def _seconds(run: Callable[[], T]) -> tuple[float, T]:
     return time.process_time() - started, result
 
 
-def costs(case: Case) -> Costs:
+def costs(case: Case, tolerance: float) -> Costs:
     """Measured one after the other."""
     exact = case.integrated(_EXACT)()
     for steps in _STEPS:
@@ -126,13 +126,13 @@ def costs(case: Case) -> Costs:
             break
     reach = _BEYOND * 0.5 * np.abs(exact).max(axis=0)
     reduced = case.reduced.at_carrier(case.frequency)
-    table, model = _seconds(lambda: rom.tabulate(reduced, case.law, reach, _TOLERANCE))
+    table, model = _seconds(lambda: rom.tabulate(reduced, case.law, reach, tolerance))
     region = rom.Region.along(_way(case, model), reach, _NEAR * reach)
     part, local = _seconds(
-        lambda: rom.tabulate(reduced, case.law, reach, _TOLERANCE, region=region)
+        lambda: rom.tabulate(reduced, case.law, reach, tolerance, region=region)
     )
     steady, found = _seconds(
-        lambda: rom.steady_state(reduced, case.law, case.frequency, case.force, _TOLERANCE)
+        lambda: rom.steady_state(reduced, case.law, case.frequency, case.force, tolerance)
     )
     accuracy = model.accuracy
     notes = (
@@ -159,21 +159,21 @@ def _way(case: Case, model: rom.Model) -> Floats:
     return np.vstack((np.zeros(2), np.hypot(re, im)))
 
 
-def main(wanted: Sequence[str] = ()) -> None:
-    """Print the table; `wanted` are numbers of contacts, 2 for the two-mass model."""
-    numbers = [int(number) for number in wanted] or [2, *_CONTACTS]
+def main(tolerance: float, numbers: Sequence[int]) -> None:
+    """Print the table; `numbers` are those of contacts, 2 for the two-mass model."""
     os.environ["SLIPMODE_CACHE_MIB"] = "0"
-    print(f"{'':22}{'full order':>12}{'table':>18}{'of a run':>18}{'steady state':>18}")
+    print(f"tables and steady states to {tolerance:g}")
+    print(f"{'':22}{'full order':>12}{'table':>20}{'of a run':>20}{'steady state':>20}")
     with one_thread():
         for number in numbers:
             case = two_mass() if number == 2 else jenkins_blade(number)
-            found = costs(case)
+            found = costs(case, tolerance)
             cells = "".join(
-                f"{seconds:9.3g} s{seconds / found.full_order:6.1f} x"
+                f"{seconds:9.3g} s {seconds / found.full_order:6.1f} x"
                 for seconds in (found.table, found.region, found.steady)
             )
             print(f"{case.name:22}{found.full_order:10.3g} s{cells}  {found.notes}", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(float(sys.argv[1]), [int(number) for number in sys.argv[2:]] or [2, *_CONTACTS])
