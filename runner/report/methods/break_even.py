@@ -89,7 +89,9 @@ def jenkins_blade(contacts: int) -> Case:
     matrices, stuck = blade(_DOFS, contacts), rom.Jenkins(1.0, _FIRST)
     bare = rom.Structure(**matrices, damping=0.0)
     omega = rom.reduce(bare, (0, 1), law=stuck).frequency
-    structure = rom.Structure(**matrices, damping=rom.Rayleigh.from_ratios([_RATIO] * 2, omega))
+    structure = rom.Structure(
+        **matrices, damping=rom.Rayleigh.from_ratios([_RATIO] * 2, omega.tolist())
+    )
     force = np.zeros(structure.n_dofs)
     force[-1] = 1.0
     small = full.component_modes(structure, stuck, [force], _HARMONICS * float(omega[1]))
