@@ -7,7 +7,9 @@
 # make test-all  those too, and more of the drawn cases
 # make report  set up .venv and measure speed against error, beside other methods
 # make paper   set up .venv and draw and judge the figures of the source paper
-# make bench-table  set up .venv and measure a friction table beside a bare loop of its arithmetic
+# make bench-table  set up .venv and measure friction tables and steady states beside runs of full
+#              order, and a table beside a bare loop of its arithmetic. TOLERANCE=1e-3 and
+#              CONTACTS="2 4 12" (2: the two-mass model) choose others than 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
@@ -24,6 +26,7 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
 PARALLEL := --numprocesses auto --dist loadfile
 test test-all: export OPENBLAS_NUM_THREADS := 1
+TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs \
@@ -41,8 +44,9 @@ report: $(VENV)/.installed-report
 paper: $(VENV)/.installed-report
 	$(BIN)/slipmode paper --output logs/paper
 
-bench-table: $(VENV)/.installed
+bench-table: $(VENV)/.installed-report
 	$(BIN)/python -c "from slipmode.runner.report.methods.contact_solves import main; main()"
+	$(BIN)/python -m slipmode.runner.report.methods.break_even $(TOLERANCE) $(CONTACTS)
 
 family: $(VENV)/.installed
 	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py

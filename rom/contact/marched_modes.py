@@ -90,12 +90,12 @@ class MarchedModes:
         found = (self.drawn.T * within) @ self.drawn - reduced.stiffness
         return np.asarray(0.5 * (found + found.T))
 
-    def response(self, reduced: Reduced, orders: Sequence[Order]) -> Complexes:
+    def response(self, rates: Floats, orders: Sequence[Order]) -> Complexes:
         """H_marched (orders, N_c, N_c): displacement of the contacts per y exp(i nu t).
 
-        Beyond the static flexibility.
+        Beyond the static flexibility; nu of carriers at these rates (modes,) [rad/s].
         """
-        nu = np.array(orders, dtype=float)[:, : len(reduced.modes)] @ reduced.carrier
+        nu = np.array(orders, dtype=float)[:, : rates.size] @ rates
         turn = np.exp(1j * nu * self.step)[:, np.newaxis]
         load = self.load[..., 0] + turn[..., np.newaxis] * self.load[..., 1]
         free = turn[..., np.newaxis, np.newaxis] * np.eye(2) - self.transition

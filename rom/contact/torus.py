@@ -41,11 +41,26 @@ class Discretisation:
     steps : int
         Time steps per period of mode A.
     lines : int
-        Phase lines of mode B, a power of two; 1 for a one-mode model.
+        Phase lines of mode B, a power of two; 1 for a one-mode model. Of elastic contacts the
+        least number, see `closed_lines`.
     """
 
     steps: int
     lines: int
+
+
+@lru_cache(maxsize=64)
+def closed_lines(ratio: float, least: int) -> tuple[int, float]:
+    """Phase lines that go over into each other in a period of mode A, and Omega_B / Omega_A then.
+
+    Lines that drift against the grid leave harmonics moving by its error, and a search for the
+    periodic motion cannot come nearer than that. With a multiple of 1 / lines for a ratio a
+    period takes each line to where another one was. Of up to half as many more than the least the
+    number is taken whose multiple is the closest.
+    """
+    counts = range(least, least + least // 2 + 1)
+    lines = min(counts, key=lambda count: abs(round(ratio * count) / count - ratio))
+    return lines, round(ratio * lines) / lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +107,11 @@ def _reaction_stiffnesses(
 
 @lru_cache(maxsize=8)
 def _marched(
-    reduced: Reduced, steps: int, orders: tuple[Order, ...]
+    reduced: Reduced, steps: int, orders: tuple[Order, ...], rates: tuple[float, ...]
 ) -> tuple[MarchedModes, Complexes]:
     """Marched modes and their response, which every batch of points asks for too."""
     stepped = MarchedModes.of(reduced, steps)
-    response = stepped.response(reduced, orders)
+    response = stepped.response(np.array(rates), orders)
     response.flags.writeable = False
     return stepped, response
 
@@ -177,11 +192,14 @@ def torus_harmonics(
     if points.ndim != 2 or points.shape[1] != len(reduced.modes):
         raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
-    rates = kernel.contiguous(reduced.carrier)
+    rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
     smallest = kernel.contiguous(smallest_scale)
     stepped = None
     if reduced.contacts is not None:
-        stepped, response = _marched(reduced, grid.steps, tuple(orders))
+        if rates.size == 2:
+            lines, ratio = closed_lines(float(rates[1] / rates[0]), grid.lines)
+            rates[1] = ratio * rates[0]
+        stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
         reaction = reaction - response
     problem = torus_problem(
         reduced,
@@ -202,7 +220,7 @@ def torus_harmonics(
         *(
             rates.ctypes.data,
             grid.steps,
-            grid.lines,
+            lines,
             tolerance,
             smallest.ctypes.data,
             _MAX_PERIODS,

@@ -7,10 +7,13 @@
 #define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
 #define MAX_ORDERS_COUNT 4096
 
-static sm_status check_grid(int32_t steps, int32_t lines, int32_t orders_count,
+/* Lines of rigid contacts fill lanes. */
+static sm_status check_grid(int law, int32_t steps, int32_t lines, int32_t orders_count,
                             const int32_t *orders) {
     if (steps < 4 || steps > MAX_STEPS) return SM_BAD_ARGUMENT;
-    if (lines < 1 || lines > MAX_LINES || (lines & (lines - 1)) != 0) return SM_BAD_ARGUMENT;
+    if (lines < 1 || lines > MAX_LINES ||
+        (law != SM_ELASTIC && (lines & (lines - 1)) != 0))
+        return SM_BAD_ARGUMENT;
     if (!orders || orders_count < 1 || orders_count > MAX_ORDERS_COUNT) return SM_BAD_ARGUMENT;
     for (int32_t k = 0; k < 2 * orders_count; k++)
         if (orders[k] < -MAX_ORDER || orders[k] > MAX_ORDER) return SM_BAD_ARGUMENT;
@@ -29,7 +32,7 @@ static sm_status check_rates(int modes, const double *rates) {
 sm_status sm_torus_check(const sm_contact *contact, const double *rates, int32_t steps,
                          int32_t lines, int32_t orders_count, const int32_t *orders) {
     sm_status status = sm_contact_check(contact);
-    if (status == SM_OK) status = check_grid(steps, lines, orders_count, orders);
+    if (status == SM_OK) status = check_grid(contact->law, steps, lines, orders_count, orders);
     return status == SM_OK ? check_rates(contact->modes, rates) : status;
 }
 

@@ -12,6 +12,7 @@
 #include "base/block.h"
 #include "base/check.h"
 #include "base/exact_sum.h"
+#include "contact/elastic/reversal.h"
 #include "contact/elastic/solve.h"
 #include "torus/grid.h"
 #include "torus/fixed_point/marched.h"
@@ -32,6 +33,10 @@ typedef struct {
     double *sums;              /* (orders, N_c, 2, lines): of y exp(-i (n + m ratio) t_A) */
     double *u, *y, *last_u;    /* (N_c, lines) */
     double *x, *memory;        /* (lines, N_c), (lines, remembered) */
+    double *before[2];         /* (lines, N_c) x one and two steps before */
+    int follows;               /* the response is that of a point before */
+    double *begun;             /* (lines, remembered) memory as the period began */
+    size_t shift;              /* line p ends a period where p + shift began it; 0: nowhere */
     double *own_u;             /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
@@ -45,6 +50,12 @@ typedef struct {
 
 static size_t per_point(const problem *t) { return t->orders * t->n * 2; }
 
+/* Lines are closed where the ratio is a multiple of 1 / lines. */
+static size_t shift_of(double ratio, size_t lines) {
+    const double turns = ratio * (double)lines, whole = nearbyint(turns);
+    return fabs(turns - whole) < 1e-9 * turns ? (size_t)fmod(whole, (double)lines) : 0;
+}
+
 static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task *task) {
     const size_t n = (size_t)contact->contacts, lines = (size_t)task->lines;
     const size_t steps = (size_t)task->steps, orders = (size_t)task->orders_count;
@@ -52,9 +63,10 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     *t = (problem){.contact = contact, .task = task, .n = n, .lines = lines, .steps = steps,
                    .orders = orders, .remembered = sm_elastic_memory(contact->elastic)};
     t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
+    t->shift = shift_of(t->ratio, lines);
     const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
     const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
-                        + 4 * n * lines + lines * t->remembered + 3 * n + 5 * all
+                        + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 5 * all
                         + sm_fixed_point_size(all)
                         + sm_marched_size(contact->response, lines) + solver;
     double *memory = t->block = calloc(size, sizeof(double));
@@ -68,7 +80,9 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->y = sm_take(&memory, n * lines);
     t->last_u = sm_take(&memory, n * lines);
     t->x = sm_take(&memory, n * lines);
+    for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
     t->memory = sm_take(&memory, lines * t->remembered);
+    t->begun = sm_take(&memory, lines * t->remembered);
     t->own_u = sm_take(&memory, n);
     t->square = sm_take(&memory, n);
     t->Y = sm_take(&memory, all);
@@ -117,16 +131,23 @@ static double find_change(problem *t) {
     return largest;
 }
 
-static void start(problem *t) {
-    const size_t all = per_point(t);
+/* Contacts at rest. */
+static void start_again(problem *t) {
     for (size_t p = 0; p < t->lines; p++) {
         t->phase[p] = cos(SM_TWO_PI * (double)p / (double)t->lines);
         t->phase[t->lines + p] = sin(SM_TWO_PI * (double)p / (double)t->lines);
     }
     memset(t->last_u, 0, t->n * t->lines * sizeof(double));
     memset(t->x, 0, t->n * t->lines * sizeof(double));
+    for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * t->lines * sizeof(double));
     memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
+}
+
+/* Contacts at rest, and the response that the point is to begin with. */
+static void start(problem *t) {
+    const size_t all = per_point(t);
+    start_again(t);
     memset(t->response, 0, all * sizeof(double));
     memset(t->Y, 0, all * sizeof(double));
     const sm_modal_response *response = t->contact->response;
@@ -183,6 +204,9 @@ static sm_status react(problem *t) {
     const size_t n = t->n, lines = t->lines;
     for (size_t p = 0; p < lines; p++) {
         double *x = t->x + p * n, *memory = t->memory + p * t->remembered;
+        double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
+        memcpy(last_but_one, last, n * sizeof(double));
+        memcpy(last, x, n * sizeof(double));
         for (size_t i = 0; i < n; i++) t->own_u[i] = t->u[i * lines + p];
         sm_marched_displace(&t->marched, p, t->own_u);
         for (size_t i = 0; i < n; i++) {
@@ -192,6 +216,8 @@ static sm_status react(problem *t) {
         const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
         if (status != SM_OK) return status;
         memcpy(memory, t->solver.next, t->remembered * sizeof(double));
+        const double *const steps[3] = {last_but_one, last, x};
+        sm_elastic_reverse(t->contact->elastic, steps, memory);
         sm_marched_advance(&t->marched, p, t->solver.y);
         for (size_t i = 0; i < n; i++) {
             const double y = t->solver.y[i];
@@ -251,11 +277,40 @@ static void turn_lines(problem *t) {
     }
 }
 
+/* What line p remembers at the end of a period is what line p + shift began it with, once the motion
+ * is periodic. A slider that has not moved on a line brings that on at once from the last line
+ * before on which it has, or else from the mean of them all: it could rest anywhere. */
+static void carry_over(problem *t, size_t slider) {
+    const size_t lines = t->lines, stride = t->remembered;
+    double *now = t->memory + slider, mean = 0.0;
+    const double *begun = t->begun + slider;
+    for (size_t p = 0; p < lines; p++) mean += now[p * stride] / (double)lines;
+    for (size_t p = 0; p < lines; p++) {
+        size_t from = p;
+        do from = (from + lines - t->shift) % lines;
+        while (from != p && now[from * stride] == begun[from * stride]);
+        if (now[p * stride] != begun[p * stride]) continue;
+        now[p * stride] = from == p ? mean : now[from * stride];
+    }
+}
+
+static void carry_sliders_over(problem *t) {
+    const sm_elastic *elastic = t->contact->elastic;
+    size_t at = 0;
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const sm_element *element = &elastic->element[e];
+        const int count = element->law == SM_SLIDERS ? element->sliders : element->tangents;
+        for (size_t k = 0; k < (size_t)count; k++) carry_over(t, at + k);
+        at += (size_t)sm_element_memory(element);
+    }
+}
+
 /* One period of mode A: from the response to the harmonics Y. */
 static sm_status march(problem *t, const double *amplitude) {
     draw(t, amplitude);
     memset(t->sums, 0, per_point(t) * t->lines * sizeof(double));
     memset(t->square, 0, t->n * sizeof(double));
+    memcpy(t->begun, t->memory, t->lines * t->remembered * sizeof(double));
     for (size_t k = 0; k < t->steps; k++) {
         displace(t, k);
         const sm_status status = react(t);
@@ -264,6 +319,7 @@ static sm_status march(problem *t, const double *amplitude) {
     }
     collect(t);
     turn_lines(t);
+    if (t->shift > 0) carry_sliders_over(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;
 }
@@ -357,9 +413,16 @@ static sm_status solve_point(problem *t, size_t point) {
     int32_t periods = 0;
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
-    start(t);
-    sm_status status = settle(t, amplitude, 1, scale, &residual, &periods);
     const int begun = t->contact->response && t->contact->response->start;
+    sm_status status = SM_OK;
+    if (t->follows) {
+        start_again(t);
+        status = settle(t, amplitude, 1, scale, &residual, &periods);
+    }
+    if (status == SM_OK && residual > SM_ALMOST) {
+        start(t);
+        status = settle(t, amplitude, 1, scale, &residual, &periods);
+    }
     if (status == SM_OK && residual > SM_ALMOST && !begun)
         status = climb(t, amplitude, scale, &residual, &periods);
     for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
@@ -376,6 +439,7 @@ static sm_status solve_point(problem *t, size_t point) {
     for (size_t i = 0; i < t->n; i++)
         task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
+    t->follows = residual <= SM_ALMOST && !begun;
     task->residual[point] = residual;
     task->marched[point] = periods * task->steps;
     return SM_OK;

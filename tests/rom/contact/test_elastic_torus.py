@@ -1,0 +1,51 @@
+"""The torus of elastic contacts: closed phase lines, turning points between steps, starts."""
+
+import numpy as np
+import pytest
+from elastic.frictional_beam import ROWS, structure
+
+from slipmode import rom
+from slipmode.rom.contact.torus import Discretisation, closed_lines, contact_terms
+from slipmode.rom.reduction.combination import combination_resonances
+
+LIFT_OFF, SLIDER = ROWS[1], ROWS[4]
+
+
+def terms(row, grid, tolerance, parts=((1.0, 1.0),)):
+    reduced = rom.reduce(structure(row.law, row.node), (0, 1), law=row.law)
+    combinations = combination_resonances(reduced.carrier, even=reduced.even)
+    largest = 1.1 * np.abs(row.amplitude)
+    points = np.array(parts) * largest
+    return contact_terms(reduced, row.law, points, grid, tolerance, 0.1 * largest, combinations)
+
+
+@pytest.mark.parametrize("ratio", [3.446, 2.6656, 1.0 + 1e-3, 0.37, 17.2])
+def test_a_period_takes_each_line_to_where_another_was(ratio):
+    lines, closed = closed_lines(ratio, 16)
+    assert 16 <= lines <= 24
+    assert (closed * lines) % 1.0 == pytest.approx(0.0, abs=1e-12)
+    assert abs(closed - ratio) <= 0.5 / 16
+
+
+@pytest.mark.parametrize("row", [LIFT_OFF, SLIDER], ids=["lift-off", "slider"])
+def test_the_motion_repeats_as_closely_as_is_asked(row):
+    """Drifting lines ended at the error of the grid, after the most periods that are allowed."""
+    found = terms(row, Discretisation(64, 16), 1e-7)
+    assert found.residual.max() <= 1e-7
+    assert found.marched.max() <= 40 * 64  # measured 19 and 9 periods
+
+
+def test_a_slider_that_turns_back_between_steps_is_of_third_order():
+    steps = np.array([64, 128, 256])
+    exact = terms(SLIDER, Discretisation(1024, 16), 1e-8).S
+    errors = [np.abs(terms(SLIDER, Discretisation(n, 16), 1e-8).S - exact).max() for n in steps]
+    assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 2.6  # 2.0 from step to step
+    assert errors[1] < 3e-3 * np.abs(exact).max()
+
+
+def test_a_point_after_another_is_what_it_is_alone():
+    grid, parts = Discretisation(64, 16), ((0.5, 1.0), (0.6, 1.0), (0.7, 1.0))
+    together = terms(LIFT_OFF, grid, 1e-7, parts)
+    alone = [terms(LIFT_OFF, grid, 1e-7, (part,)) for part in parts]
+    exact = np.array([one.S[0] for one in alone])
+    np.testing.assert_allclose(together.S, exact, atol=1e-5 * np.abs(exact).max())
