@@ -25,3 +25,7 @@ class OutsideRegionError(SlipmodeError):
             "amplitude: outside the tabulated region of the friction table, the only part that "
             "holds; tabulate all of it"
         )
+
+
+class UnsettledError(SlipmodeError):
+    """A contact problem whose search has found no periodic motion."""

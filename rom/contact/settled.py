@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slipmode.rom.contact.torus import ContactTerms
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.internal_resonance import strongest_resonance
 from slipmode.rom.reduction.reduction import Reduced
@@ -20,7 +20,7 @@ def check_settled(
 
     Raises
     ------
-    SlipmodeError
+    UnsettledError
         Naming the mode that responds most, and to which harmonic.
     """
     off = float(terms.residual.max())
@@ -30,7 +30,7 @@ def check_settled(
     n, m = met.order
     part = f"{off:.0%}" if off <= 1.0 else "more than itself"
     rigid = "let contacts be elastic while they stick (rom.Jenkins), " * (reduced.contacts is None)
-    raise SlipmodeError(
+    raise UnsettledError(
         f"contacts: the modes' response to them does not settle, it is off by {part}; most of "
         f"it is that of the mode at {met.mode:.4g} rad/s to harmonic ({n}, {m}) at "
         f"{met.harmonic:.4g} rad/s: {rigid}retain that mode, move the forcing away from it, give "

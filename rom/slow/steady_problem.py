@@ -12,6 +12,7 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,
     balance,
@@ -39,6 +40,8 @@ class SteadyProblem:
     shift: Complexes
     flow: kernel.SlowFlow
     inputs: NDArray[np.void]
+
+    __repr__ = short_repr
 
     @classmethod
     def of(

@@ -10,6 +10,7 @@ import numpy as np
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
@@ -21,6 +22,7 @@ from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
+_FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
 _PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely as tiles tell apart
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
 _REACH = 1 / 32  # of the table: so near the path of the dry run belongs to the region
@@ -121,23 +123,37 @@ def dry_run(
 ) -> DryRun:
     """Run a schedule on a coarse table, which is doubled in range until the run stays inside.
 
+    Where contacts do not settle at amplitudes of the first guess, which the run need not reach,
+    the range is halved instead.
+
     Raises
     ------
     SlipmodeError
-        If the amplitudes grow without bound, or a step cannot be taken on any table.
+        If the amplitudes grow without bound, a step cannot be taken on any table, or contacts do
+        not settle at amplitudes that the run reaches.
     """
     tried = _first_guess(excited, schedule)
+    smallest = np.maximum(0.5 * tried / _FIRST_GUESS, np.abs(np.array(excited.amplitude)))
+    unsettled: UnsettledError | None = None
     self_excited = excited.reduced.modal_damping < 0.0
     largest = np.where(self_excited, _LARGEST_FLUTTER, _LARGEST_GROWTH) * tried
     while True:
-        coarse, _ = cached_model(
-            *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
-            combinations=combinations,
-            progress=progress,
-        )
+        try:
+            coarse, _ = cached_model(
+                *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
+                combinations=combinations,
+                progress=progress,
+            )
+        except UnsettledError as refusal:
+            if np.any(0.5 * tried < smallest):
+                raise
+            unsettled, tried = refusal, 0.5 * tried
+            continue
         path, reached, change, complete = _path(excited, coarse, schedule)
         if complete:
             break
+        if unsettled is not None:
+            raise unsettled
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
             raise SlipmodeError(_unbounded(excited))
@@ -181,7 +197,7 @@ def _largest_force(excited: Excited, schedule: Schedule) -> Floats:
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
-    """Four times the amplitude at which the first contact slips, or opens.
+    """Several times the amplitude at which the first contact slips, or opens.
 
     Or, where that is more, what the force does statically: no amplitude stays far below it.
     """
@@ -191,7 +207,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
     force = np.abs(factor) * _largest_force(excited, schedule)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * initial)
-    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
+    return np.asarray(np.maximum(np.where(np.isfinite(first), _FIRST_GUESS * first, 0.0), static))
 
 
 def _path(

@@ -18,6 +18,7 @@ import numpy as np
 from slipmode.rom import __version__
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.scene import Scene, load_scene, read_scene
 from slipmode.runner.scene.sections import MatrixFile, StaticForce
@@ -121,6 +122,8 @@ class Study:
     asked: Asked
     choose: Choose | None
     text: str = field(repr=False)
+
+    __repr__ = short_repr
 
     @property
     def digest(self) -> str:
