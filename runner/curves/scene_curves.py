@@ -147,7 +147,8 @@ def scene_performance(
         progress=progress,
     )
     for factor in _DESIGN_RANGES:
-        largest, tolerance = factor * plan.amplitude[at], scene.model.tolerance
+        # relative to the largest |S| of the table, which the scene itself stays far below
+        largest, tolerance = factor * plan.amplitude[at], scene.model.tolerance / factor
         try:
             model, _ = cached_model(reduced, law, (largest,), tolerance, progress=progress)
         except SlipmodeError:
