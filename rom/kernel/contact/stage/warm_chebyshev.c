@@ -14,15 +14,10 @@ void sm_warm_place(sm_warm *warm, int contacts, double *memory) {
     warm->factor = memory;
 }
 
-/* Friction tanh(v / alpha) and its slope, and the factor L D L^T of J there. */
-SM_INLINE void linearise(const int n, const sm_stepper *s, sm_warm *warm) {
-    double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2, *restrict f = warm->factor;
-    for (int i = 0; i < n; i++) {
-        const double w = warm->next[i] * warm->per_alpha;
-        const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
-        tanh[i] = sm_tanh_from(w, e, inv);
-        sech2[i] = 4.0 * e * inv * inv;
-    }
+/* The factor L D L^T of J. */
+SM_INLINE void factorise(const int n, const sm_stepper *s, sm_warm *warm) {
+    double *restrict f = warm->factor;
+    const double *restrict sech2 = warm->sech2;
     for (int i = 0; i < n; i++) {
         double pivot = s->matrix[i * n + i]
                        + s->laws[i].limit * warm->per_alpha * sech2[i];
@@ -38,6 +33,18 @@ SM_INLINE void linearise(const int n, const sm_stepper *s, sm_warm *warm) {
         }
         f[i * n + i] = 1.0 / pivot;
     }
+}
+
+/* Friction tanh(v / alpha) and its slope, and the factor of J there. */
+SM_INLINE void linearise(const int n, const sm_stepper *s, sm_warm *warm) {
+    double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2;
+    for (int i = 0; i < n; i++) {
+        const double w = warm->next[i] * warm->per_alpha;
+        const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
+        tanh[i] = sm_tanh_from(w, e, inv);
+        sech2[i] = 4.0 * e * inv * inv;
+    }
+    factorise(n, s, warm);
 }
 
 /* x = J^-1 x */
@@ -80,17 +87,35 @@ SM_INLINE int iterate(const int n, const sm_stepper *s, sm_warm *warm, const dou
     return move(n, s, warm);
 }
 
+/* The right-hand side under which contacts have the velocities v. */
+SM_INLINE void find_right_hand_side(const int n, const sm_stepper *s, sm_warm *warm,
+                                    const double *force) {
+    for (int i = 0; i < n; i++) {
+        warm->r[i] = force[i];
+        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * warm->v[j];
+    }
+}
+
 SM_HOT_ONE void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v,
                               const double *force) {
     const int n = s->contacts;
     warm->tolerance = SM_WARM_TOLERANCE;
     warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
-    for (int i = 0; i < n; i++) {
-        warm->v[i] = warm->next[i] = v[i];
-        warm->r[i] = force[i];
-        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * v[j];
-    }
+    for (int i = 0; i < n; i++) warm->v[i] = warm->next[i] = v[i];
+    find_right_hand_side(n, s, warm, force);
     if (warm->per_alpha > 0.0) linearise(n, s, warm);
+}
+
+SM_INLINE void resume(const int n, const sm_stepper *s, sm_warm *warm, const double *force) {
+    find_right_hand_side(n, s, warm, force);
+    if (warm->per_alpha > 0.0) factorise(n, s, warm);
+}
+
+SM_HOT_ONE void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force) {
+    if (s->contacts == 2)
+        resume(2, s, warm, force);
+    else
+        resume(s->contacts, s, warm, force);
 }
 
 SM_HOT_ONE static int newton_cg(const sm_stepper *s, sm_lanes *lane) {
@@ -138,10 +163,16 @@ SM_HOT_ONE sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes 
     return s->contacts == 2 ? solve(2, s, warm, lane) : solve(s->contacts, s, warm, lane);
 }
 
-SM_HOT_ONE sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
-    sm_stage_begin(1, s, lane, stage);
-    const sm_status status = sm_warm_solve(s, warm, lane);
-    memcpy(lane->v, warm->v, (size_t)s->contacts * sizeof(double));
-    sm_stage_end(1, s, lane, stage);
+SM_INLINE sm_status stage_one(const int n, const sm_stepper *s, sm_warm *warm, sm_lanes *lane,
+                              int stage) {
+    sm_stage_begin(n, 1, s, lane, stage);
+    const sm_status status = solve(n, s, warm, lane);
+    memcpy(lane->v, warm->v, (size_t)n * sizeof(double));
+    sm_stage_end(n, 1, s, lane, stage);
     return status;
+}
+
+SM_HOT_ONE sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
+    return s->contacts == 2 ? stage_one(2, s, warm, lane, stage)
+                            : stage_one(s->contacts, s, warm, lane, stage);
 }

@@ -5,16 +5,20 @@
 #include "contact/elastic/solve.h"
 #include "contact/stage/warm_chebyshev.h"
 
+/* Lengths of the steps of rigid contacts, each half the one before. */
+#define SM_RIGID_LEVELS 4
+
 /* Contacts marched along a slow trajectory: one lane. */
 typedef struct {
-    sm_stepper stepper;
+    sm_forcing forcing;
+    sm_stepper stepper[SM_RIGID_LEVELS]; /* as they were needed last */
     sm_lanes lane;
     sm_warm warm;
     sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
     double *acceleration; /* (N_c) mean of the last step */
     double *before;       /* rigid contacts: state at the start of the step */
-    int level;            /* of the steps that the stepper is set for; -1: of none */
+    int level;            /* of the steps that lane and warm are set for; -1: of none */
     /* elastic contacts have these instead of stepper, lane and warm: */
     sm_elastic_solver solver;
     double *flexibility;      /* (N_c, N_c) */
