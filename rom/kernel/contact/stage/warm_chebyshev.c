@@ -14,10 +14,26 @@ void sm_warm_place(sm_warm *warm, int contacts, double *memory) {
     warm->factor = memory;
 }
 
-/* The factor L D L^T of J. */
+/* The inverse of J of two contacts, for which a single division is waited for: its diagonal, and
+ * what is off it. */
+SM_INLINE void invert_two(const sm_stepper *s, sm_warm *warm) {
+    const double *S = s->matrix, *sech2 = warm->sech2;
+    const double a = S[0] + s->laws[0].limit * warm->per_alpha * sech2[0];
+    const double b = S[3] + s->laws[1].limit * warm->per_alpha * sech2[1];
+    const double inverse = 1.0 / (a * b - S[1] * S[1]);
+    warm->factor[0] = b * inverse;
+    warm->factor[1] = a * inverse;
+    warm->factor[2] = -S[1] * inverse;
+}
+
+/* The factor L D L^T of J, or the inverse. */
 SM_INLINE void factorise(const int n, const sm_stepper *s, sm_warm *warm) {
     double *restrict f = warm->factor;
     const double *restrict sech2 = warm->sech2;
+    if (n == 2) {
+        invert_two(s, warm);
+        return;
+    }
     for (int i = 0; i < n; i++) {
         double pivot = s->matrix[i * n + i]
                        + s->laws[i].limit * warm->per_alpha * sech2[i];
@@ -50,6 +66,12 @@ SM_INLINE void linearise(const int n, const sm_stepper *s, sm_warm *warm) {
 /* x = J^-1 x */
 SM_INLINE void divide(const int n, const sm_warm *warm, double *restrict x) {
     const double *restrict f = warm->factor;
+    if (n == 2) {
+        const double first = x[0];
+        x[0] = f[0] * first + f[2] * x[1];
+        x[1] = f[2] * first + f[1] * x[1];
+        return;
+    }
     for (int i = 1; i < n; i++)
         for (int j = 0; j < i; j++) x[i] -= f[i * n + j] * x[j];
     for (int i = 0; i < n; i++) x[i] *= f[i * n + i];
@@ -103,7 +125,11 @@ SM_HOT_ONE void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *
     warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
     for (int i = 0; i < n; i++) warm->v[i] = warm->next[i] = v[i];
     find_right_hand_side(n, s, warm, force);
-    if (warm->per_alpha > 0.0) linearise(n, s, warm);
+    if (warm->per_alpha == 0.0) return;
+    if (n == 2)
+        linearise(2, s, warm);
+    else
+        linearise(n, s, warm);
 }
 
 SM_INLINE void resume(const int n, const sm_stepper *s, sm_warm *warm, const double *force) {
@@ -124,6 +150,16 @@ SM_HOT_ONE static int newton_cg(const sm_stepper *s, sm_lanes *lane) {
 
 SM_HOT_ONE static sm_status newton(const sm_stepper *s, sm_lanes *lane) {
     return sm_newton_solve(1, s, lane);
+}
+
+/* What is kept from one solution to the next. */
+SM_INLINE void carry(const int n, const sm_warm *from, const sm_warm *to) {
+    const size_t bytes = (size_t)n * sizeof(double);
+    memcpy(to->v, from->v, bytes);
+    memcpy(to->r, from->r, bytes);
+    memcpy(to->tanh, from->tanh, bytes);
+    memcpy(to->sech2, from->sech2, bytes);
+    memcpy(to->factor, from->factor, (size_t)n * bytes);
 }
 
 /* `n` is a literal where there are few contacts. */
@@ -159,14 +195,27 @@ SM_INLINE sm_status solve(const int n, const sm_stepper *s, sm_warm *warm, sm_la
     return status;
 }
 
+/* In variables of its own, for the compiler to hold in registers: a number that goes through
+ * memory comes back some cycles later, and each waits for the one before. */
+SM_INLINE sm_status solve_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
+    double row[7][2], factor[4];
+    sm_warm own = {.per_alpha = warm->per_alpha, .tolerance = warm->tolerance,
+                   .v = row[0], .r = row[1], .next = row[2], .delta = row[3], .bend = row[4],
+                   .tanh = row[5], .sech2 = row[6], .factor = factor};
+    carry(2, warm, &own);
+    const sm_status status = solve(2, s, &own, lane);
+    carry(2, &own, warm);
+    return status;
+}
+
 SM_HOT_ONE sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
-    return s->contacts == 2 ? solve(2, s, warm, lane) : solve(s->contacts, s, warm, lane);
+    return s->contacts == 2 ? solve_two(s, warm, lane) : solve(s->contacts, s, warm, lane);
 }
 
 SM_INLINE sm_status stage_one(const int n, const sm_stepper *s, sm_warm *warm, sm_lanes *lane,
                               int stage) {
     sm_stage_begin(n, 1, s, lane, stage);
-    const sm_status status = solve(n, s, warm, lane);
+    const sm_status status = n == 2 ? solve_two(s, warm, lane) : solve(n, s, warm, lane);
     memcpy(lane->v, warm->v, (size_t)n * sizeof(double));
     sm_stage_end(n, 1, s, lane, stage);
     return status;

@@ -118,12 +118,8 @@ SM_INLINE void sm_forcing_load(const int n, sm_forcing *f, int level, int stage,
     }
     sm_reaction *reaction = f->reaction;
     if (!reaction) return;
-    if (f->swept)
-        sm_reaction_set(reaction, &reaction->stage, contact->response->orders, carrier);
-    else
-        sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by[level][stage],
-                            &reaction->stage);
-    sm_reaction_add(reaction, n, r, u);
+    if (f->swept) sm_reaction_set(reaction, &reaction->now, contact->response->orders, carrier);
+    sm_reaction_add(n, reaction, f->swept ? &reaction->none : &reaction->by[level][stage], r, u);
 }
 
 /* Past a step, which ends at `elapsed`. */
