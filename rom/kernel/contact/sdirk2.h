@@ -96,7 +96,7 @@ SM_INLINE void sm_stage_begin(const int n, const int lanes, const sm_stepper *s,
 SM_INLINE void sm_stage_end(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
                             int stage) {
     const size_t size = (size_t)n * (size_t)lanes;
-    memcpy(m->stage_v[stage], m->v, size * sizeof(double));
+    for (size_t k = 0; k < size; k++) m->stage_v[stage][k] = m->v[k];
     const double first = (1.0 - SM_GAMMA) * s->h, last = SM_GAMMA * s->h;
     if (stage == 0)
         for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];
