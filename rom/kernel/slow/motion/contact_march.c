@@ -23,6 +23,10 @@
 #define BEND 0.2
 #define STRAIGHT 0.2 /* part of that below which the next step is twice as long */
 #define AS_READ 0.05 /* part of that in the last step, where the velocity is to be read */
+/* Vibrations that have died away to exp(-4) where a march ends are followed less closely: so many
+ * halvings keep displacement and force. */
+#define DEAD 4.0
+#define FAR_HALVINGS 1
 
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
@@ -200,6 +204,17 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
+/* Seconds in which the slowest to die away of the rigid contacts' own vibrations has done so;
+ * infinite: it does not. */
+static double lasting(const sm_contact *contact) {
+    const size_t n = (size_t)contact->contacts;
+    double longest = 0.0;
+    for (size_t k = 0; k < n * n; k += n + 1)
+        longest = fmax(longest, contact->mass ? 2.0 * contact->mass[k] / contact->damping[k]
+                                              : INFINITY);
+    return DEAD * longest;
+}
+
 /* By how much velocities parted from straight lines in a step of h seconds, at most. */
 SM_INLINE double bend(const int n, const sm_march *march, double h) {
     const double *v = march->before + n, *acceleration = march->before + 3 * n;
@@ -216,6 +231,7 @@ typedef struct {
     double from, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
+    int64_t near;       /* from where on vibrations last to the end */
     double bend;        /* of a velocity that is allowed; infinite: any */
     int to_be_read;
 } sm_steps;
@@ -241,9 +257,13 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     /* steps that are short already need fewer halvings */
     while (steps->finest > 0 && steps->h <= ldexp(0.6 * longest, steps->finest - halvings))
         steps->finest--;
-    if (steps->finest > 0 && !elastic) steps->bend = BEND * free_velocity(contact, segment);
     steps->whole = (int64_t)1 << steps->finest;
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
+    if (steps->finest > 0 && !elastic) {
+        steps->bend = BEND * free_velocity(contact, segment);
+        const double far = 1.0 - lasting(contact) / (to - from);
+        steps->near = far > 0.0 ? (int64_t)(far * (double)steps->end) : 0;
+    }
     return SM_OK;
 }
 
@@ -261,6 +281,7 @@ SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at, int watch
 SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *steps) {
     const sm_contact *contact = march->forcing.contact;
     const int watched = isfinite(steps->bend);
+    const int far_finest = steps->finest < FAR_HALVINGS ? steps->finest : FAR_HALVINGS;
     const double least = ldexp(steps->h, -steps->finest);
     int level = 0;
     march->level = -1;
@@ -270,15 +291,16 @@ SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *ste
         const double h = least * (double)parts, elapsed = steps->from + least * (double)at;
         const int last = at + parts == steps->end;
         const double allowed = last && steps->to_be_read ? AS_READ * steps->bend : steps->bend;
+        const int finest = at < steps->near ? far_finest : steps->finest;
         if (watched) read_rigid(n, march, march->before);
         const sm_status status =
             step(n, march, level, h, elapsed, last ? AT_THE_END : ON_THE_WAY);
         if (status != SM_OK) return status;
         const double bent = watched ? bend(n, march, h) : 0.0;
-        if (bent > allowed && level < steps->finest) {
+        if (bent > allowed && level < finest) {
             sm_march_start(march, contact, march->before);
             march->level = -1;
-            level += bent > 4.0 * allowed && level + 1 < steps->finest ? 2 : 1;
+            level += bent > 4.0 * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }
         sm_forcing_advance(&march->forcing, level, elapsed + h);
