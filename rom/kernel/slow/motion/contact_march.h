@@ -39,7 +39,6 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
 
 /* How far a march follows what is faster than its steps. */
 typedef enum {
-    SM_EVEN,      /* not at all: all steps are equal */
     SM_RESOLVED,  /* rigid contacts: steps in which a velocity bends are halved, up to three times,
                      for what is left of a contact's own vibration as it begins to slip */
     SM_TO_BE_READ /* and the last step is halved again and again towards its end: velocities have
