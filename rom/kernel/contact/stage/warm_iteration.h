@@ -153,7 +153,8 @@ SM_INLINE sm_status sm_warm_solve_in(const int n, const sm_stepper *s, sm_warm *
         sm_copy_few(n, lane->v, warm->v);
         return SM_OK;
     }
-    if (n >= SM_FEWEST_FOR_CG && lane->factors_for == SM_FACTORS_FOR) { /* the factor is an old one */
+    if (n >= SM_FEWEST_FOR_CG && lane->factors_for == SM_FACTORS_FOR) {
+        /* the factor is an old one */
         sm_copy_few(n, warm->v, warm->next);
         sm_warm_linearise(n, s, warm);
     }

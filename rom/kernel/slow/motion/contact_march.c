@@ -26,7 +26,7 @@
 /* Vibrations that have died away to exp(-4) where a march ends are followed less closely: so many
  * halvings keep displacement and force. */
 #define DEAD 4.0
-#define FAR_HALVINGS 1
+#define EARLY_HALVINGS 1
 
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
@@ -39,7 +39,8 @@ size_t sm_march_size(const sm_contact *contact, int orders) {
         return common + n * n + 4 * n + remembered(contact)
                + sm_elastic_solver_size(contact->elastic, contact->contacts);
     return common + sm_march_state_count(contact)
-           + SM_RIGID_LEVELS * sm_stepper_size(contact->contacts) + sm_lanes_size(contact->contacts, 1) + sm_warm_size(contact->contacts);
+           + SM_RIGID_LEVELS * sm_stepper_size(contact->contacts)
+           + sm_lanes_size(contact->contacts, 1) + sm_warm_size(contact->contacts);
 }
 
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory) {
@@ -209,9 +210,10 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
 static double lasting(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
-    for (size_t k = 0; k < n * n; k += n + 1)
-        longest = fmax(longest, contact->mass ? 2.0 * contact->mass[k] / contact->damping[k]
-                                              : INFINITY);
+    for (size_t k = 0; k < n * n; k += n + 1) {
+        const double mass = contact->mass ? contact->mass[k] : 0.0;
+        longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
+    }
     return DEAD * longest;
 }
 
@@ -231,7 +233,7 @@ typedef struct {
     double from, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
-    int64_t near;       /* from where on vibrations last to the end */
+    int64_t lasting;    /* from where on vibrations last to the end */
     double bend;        /* of a velocity that is allowed; infinite: any */
     int to_be_read;
 } sm_steps;
@@ -248,7 +250,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
     const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
-    const int halved = detail == SM_TO_BE_READ || (detail == SM_RESOLVED && !elastic);
+    const int halved = detail == SM_TO_BE_READ || !elastic;
     *steps = (sm_steps){.from = from,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,
@@ -261,8 +263,8 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
     if (steps->finest > 0 && !elastic) {
         steps->bend = BEND * free_velocity(contact, segment);
-        const double far = 1.0 - lasting(contact) / (to - from);
-        steps->near = far > 0.0 ? (int64_t)(far * (double)steps->end) : 0;
+        const double before = 1.0 - lasting(contact) / (to - from);
+        steps->lasting = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
     }
     return SM_OK;
 }
@@ -281,7 +283,7 @@ SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at, int watch
 SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *steps) {
     const sm_contact *contact = march->forcing.contact;
     const int watched = isfinite(steps->bend);
-    const int far_finest = steps->finest < FAR_HALVINGS ? steps->finest : FAR_HALVINGS;
+    const int early_finest = steps->finest < EARLY_HALVINGS ? steps->finest : EARLY_HALVINGS;
     const double least = ldexp(steps->h, -steps->finest);
     int level = 0;
     march->level = -1;
@@ -291,7 +293,7 @@ SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *ste
         const double h = least * (double)parts, elapsed = steps->from + least * (double)at;
         const int last = at + parts == steps->end;
         const double allowed = last && steps->to_be_read ? AS_READ * steps->bend : steps->bend;
-        const int finest = at < steps->near ? far_finest : steps->finest;
+        const int finest = at < steps->lasting ? early_finest : steps->finest;
         if (watched) read_rigid(n, march, march->before);
         const sm_status status =
             step(n, march, level, h, elapsed, last ? AT_THE_END : ON_THE_WAY);
