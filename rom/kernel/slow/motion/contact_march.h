@@ -40,9 +40,11 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
 /* How far a march follows what is faster than its steps. */
 typedef enum {
     SM_RESOLVED,  /* rigid contacts: steps in which a velocity bends are halved, up to three times,
-                     for what is left of a contact's own vibration as it begins to slip */
-    SM_TO_BE_READ /* and the last step is halved again and again towards its end: velocities have
-                     jumps, and are means of the last step where contacts are elastic */
+                     for what is left of a contact's own vibration as it begins to slip; once where
+                     that dies away before the end */
+    SM_TO_BE_READ /* and the last step, where a velocity bends at all; of elastic contacts it is
+                     halved again and again towards its end, for their velocities have jumps and
+                     are means of the last step */
 } sm_detail;
 
 /* From `from` to `to` seconds after the segment's start, in steps of at most one
