@@ -73,7 +73,7 @@ def test_contact_outputs_are_the_reconstructed_motion(modes, step, monkeypatch):
     ("structure", "dofs", "measured"),
     [
         (rom.two_mass, (0, 1), {"x": 4.5e-4, "v": 8.7e-3, "f": 9.7e-4, "elastic": 9.0e-5}),
-        (six_dofs, (0, 1, 2), {"x": 3.7e-4, "v": 6.5e-3, "f": 8.4e-4, "elastic": 1.85e-4}),
+        (six_dofs, (0, 1, 2), {"x": 4.1e-4, "v": 6.5e-3, "f": 8.4e-4, "elastic": 1.85e-4}),
     ],
 )
 def test_errors_of_contact_motion_at_a_communication_step_of_1_s(structure, dofs, measured):
@@ -116,6 +116,43 @@ def test_contact_motion_is_that_of_full_order_at_every_communication_step(step):
     for quantity, bound in {"x": 1e-3, "v": 0.015, "f": 1e-3}.items():
         found = rows[:, stepped.output_names.index(f"contact_0_{quantity}")]
         assert rms_error(found, expected[quantity][every::every, 0]) < bound
+
+
+@pytest.mark.parametrize("every", [5, 10], ids=["0.1 s", "0.2 s"])
+def test_recorded_contact_motion_is_that_of_full_order(every):
+    """Measured: x 0.03 %, v 0.8 %, f 0.02 %; v 2.7 and 3.9 % in equal steps."""
+    times, expected = full_order()
+    of = near_resonance().model
+    slow = slow_trajectory(of, ({0: 1.0},), np.arange(801.0), force_A=0.15, frequency_A=0.9825)
+    motion = reconstruct(of, slow, times[::every])
+    found = {"x": motion.displacement, "v": motion.velocity, "f": motion.force}
+    for quantity, bound in {"x": 1e-3, "v": 0.015, "f": 1e-3}.items():
+        assert rms_error(found[quantity][:, 0], expected[quantity][::every, 0]) < bound
+
+
+@pytest.mark.parametrize("pattern", [(1.0,), (0.3, 0.7), (2.0,)], ids=str)
+def test_contact_motion_differs_between_choices_of_steps_by_no_more_than_is_said(pattern):
+    """What documentation.py states. Measured: x and f 0.07 %, v 0.8 %."""
+    rows = []
+    for steps in (pattern, (0.05,) * 40):
+        stepped, time, read = near_resonance(), 100.0, []
+        stepped.do_step(0.0, time)
+        while len(read) < 30:
+            until = time + 2.0
+            while time < until - 1e-9:
+                for step in steps:
+                    stepped.do_step(time, step)
+                    time += step
+                    outputs = stepped.outputs()
+            read.append(list(outputs.values()))
+        rows.append(dict(zip(outputs, np.array(read).T, strict=True)))
+    some, others = rows
+    for name, bound in (("A_re", 1e-6), ("A_im", 1e-6)):
+        np.testing.assert_allclose(some[name], others[name], atol=bound)
+    for i in (0, 1):
+        for quantity, bound in {"x": 1e-3, "v": 0.015, "f": 1e-3}.items():
+            name = f"contact_{i}_{quantity}"
+            assert 0.0 < rms_error(some[name], others[name]) < bound
 
 
 def test_contact_motion_hardly_depends_on_when_it_was_read_before():

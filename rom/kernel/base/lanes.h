@@ -32,12 +32,12 @@
 #if defined(SM_OPENMP_SIMD)
 #define SM_SIMD _Pragma("omp simd")
 #define SM_SIMD_MAX(variable) SM_PRAGMA(omp simd reduction(max : variable))
-#define SM_SIMD_SUM(variable) SM_PRAGMA(omp simd reduction(+ : variable))
-#define SM_PRAGMA(words) _Pragma(#words)
+#define SM_SIMD_SUM(...) SM_PRAGMA(omp simd reduction(+ : __VA_ARGS__))
+#define SM_PRAGMA(...) _Pragma(#__VA_ARGS__)
 #else
 #define SM_SIMD
 #define SM_SIMD_MAX(variable)
-#define SM_SIMD_SUM(variable)
+#define SM_SIMD_SUM(...)
 #endif
 
 /* exp(x) for x <= 0, relative error below 3e-16 * 2; underflows to about 1e-304 below -700. */

@@ -34,9 +34,23 @@ static int positive_definite(const double *matrix, int n, double *factor) {
     return 1;
 }
 
+static void set_law(sm_stepper *stepper, const sm_contact *contact, int i) {
+    stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * (stepper->contacts + 1)],
+                                         contact->limit[i], contact->alpha);
+}
+
+/* Limits may be scaled from one march to the next, in steps that are as long as before. */
+static void set_limits(sm_stepper *stepper, const sm_contact *contact) {
+    for (int i = 0; i < contact->contacts; i++)
+        if (stepper->laws[i].limit != contact->limit[i]) set_law(stepper, contact, i);
+}
+
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h) {
     const int n = contact->contacts;
-    if (stepper->h == h) return SM_OK;
+    if (stepper->h == h) {
+        set_limits(stepper, contact);
+        return SM_OK;
+    }
     stepper->h = 0.0; /* until the matrix is known to be good */
     for (int i = 0; i < n; i++)
         for (int j = 0; j < n; j++) {
@@ -49,9 +63,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     stepper->massless = !contact->mass;
     stepper->smooth = contact->law == SM_TANH;
     for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
-    for (int i = 0; i < n; i++)
-        stepper->laws[i] = sm_resolvent_make(contact->law, stepper->matrix[i * n + i],
-                                             contact->limit[i], contact->alpha);
+    for (int i = 0; i < n; i++) set_law(stepper, contact, i);
     if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
     stepper->h = h;
     return SM_OK;

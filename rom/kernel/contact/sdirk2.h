@@ -53,10 +53,11 @@ void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
  * gives the bits of a fresh one. */
 void sm_lanes_forget(sm_lanes *lane, int contacts, int lanes);
 
+/* `n`, the number of contacts, may be a literal in what follows. */
+
 /* r = u - K x */
-SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
+SM_INLINE void sm_stage_load(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
                              const double *restrict x) {
-    const int n = s->contacts;
     sm_times(n, lanes, s->stiffness, x, m->r);
     for (int i = 0; i < n; i++) {
         double *restrict r = m->r + (size_t)i * lanes;
@@ -68,9 +69,8 @@ SM_INLINE void sm_stage_load(const int lanes, const sm_stepper *s, sm_lanes *m,
 
 /* r += M (velocity the stage starts from) / (gamma h). The last stage of a step ends it, so
  * stage_v[1] holds the velocity at its start until that stage is solved. */
-SM_INLINE void sm_stage_load_inertia(const int lanes, const sm_stepper *s, sm_lanes *m,
-                                     int stage) {
-    const int n = s->contacts;
+SM_INLINE void sm_stage_load_inertia(const int n, const int lanes, const sm_stepper *s,
+                                     sm_lanes *m, int stage) {
     const double gain = stage == 0 ? 0.0 : (1.0 - SM_GAMMA) / SM_GAMMA;
     for (int i = 0; i < n; i++) {
         double *restrict r = m->r + (size_t)i * lanes;
@@ -86,15 +86,17 @@ SM_INLINE void sm_stage_load_inertia(const int lanes, const sm_stepper *s, sm_la
 }
 
 /* Right-hand side m->r of a stage, 0 or 1, from the forcing in m->u. */
-SM_INLINE void sm_stage_begin(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
-    sm_stage_load(lanes, s, m, stage == 0 ? m->x : m->base);
-    if (!s->massless) sm_stage_load_inertia(lanes, s, m, stage);
+SM_INLINE void sm_stage_begin(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
+                              int stage) {
+    sm_stage_load(n, lanes, s, m, stage == 0 ? m->x : m->base);
+    if (!s->massless) sm_stage_load_inertia(n, lanes, s, m, stage);
 }
 
 /* What follows from the velocity m->v of a stage. */
-SM_INLINE void sm_stage_end(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
-    const size_t size = (size_t)s->contacts * (size_t)lanes;
-    memcpy(m->stage_v[stage], m->v, size * sizeof(double));
+SM_INLINE void sm_stage_end(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
+                            int stage) {
+    const size_t size = (size_t)n * (size_t)lanes;
+    for (size_t k = 0; k < size; k++) m->stage_v[stage][k] = m->v[k];
     const double first = (1.0 - SM_GAMMA) * s->h, last = SM_GAMMA * s->h;
     if (stage == 0)
         for (size_t k = 0; k < size; k++) m->base[k] = m->x[k] + first * m->v[k];

@@ -77,7 +77,7 @@ SM_INLINE sm_status solve_point(scheme *s, const point_rule *rule, const double 
     for (size_t k = 0; k < size; k++)
         lane->base[k] = rule->from_a * x[k] + rule->from_b * left[k];
     load(s->contact, amplitudes, angle, lane);
-    sm_stage_load(SM_LANES, &rule->stepper, lane, lane->base);
+    sm_stage_load(rule->stepper.contacts, SM_LANES, &rule->stepper, lane, lane->base);
     const sm_status status = sm_solve_lanes(&rule->stepper, lane);
     for (size_t k = 0; k < size; k++) x[k] = lane->base[k] + rule->per_c * lane->v[k];
     return status;

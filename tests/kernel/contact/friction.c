@@ -208,6 +208,17 @@ static void check_coupled_steps(void) {
     }
 }
 
+/* Limits that are scaled from one march to the next, in steps of one length. */
+static void check_scaled_limits(void) {
+    problem p = new_problem(2, 1, SM_COULOMB);
+    one_lane m = new_lane(&p.contact, 0.1);
+    p.limit[0] *= 0.5;
+    CHECK_STATUS(sm_stepper_set(&m.stepper, &p.contact, 0.1), SM_OK);
+    for (int i = 0; i < 2; i++) CHECK_NEAR(m.stepper.laws[i].limit, p.limit[i], 0.0);
+    free(m.memory);
+    free_problem(&p);
+}
+
 /* Contacts on a rigid part: K is singular, and without damping the stage matrix too. */
 static void check_singular_stiffness(void) {
     const double alphas[] = {0.0, 0.02, 1e-6};
@@ -427,6 +438,7 @@ void check_friction(void) {
     check_coupled_steps();
     check_many();
     check_joined_coulomb_contacts();
+    check_scaled_limits();
     check_singular_stiffness();
     check_frictionless_stage();
     check_rank_deficient_stage();

@@ -90,10 +90,12 @@ def test_second_order_in_the_steps(two_mode_model, transient):
     def displacement(steps):
         return reconstruct(two_mode_model, transient, times, steps_per_period=steps).displacement
 
-    exact = displacement(8192)
-    coarse, fine = (relative_difference(displacement(steps), exact) for steps in (64, 1024))
-    # over four halvings (measured 1.94): in a single one, where stick ends in a step matters
-    assert np.log2(coarse / fine) / 4 == pytest.approx(2.0, abs=0.3)
+    exact = displacement(32768)
+    coarse, fine = (relative_difference(displacement(steps), exact) for steps in (512, 4096))
+    # over three halvings (measured 1.97): in a single one, where stick ends in a step matters
+    assert np.log2(coarse / fine) / 3 == pytest.approx(2.0, abs=0.3)
+    # longer ones are halved where contacts begin to slip: measured 5.8e-4, without 8.6e-3
+    assert relative_difference(displacement(64), exact) < 1e-3
 
 
 @pytest.mark.parametrize("end", [100.0, 200.0, DURATION])
@@ -148,7 +150,7 @@ def test_long_steps_are_as_good_where_combination_resonances_make_the_amplitudes
             **{"frequency_A": carriers[0], "frequency_B": carriers[1]},
             tolerance=1e-9,
         )
-        return reconstruct(model, trajectory, times)
+        return reconstruct(model, trajectory, times, steps_per_period=2048)
 
     found, exact = moved(step), moved(0.05)
     # measured 0.02e-5 and 0.64e-5, over 20 s 0.48e-5 and 0.65e-5; without the combination
@@ -266,7 +268,7 @@ def test_what_the_contacts_take_from_the_modes_is_dissipated_there(
     reduced, modulus = model.reduced, np.array(amplitude)
     taken = (-2 * reduced.frequency * modulus * model.table(modulus).imag).sum()
     period = 20 * np.pi  # of both carriers, 1 and 1.7 rad/s
-    times = period * (1 + np.arange(1, 8001) / 8000)
+    times = period * (1 + np.arange(1, 32001) / 32000)
     motion = reconstruct(
         model, held_amplitude(model, amplitude, 2 * period), times, steps_per_period=256
     )

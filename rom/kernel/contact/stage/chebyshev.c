@@ -66,9 +66,9 @@ sm_status sm_solve_lanes(const sm_stepper *s, sm_lanes *m) {
 }
 
 SM_HOT sm_status sm_stage_lanes(const sm_stepper *s, sm_lanes *m, int stage) {
-    sm_stage_begin(SM_LANES, s, m, stage);
+    sm_stage_begin(s->contacts, SM_LANES, s, m, stage);
     memcpy(m->v, m->stage_v[stage], (size_t)s->contacts * SM_LANES * sizeof(double));
     const sm_status status = sm_solve_lanes(s, m);
-    sm_stage_end(SM_LANES, s, m, stage);
+    sm_stage_end(s->contacts, SM_LANES, s, m, stage);
     return status;
 }

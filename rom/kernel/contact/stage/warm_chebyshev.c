@@ -1,8 +1,4 @@
-#include "contact/stage/warm_chebyshev.h"
-
-#include "contact/stage/newton_cg.h"
-
-#define FEWEST_FOR_CG 40 /* contacts from which that is faster than factors */
+#include "contact/stage/warm_iteration.h"
 
 size_t sm_warm_size(int contacts) { return (size_t)contacts * (size_t)(contacts + 7); }
 
@@ -14,134 +10,56 @@ void sm_warm_place(sm_warm *warm, int contacts, double *memory) {
     warm->factor = memory;
 }
 
-/* Friction tanh(v / alpha) and its slope, and the factor L D L^T of J there. */
-SM_INLINE void linearise(const int n, const sm_stepper *s, sm_warm *warm) {
-    double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2, *restrict f = warm->factor;
-    for (int i = 0; i < n; i++) {
-        const double w = warm->next[i] * warm->per_alpha;
-        const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
-        tanh[i] = sm_tanh_from(w, e, inv);
-        sech2[i] = 4.0 * e * inv * inv;
-    }
-    for (int i = 0; i < n; i++) {
-        double pivot = s->matrix[i * n + i]
-                       + s->laws[i].limit * warm->per_alpha * sech2[i];
-        for (int j = 0; j < i; j++) {
-            double sum = s->matrix[i * n + j];
-            for (int k = 0; k < j; k++) sum -= f[i * n + k] * f[j * n + k];
-            f[i * n + j] = sum;
-        }
-        for (int j = 0; j < i; j++) {
-            const double entry = f[i * n + j] * f[j * n + j];
-            pivot -= f[i * n + j] * entry;
-            f[i * n + j] = entry;
-        }
-        f[i * n + i] = 1.0 / pivot;
-    }
-}
-
-/* x = J^-1 x */
-SM_INLINE void divide(const int n, const sm_warm *warm, double *restrict x) {
-    const double *restrict f = warm->factor;
-    for (int i = 1; i < n; i++)
-        for (int j = 0; j < i; j++) x[i] -= f[i * n + j] * x[j];
-    for (int i = 0; i < n; i++) x[i] *= f[i * n + i];
-    for (int i = n - 1; i > 0; i--)
-        for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
-}
-
-/* Moves `next` by Chebyshev's step, J^-1 delta and what the curvature of g adds to it; whether
- * what remains is below the tolerance. */
-SM_INLINE int move(const int n, const sm_stepper *s, sm_warm *warm) {
-    int small = 1, settled = 1;
-    divide(n, warm, warm->delta);
-    for (int i = 0; i < n; i++) {
-        const double x = warm->delta[i] * warm->per_alpha;
-        const double curved = warm->sech2[i] * x * x;
-        warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
-        small = small && fabs(x) < 1.0;
-        settled = settled && curved * fabs(x) < warm->tolerance;
-        warm->next[i] += warm->delta[i];
-    }
-    if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
-    divide(n, warm, warm->bend);
-    for (int i = 0; i < n; i++) warm->next[i] += warm->bend[i];
-    return settled;
-}
-
-/* One Chebyshev step from `next`; whether it ends at the solution. */
-SM_INLINE int iterate(const int n, const sm_stepper *s, sm_warm *warm, const double *r) {
-    linearise(n, s, warm);
-    for (int i = 0; i < n; i++) {
-        double sum = r[i] - s->laws[i].limit * warm->tanh[i];
-        for (int j = 0; j < n; j++) sum -= s->matrix[i * n + j] * warm->next[j];
-        warm->delta[i] = sum;
-    }
-    return move(n, s, warm);
-}
-
-SM_HOT_ONE void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v,
-                              const double *force) {
-    const int n = s->contacts;
-    warm->tolerance = SM_WARM_TOLERANCE;
-    warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
-    for (int i = 0; i < n; i++) {
-        warm->v[i] = warm->next[i] = v[i];
-        warm->r[i] = force[i];
-        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * v[j];
-    }
-    if (warm->per_alpha > 0.0) linearise(n, s, warm);
-}
-
-SM_HOT_ONE static int newton_cg(const sm_stepper *s, sm_lanes *lane) {
+SM_HOT_ONE int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane) {
     return sm_newton_cg_try(1, s, lane);
 }
 
-SM_HOT_ONE static sm_status newton(const sm_stepper *s, sm_lanes *lane) {
+SM_HOT_ONE sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane) {
     return sm_newton_solve(1, s, lane);
 }
 
-/* `n` is a literal where there are few contacts. */
-SM_INLINE sm_status solve(const int n, const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
-    const int tries = warm->per_alpha > 0.0 ? 4 : 0;
-    const size_t bytes = (size_t)n * sizeof(double);
-    memcpy(lane->v, warm->v, bytes);
-    if (s->smooth && n >= FEWEST_FOR_CG && newton_cg(s, lane)) {
-        memcpy(warm->r, lane->r, bytes);
-        memcpy(warm->v, lane->v, bytes);
-        return SM_OK;
-    }
-    if (lane->factors_for == SM_FACTORS_FOR) { /* the factor is an old one */
-        memcpy(warm->next, warm->v, bytes);
-        linearise(n, s, warm);
-    }
-    if (tries > 0) {
-        for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
-        memcpy(warm->next, warm->v, bytes);
-        move(n, s, warm);
-    }
-    memcpy(warm->r, lane->r, bytes);
-    for (int k = 0; k < tries; k++)
-        if (iterate(n, s, warm, lane->r)) {
-            memcpy(warm->v, warm->next, bytes);
-            return SM_OK;
-        }
-    memcpy(lane->v, warm->v, bytes);
-    const sm_status status = newton(s, lane);
-    memcpy(warm->v, lane->v, bytes);
-    memcpy(warm->next, lane->v, bytes);
-    if (tries > 0) linearise(n, s, warm);
+SM_HOT_ONE static void start(const sm_stepper *s, sm_warm *warm, const double *v,
+                             const double *force) {
+    sm_warm_start_in(s->contacts, s, warm, v, force);
+}
+
+void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v, const double *force) {
+    if (s->contacts == 2)
+        sm_warm_start_two(s, warm, v, force);
+    else
+        start(s, warm, v, force);
+}
+
+SM_HOT_ONE static void resume(const sm_stepper *s, sm_warm *warm, const double *force) {
+    sm_warm_resume_in(s->contacts, s, warm, force);
+}
+
+void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force) {
+    if (s->contacts == 2)
+        sm_warm_resume_two(s, warm, force);
+    else
+        resume(s, warm, force);
+}
+
+SM_HOT_ONE static sm_status solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
+    return sm_warm_solve_in(s->contacts, s, warm, lane);
+}
+
+sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
+    return s->contacts == 2 ? sm_warm_solve_two(s, warm, lane) : solve(s, warm, lane);
+}
+
+SM_HOT_ONE static sm_status stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane,
+                                      int stage) {
+    const int n = s->contacts;
+    sm_stage_begin(n, 1, s, lane, stage);
+    const sm_status status = sm_warm_solve_in(n, s, warm, lane);
+    memcpy(lane->v, warm->v, (size_t)n * sizeof(double));
+    sm_stage_end(n, 1, s, lane, stage);
     return status;
 }
 
-SM_HOT_ONE sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
-    return s->contacts == 2 ? solve(2, s, warm, lane) : solve(s->contacts, s, warm, lane);
-}
-
-SM_HOT_ONE sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
-    sm_stage_begin(1, s, lane, stage);
-    const sm_status status = sm_warm_solve(s, warm, lane);
-    memcpy(lane->v, warm->v, (size_t)s->contacts * sizeof(double));
-    sm_stage_end(1, s, lane, stage);
-    return status;
+sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
+    return s->contacts == 2 ? sm_stage_two(s, warm, lane, stage)
+                            : stage_one(s, warm, lane, stage);
 }

@@ -27,6 +27,8 @@ size_t sm_warm_size(int contacts); /* doubles */
 void sm_warm_place(sm_warm *warm, int contacts, double *memory);
 /* Begin at velocities v under friction forces g(v). */
 void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v, const double *force);
+/* Go on from there where only S has changed. */
+void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force);
 /* Solve for the right-hand side lane->r into warm->v. */
 sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane);
 

@@ -16,12 +16,17 @@
 #define AT_THE_END 1e-10
 /* Halvings of a step. Elastic contacts have no inertia: what is between two steps does not matter
  * to what follows. */
-#define RIGID_HALVINGS 3
+#define RIGID_HALVINGS (SM_RIGID_LEVELS - 1)
 #define ELASTIC_HALVINGS 6
 /* By how much a velocity may part from a straight line in a step, relative to that without
  * friction. */
 #define BEND 0.2
 #define STRAIGHT 0.2 /* part of that below which the next step is twice as long */
+#define AS_READ 0.05 /* part of that in the last step, where the velocity is to be read */
+/* Vibrations that have died away to exp(-4) where a march ends are followed less closely: so many
+ * halvings keep displacement and force. */
+#define DEAD 4.0
+#define EARLY_HALVINGS 1
 
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
@@ -33,13 +38,15 @@ size_t sm_march_size(const sm_contact *contact, int orders) {
     if (contact->law == SM_ELASTIC)
         return common + n * n + 4 * n + remembered(contact)
                + sm_elastic_solver_size(contact->elastic, contact->contacts);
-    return common + sm_march_state_count(contact) + sm_stepper_size(contact->contacts)
+    return common + sm_march_state_count(contact)
+           + SM_RIGID_LEVELS * sm_stepper_size(contact->contacts)
            + sm_lanes_size(contact->contacts, 1) + sm_warm_size(contact->contacts);
 }
 
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory) {
     const int contacts = contact->contacts;
     const size_t n = (size_t)contacts;
+    march->forcing.found.least = 0.0;
     march->force = sm_take(&memory, n);
     march->acceleration = sm_take(&memory, n);
     sm_reaction_place(&march->reaction, contacts, orders,
@@ -55,8 +62,9 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, doub
         return;
     }
     march->before = sm_take(&memory, sm_march_state_count(contact));
-    sm_stepper_place(&march->stepper, contacts, memory);
-    memory += sm_stepper_size(contacts);
+    for (int level = 0; level < SM_RIGID_LEVELS; level++)
+        sm_stepper_place(&march->stepper[level], contacts,
+                         sm_take(&memory, sm_stepper_size(contacts)));
     sm_lanes_place(&march->lane, contacts, 1, memory);
     memory += sm_lanes_size(contacts, 1);
     sm_warm_place(&march->warm, contacts, memory);
@@ -87,25 +95,30 @@ void sm_march_start(sm_march *march, const sm_contact *contact, const double *st
         march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
+SM_INLINE void read_rigid(const int n, const sm_march *march, double *restrict state) {
+    for (int i = 0; i < n; i++) {
+        state[i] = march->x[i];
+        state[n + i] = march->v[i];
+        state[2 * n + i] = march->force[i];
+        state[3 * n + i] = march->acceleration[i];
+    }
+}
+
 void sm_march_read(const sm_march *march, const sm_contact *contact, double *state) {
-    const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
-    memcpy(state, march->x, bytes);
-    memcpy(state + n, march->v, bytes);
-    memcpy(state + 2 * n, march->force, bytes);
-    memcpy(state + 3 * n, march->acceleration, bytes);
+    const size_t n = (size_t)contact->contacts;
+    read_rigid(contact->contacts, march, state);
     if (contact->law != SM_ELASTIC) return;
-    memcpy(state + 4 * n, march->last_u, bytes);
+    memcpy(state + 4 * n, march->last_u, n * sizeof(double));
     memcpy(state + 5 * n, march->memory, remembered(contact) * sizeof(double));
 }
 
 /* g = r - S v, where rounding must not carry it beyond the limit. */
-static void find_force(sm_march *march) {
-    const sm_stepper *s = &march->stepper;
-    const int n = s->contacts;
+SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     for (int i = 0; i < n; i++) {
+        const double limit = s->laws[i].limit;
         double g = march->warm.r[i];
         for (int j = 0; j < n; j++) g -= s->matrix[i * n + j] * march->warm.v[j];
-        march->force[i] = fmax(-s->laws[i].limit, fmin(g, s->laws[i].limit));
+        march->force[i] = g > limit ? limit : g < -limit ? -limit : g;
     }
 }
 
@@ -128,41 +141,46 @@ static sm_status step_elastic(sm_march *march, const sm_contact *contact, double
     return SM_OK;
 }
 
-/* Steps of another length: S is another matrix. */
-static sm_status set_stepper(sm_march *march, const sm_contact *contact, double h) {
-    const sm_status status = sm_stepper_set(&march->stepper, contact, h);
+/* Steps of another length: S is another matrix. Contacts go on, or begin anew. */
+static sm_status set_level(sm_march *march, const sm_contact *contact, int level, double h) {
+    sm_stepper *stepper = &march->stepper[level];
+    const sm_status status = sm_stepper_set(stepper, contact, h);
     if (status != SM_OK) return status;
     sm_lanes_forget(&march->lane, contact->contacts, 1);
-    sm_warm_start(&march->stepper, &march->warm, march->lane.v, march->force);
+    if (march->level >= 0)
+        sm_warm_resume(stepper, &march->warm, march->force);
+    else
+        sm_warm_start(stepper, &march->warm, march->lane.v, march->force);
+    march->level = level;
     return SM_OK;
 }
 
-SM_INLINE sm_status step_rigid(sm_march *march, sm_forcing *forcing, int level, double h,
-                               double elapsed, double tolerance) {
+SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double elapsed,
+                               double tolerance) {
     sm_status status = SM_OK;
-    if (level != march->level) status = set_stepper(march, forcing->contact, h);
-    march->level = level;
+    if (level != march->level) status = set_level(march, march->forcing.contact, level, h);
+    const sm_stepper *stepper = &march->stepper[level];
     march->warm.tolerance = tolerance;
     for (int stage = 0; stage < SM_STAGES && status == SM_OK; stage++) {
         const double at = elapsed + (stage == 0 ? SM_GAMMA * h : h);
-        sm_forcing_load(forcing, level, stage, at, march->lane.u);
-        status = sm_stage_one(&march->stepper, &march->warm, &march->lane, stage);
+        sm_forcing_load(n, &march->forcing, level, stage, at, march->lane.u);
+        status = sm_stage_one(stepper, &march->warm, &march->lane, stage);
     }
-    if (status == SM_OK) find_force(march);
+    if (status == SM_OK) find_force(n, stepper, march);
     return status;
 }
 
 /* A step of h seconds, of that level, from `elapsed` on. */
-SM_INLINE sm_status step(sm_march *march, sm_forcing *forcing, int level, double h, double elapsed,
+SM_INLINE sm_status step(const int n, sm_march *march, int level, double h, double elapsed,
                          double tolerance) {
-    const int n = forcing->contact->contacts;
+    const sm_contact *contact = march->forcing.contact;
     sm_status status;
     for (int i = 0; i < n; i++) march->acceleration[i] = -march->v[i];
-    if (forcing->contact->law == SM_ELASTIC) {
-        sm_forcing_load(forcing, level, SM_STAGES - 1, elapsed + h, march->u);
-        status = step_elastic(march, forcing->contact, h);
+    if (contact->law == SM_ELASTIC) {
+        sm_forcing_load(n, &march->forcing, level, SM_STAGES - 1, elapsed + h, march->u);
+        status = step_elastic(march, contact, h);
     } else {
-        status = step_rigid(march, forcing, level, h, elapsed, tolerance);
+        status = step_rigid(n, march, level, h, elapsed, tolerance);
     }
     for (int i = 0; i < n; i++) {
         const double mean = (march->acceleration[i] + march->v[i]) / h;
@@ -187,12 +205,26 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
+/* Seconds in which the slowest to die away of the rigid contacts' own vibrations has done so;
+ * infinite: it does not. */
+static double lasting(const sm_contact *contact) {
+    const size_t n = (size_t)contact->contacts;
+    double longest = 0.0;
+    for (size_t k = 0; k < n * n; k += n + 1) {
+        const double mass = contact->mass ? contact->mass[k] : 0.0;
+        longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
+    }
+    return DEAD * longest;
+}
+
 /* By how much velocities parted from straight lines in a step of h seconds, at most. */
-static double bend(const sm_march *march, int contacts, double h) {
-    const double *v = march->before + contacts, *acceleration = march->before + 3 * contacts;
+SM_INLINE double bend(const int n, const sm_march *march, double h) {
+    const double *v = march->before + n, *acceleration = march->before + 3 * n;
     double most = 0.0;
-    for (int i = 0; i < contacts; i++)
-        most = fmax(most, fabs(march->v[i] - v[i] - h * acceleration[i]));
+    for (int i = 0; i < n; i++) {
+        const double bent = fabs(march->v[i] - v[i] - h * acceleration[i]);
+        most = bent > most ? bent : most;
+    }
     return most;
 }
 
@@ -201,6 +233,7 @@ typedef struct {
     double from, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
+    int64_t lasting;    /* from where on vibrations last to the end */
     double bend;        /* of a velocity that is allowed; infinite: any */
     int to_be_read;
 } sm_steps;
@@ -217,7 +250,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
     const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
-    const int halved = detail == SM_TO_BE_READ || (detail == SM_RESOLVED && !elastic);
+    const int halved = detail == SM_TO_BE_READ || !elastic;
     *steps = (sm_steps){.from = from,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,
@@ -226,45 +259,53 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     /* steps that are short already need fewer halvings */
     while (steps->finest > 0 && steps->h <= ldexp(0.6 * longest, steps->finest - halvings))
         steps->finest--;
-    if (steps->finest > 0 && !elastic) steps->bend = BEND * free_velocity(contact, segment);
     steps->whole = (int64_t)1 << steps->finest;
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
+    if (steps->finest > 0 && !elastic) {
+        steps->bend = BEND * free_velocity(contact, segment);
+        const double before = 1.0 - lasting(contact) / (to - from);
+        steps->lasting = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
+    }
     return SM_OK;
 }
 
-/* Of the next step: that level, or a finer one where longer steps are to follow, or where the
- * march is to be read at the end of this one. */
-SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
+/* Of the next step: that level, or a finer one where longer steps are to follow, or where elastic
+ * contacts are to be read at the end of this one. */
+SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at, int watched) {
     for (; level < steps->finest; level++) {
         const int64_t parts = steps->whole >> level;
-        const int last = steps->to_be_read && at + parts == steps->end;
-        if (at % parts == 0 && !last) break;
+        const int last = !watched && steps->to_be_read && at + parts == steps->end;
+        if ((at & (parts - 1)) == 0 && !last) break;
     }
     return level;
 }
 
-SM_INLINE sm_status take_steps(sm_march *march, sm_forcing *forcing, const sm_steps *steps) {
-    const sm_contact *contact = forcing->contact;
+SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *steps) {
+    const sm_contact *contact = march->forcing.contact;
     const int watched = isfinite(steps->bend);
+    const int early_finest = steps->finest < EARLY_HALVINGS ? steps->finest : EARLY_HALVINGS;
     const double least = ldexp(steps->h, -steps->finest);
     int level = 0;
     march->level = -1;
     for (int64_t at = 0; at < steps->end;) {
-        level = next_level(steps, level, at);
+        level = next_level(steps, level, at, watched);
         const int64_t parts = steps->whole >> level;
         const double h = least * (double)parts, elapsed = steps->from + least * (double)at;
-        const double tolerance = at + parts < steps->end ? ON_THE_WAY : AT_THE_END;
-        if (watched) sm_march_read(march, contact, march->before);
-        const sm_status status = step(march, forcing, level, h, elapsed, tolerance);
+        const int last = at + parts == steps->end;
+        const double allowed = last && steps->to_be_read ? AS_READ * steps->bend : steps->bend;
+        const int finest = at < steps->lasting ? early_finest : steps->finest;
+        if (watched) read_rigid(n, march, march->before);
+        const sm_status status =
+            step(n, march, level, h, elapsed, last ? AT_THE_END : ON_THE_WAY);
         if (status != SM_OK) return status;
-        const double bent = watched ? bend(march, contact->contacts, h) : 0.0;
-        if (bent > steps->bend && level < steps->finest) {
+        const double bent = watched ? bend(n, march, h) : 0.0;
+        if (bent > allowed && level < finest) {
             sm_march_start(march, contact, march->before);
             march->level = -1;
-            level += bent > 4.0 * steps->bend && level + 1 < steps->finest ? 2 : 1;
+            level += bent > 4.0 * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }
-        sm_forcing_advance(forcing, level, elapsed + h);
+        sm_forcing_advance(&march->forcing, level, elapsed + h);
         at += parts;
         if (bent < STRAIGHT * steps->bend && level > 0) level--;
     }
@@ -277,16 +318,15 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     sm_steps steps;
     sm_status status = divide(contact, segment, from, to, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
+    const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
-    sm_forcing forcing = {.contact = contact,
-                          .segment = segment,
-                          .reaction = reacting ? &march->reaction : NULL};
-    sm_forcing_start(&forcing, from, steps.h, steps.finest);
-    status = take_steps(march, &forcing, &steps);
+    sm_forcing_start(&march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
+                     steps.h, steps.finest);
+    status = n == 2 ? take_steps(2, march, &steps) : take_steps(n, march, &steps);
     if (status != SM_OK) return status;
     /* a NaN or infinity anywhere on the way is still in the displacement */
-    const size_t n = (size_t)contact->contacts;
-    const int finite = sm_all_finite(march->x, n) && sm_all_finite(march->v, n)
-                       && sm_all_finite(march->force, n);
+    const size_t count = (size_t)n;
+    const int finite = sm_all_finite(march->x, count) && sm_all_finite(march->v, count)
+                       && sm_all_finite(march->force, count);
     return finite ? SM_OK : SM_NOT_FINITE;
 }

@@ -5,16 +5,20 @@
 #include "contact/elastic/solve.h"
 #include "contact/stage/warm_chebyshev.h"
 
+/* Lengths of the steps of rigid contacts, each half the one before. */
+#define SM_RIGID_LEVELS 4
+
 /* Contacts marched along a slow trajectory: one lane. */
 typedef struct {
-    sm_stepper stepper;
+    sm_forcing forcing;
+    sm_stepper stepper[SM_RIGID_LEVELS]; /* as they were needed last */
     sm_lanes lane;
     sm_warm warm;
     sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
     double *acceleration; /* (N_c) mean of the last step */
     double *before;       /* rigid contacts: state at the start of the step */
-    int level;            /* of the steps that the stepper is set for; -1: of none */
+    int level;            /* of the steps that lane and warm are set for; -1: of none */
     /* elastic contacts have these instead of stepper, lane and warm: */
     sm_elastic_solver solver;
     double *flexibility;      /* (N_c, N_c) */
@@ -35,11 +39,12 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
 
 /* How far a march follows what is faster than its steps. */
 typedef enum {
-    SM_EVEN,      /* not at all: all steps are equal */
     SM_RESOLVED,  /* rigid contacts: steps in which a velocity bends are halved, up to three times,
-                     for what is left of a contact's own vibration as it begins to slip */
-    SM_TO_BE_READ /* and the last step is halved again and again towards its end: velocities have
-                     jumps, and are means of the last step where contacts are elastic */
+                     for what is left of a contact's own vibration as it begins to slip; once where
+                     that dies away before the end */
+    SM_TO_BE_READ /* and the last step, where a velocity bends at all; of elastic contacts it is
+                     halved again and again towards its end, for their velocities have jumps and
+                     are means of the last step */
 } sm_detail;
 
 /* From `from` to `to` seconds after the segment's start, in steps of at most one

@@ -40,8 +40,9 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                 continue;
             }
             const double to = times[k] < end || g + 1 == segments ? times[k] : end;
+            const sm_detail detail = to == times[k] ? SM_TO_BE_READ : SM_RESOLVED;
             status = sm_march_along(&march, contact, &segment[g], now - segment[g].start,
-                                    to - segment[g].start, steps_per_period, SM_EVEN);
+                                    to - segment[g].start, steps_per_period, detail);
             now = to;
         }
         if (displacement) memcpy(displacement + k * n, march.x, n * sizeof(double));

@@ -16,9 +16,15 @@ typedef struct {
     const sm_contact *contact;
     const sm_segment *segment;
     sm_reaction *reaction; /* NULL: none */
+    double amplitude[SM_MODES][2][4]; /* cubics in the fraction of the segment */
     int swept, since;      /* steps since the carriers were exact */
     sm_complex carrier[SM_MODES]; /* at the start of the next step */
     sm_complex by[SM_LEVELS][SM_STAGES][SM_MODES];
+    struct {               /* what those factors, and the harmonics', were found for */
+        double least, frequency[SM_MODES];
+        int finest;
+        const sm_reaction *reaction;
+    } found;
 } sm_forcing;
 
 SM_INLINE sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
@@ -51,14 +57,33 @@ SM_INLINE void square_factors(sm_forcing *f, int level, int stage) {
     sm_phasors_multiply(reaction->row, root, root, &reaction->by[level][stage]);
 }
 
-/* Steps of h / 2^level, level = 0 ... finest, from `elapsed` on. */
-SM_INLINE void sm_forcing_start(sm_forcing *f, double elapsed, double h, int finest) {
-    const sm_segment *g = f->segment;
-    f->swept = g->frequency_rate[0] != 0.0 || g->frequency_rate[1] != 0.0;
-    if (f->reaction) sm_reaction_start(f->reaction, f->contact->contacts, g);
+/* Whether the factors for steps of `least` and more are there already; they will be. */
+SM_INLINE int factors_found(sm_forcing *f, double least, int finest) {
+    int same = f->found.least == least && f->found.finest == finest
+               && f->found.reaction == f->reaction;
+    for (int j = 0; j < f->contact->modes; j++) {
+        same = same && f->found.frequency[j] == f->segment->frequency[j];
+        f->found.frequency[j] = f->segment->frequency[j];
+    }
+    f->found.least = least;
+    f->found.finest = finest;
+    f->found.reaction = f->reaction;
+    return same;
+}
+
+/* Along a segment, in steps of h / 2^level, level = 0 ... finest, from `elapsed` on. */
+SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
+                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
+                                double h, int finest) {
+    f->contact = contact;
+    f->segment = segment;
+    f->reaction = reaction;
+    f->swept = segment->frequency_rate[0] != 0.0 || segment->frequency_rate[1] != 0.0;
+    for (int j = 0; j < contact->modes; j++) sm_segment_cubics(segment, j, f->amplitude[j]);
+    if (reaction) sm_reaction_start(reaction, contact->contacts, segment);
     sm_forcing_set(f, elapsed);
-    if (f->swept) return;
     const double least = ldexp(h, -finest), at[SM_STAGES] = {SM_GAMMA * least, least};
+    if (f->swept || factors_found(f, least, finest)) return;
     for (int level = finest; level >= 0; level--)
         for (int stage = 0; stage < SM_STAGES; stage++) {
             if (level == finest)
@@ -68,11 +93,15 @@ SM_INLINE void sm_forcing_start(sm_forcing *f, double elapsed, double h, int fin
         }
 }
 
+SM_INLINE double sm_cubic(const double c[4], double r) {
+    return c[0] + r * (c[1] + r * (c[2] + r * c[3]));
+}
+
 /* The forcing u (N_c) at a stage of a step, `elapsed` seconds into the segment:
- * -2 Re sum_j L_j a_j exp(i theta_j), and the reaction. */
-SM_INLINE void sm_forcing_load(sm_forcing *f, int level, int stage, double elapsed, double *u) {
+ * -2 Re sum_j L_j a_j exp(i theta_j), and the reaction. `n` is N_c, and may be a literal. */
+SM_INLINE void sm_forcing_load(const int n, sm_forcing *f, int level, int stage, double elapsed,
+                               double *restrict u) {
     const sm_contact *contact = f->contact;
-    const int n = contact->contacts;
     const double r = elapsed / f->segment->duration;
     sm_complex carrier[SM_MODES];
     if (f->swept)
@@ -82,18 +111,15 @@ SM_INLINE void sm_forcing_load(sm_forcing *f, int level, int stage, double elaps
             carrier[j] = sm_cmul(f->carrier[j], f->by[level][stage][j]);
     for (int i = 0; i < n; i++) u[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
-        const sm_complex q = sm_cmul(sm_segment_amplitude(f->segment, j, r), carrier[j]);
-        const double *L = contact->coupling + 2 * (size_t)j * (size_t)n;
+        const sm_complex a = sm_cx(sm_cubic(f->amplitude[j][0], r), sm_cubic(f->amplitude[j][1], r));
+        const sm_complex q = sm_cmul(a, carrier[j]);
+        const double *restrict L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
     }
     sm_reaction *reaction = f->reaction;
     if (!reaction) return;
-    if (f->swept)
-        sm_reaction_set(reaction, &reaction->stage, contact->response->orders, carrier);
-    else
-        sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by[level][stage],
-                            &reaction->stage);
-    sm_reaction_add(reaction, n, r, u);
+    if (f->swept) sm_reaction_set(reaction, &reaction->now, contact->response->orders, carrier);
+    sm_reaction_add(n, reaction, f->swept ? &reaction->none : &reaction->by[level][stage], r, u);
 }
 
 /* Past a step, which ends at `elapsed`. */

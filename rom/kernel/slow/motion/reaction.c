@@ -14,7 +14,8 @@ void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *
     reaction->orders = orders;
     reaction->row = row;
     reaction->now = take_phasors(row, &memory);
-    reaction->stage = take_phasors(row, &memory);
+    reaction->none = take_phasors(row, &memory);
+    for (size_t q = 0; q < row; q++) reaction->none.re[q] = 1.0;
     for (int level = 0; level < SM_LEVELS; level++)
         for (int stage = 0; stage < SM_STAGES; stage++)
             reaction->by[level][stage] = take_phasors(row, &memory);

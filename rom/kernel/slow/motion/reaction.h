@@ -9,7 +9,7 @@
 #include "base/lanes.h"
 #include "slow/motion/segment.h"
 
-#define SM_REACTION_BLOCK 8 /* harmonics side by side: rows are filled up with zeros */
+#define SM_REACTION_BLOCK 4 /* harmonics side by side: rows are filled up with zeros */
 #define SM_STAGES 2         /* of a time step */
 #define SM_LEVELS 7         /* lengths that a time step may have: each half the one before */
 
@@ -20,8 +20,9 @@ typedef struct {
 typedef struct {
     int orders;              /* of the harmonics that there is room for */
     size_t row;              /* that many, filled up to whole blocks */
-    sm_phasors now, stage;   /* at the start of the next step, and at a stage of it */
+    sm_phasors now;          /* at the start of the next step, or at a stage of it */
     sm_phasors by[SM_LEVELS][SM_STAGES]; /* factors from the one to the other */
+    sm_phasors none;         /* the factor 1 */
     double *start, *slope;   /* (N_c, 2, row): real parts, imaginary parts */
 } sm_reaction;
 
@@ -46,38 +47,42 @@ SM_INLINE void sm_phasors_multiply(size_t row, const sm_phasors *a, const sm_pha
                                    const sm_phasors *product) {
     const double *a_re = a->re, *a_im = a->im, *b_re = b->re, *b_im = b->im;
     double *re = product->re, *im = product->im;
-    for (size_t block = 0; block < row; block += SM_REACTION_BLOCK) {
-        SM_SIMD
-        for (size_t q = block; q < block + SM_REACTION_BLOCK; q++) {
-            const double rotated = a_re[q] * b_re[q] - a_im[q] * b_im[q];
-            im[q] = a_re[q] * b_im[q] + a_im[q] * b_re[q];
-            re[q] = rotated;
-        }
+    SM_SIMD
+    for (size_t q = 0; q < row; q++) {
+        const double rotated = a_re[q] * b_re[q] - a_im[q] * b_im[q];
+        im[q] = a_re[q] * b_im[q] + a_im[q] * b_re[q];
+        re[q] = rotated;
     }
 }
 
-/* u += Re sum G_nm exp(i (n theta_A + m theta_B)) of the stage, at the fraction r of the
- * segment. */
-SM_INLINE void sm_reaction_add(const sm_reaction *reaction, int contacts, double r,
-                               double *restrict u) {
-    const size_t row = reaction->row;
-    const double *restrict re = reaction->stage.re, *restrict im = reaction->stage.im;
-    for (size_t i = 0; i < (size_t)contacts; i++) {
-        const double *restrict start_re = reaction->start + 2 * i * row, *start_im = start_re + row;
-        const double *restrict slope_re = reaction->slope + 2 * i * row, *slope_im = slope_re + row;
-        double sum[SM_REACTION_BLOCK] = {0.0};
-        for (size_t block = 0; block < row; block += SM_REACTION_BLOCK) {
-            SM_SIMD
-            for (size_t l = 0; l < SM_REACTION_BLOCK; l++) {
-                const size_t q = block + l;
-                sum[l] += (start_re[q] + r * slope_re[q]) * re[q]
-                          - (start_im[q] + r * slope_im[q]) * im[q];
-            }
-        }
-        for (size_t half = SM_REACTION_BLOCK / 2; half > 0; half /= 2)
-            for (size_t l = 0; l < half; l++) sum[l] += sum[l + half];
-        u[i] += sum[0];
+/* sm_reaction_add for contact i alone, or for two from there on. */
+SM_INLINE void sm_reaction_add_to(const int contacts, const sm_reaction *reaction, size_t i,
+                                  const sm_phasors *by, double r, double *u) {
+    const size_t row = reaction->row, next = contacts == 2 ? 2 * row : 0;
+    const double *now_re = reaction->now.re, *now_im = reaction->now.im;
+    const double *by_re = by->re, *by_im = by->im;
+    const double *start_re = reaction->start + 2 * i * row, *start_im = start_re + row;
+    const double *slope_re = reaction->slope + 2 * i * row, *slope_im = slope_re + row;
+    double first = 0.0, second = 0.0;
+    SM_SIMD_SUM(first, second)
+    for (size_t q = 0; q < row; q++) {
+        const double re = now_re[q] * by_re[q] - now_im[q] * by_im[q];
+        const double im = now_re[q] * by_im[q] + now_im[q] * by_re[q];
+        first += (start_re[q] + r * slope_re[q]) * re - (start_im[q] + r * slope_im[q]) * im;
+        second += (start_re[q + next] + r * slope_re[q + next]) * re
+                  - (start_im[q + next] + r * slope_im[q + next]) * im;
     }
+    u[i] += first;
+    if (contacts == 2) u[i + 1] += second;
+}
+
+/* u += Re sum G_nm exp(i (n theta_A + m theta_B)), the harmonics being `now` turned by `by`, at the
+ * fraction r of the segment. `contacts` may be a literal. */
+SM_INLINE void sm_reaction_add(const int contacts, const sm_reaction *reaction,
+                               const sm_phasors *by, double r, double *u) {
+    size_t i = 0;
+    for (; i + 2 <= (size_t)contacts; i += 2) sm_reaction_add_to(2, reaction, i, by, r, u);
+    if (i < (size_t)contacts) sm_reaction_add_to(1, reaction, i, by, r, u);
 }
 
 #endif

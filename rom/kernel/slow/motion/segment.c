@@ -27,6 +27,19 @@ sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
     return sm_cx(a[0], a[1]);
 }
 
+void sm_segment_cubics(const sm_segment *g, int j, double cubics[2][4]) {
+    for (int p = 0; p < 2; p++) {
+        const double start = g->amplitude_start[2 * j + p];
+        const double change = g->amplitude_end[2 * j + p] - start;
+        const double leaving = g->duration * g->rate_start[2 * j + p];
+        const double arriving = g->duration * g->rate_end[2 * j + p];
+        cubics[p][0] = start;
+        cubics[p][1] = leaving;
+        cubics[p][2] = 3.0 * change - 2.0 * leaving - arriving;
+        cubics[p][3] = leaving + arriving - 2.0 * change;
+    }
+}
+
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
 
 static sm_status check_segment(const sm_segment *segment, int modes) {

@@ -1,0 +1,180 @@
+/* What warm_chebyshev.h declares, for n contacts: a literal where they are few.
+ *
+ * Two contacts are in a file of their own, warm_two.c, for vectors hold them up.
+ */
+#ifndef SLIPMODE_WARM_ITERATION_H
+#define SLIPMODE_WARM_ITERATION_H
+
+#include "contact/stage/newton_cg.h"
+#include "contact/stage/warm_chebyshev.h"
+
+#define SM_FEWEST_FOR_CG 40 /* contacts from which that is faster than factors */
+
+/* Newton's method from lane->v for lane->r, where Chebyshev's does not settle; by conjugate
+ * gradients, and whether they were enough. */
+sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane);
+int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane);
+
+/* Of two contacts. */
+void sm_warm_start_two(const sm_stepper *s, sm_warm *warm, const double *v, const double *force);
+void sm_warm_resume_two(const sm_stepper *s, sm_warm *warm, const double *force);
+sm_status sm_warm_solve_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane);
+sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage);
+
+SM_INLINE void sm_copy_few(const int n, const double *from, double *to) {
+    for (int i = 0; i < n; i++) to[i] = from[i];
+}
+
+/* The inverse of J of two contacts, for which a single division is waited for: its diagonal, and
+ * what is off it. */
+SM_INLINE void sm_warm_invert_two(const sm_stepper *s, sm_warm *warm) {
+    const double *S = s->matrix, *sech2 = warm->sech2;
+    const double a = S[0] + s->laws[0].limit * warm->per_alpha * sech2[0];
+    const double b = S[3] + s->laws[1].limit * warm->per_alpha * sech2[1];
+    const double inverse = 1.0 / (a * b - S[1] * S[1]);
+    warm->factor[0] = b * inverse;
+    warm->factor[1] = a * inverse;
+    warm->factor[2] = -S[1] * inverse;
+}
+
+/* The factor L D L^T of J, or the inverse. */
+SM_INLINE void sm_warm_factorise(const int n, const sm_stepper *s, sm_warm *warm) {
+    double *restrict f = warm->factor;
+    const double *restrict sech2 = warm->sech2;
+    if (n == 2) {
+        sm_warm_invert_two(s, warm);
+        return;
+    }
+    for (int i = 0; i < n; i++) {
+        double pivot = s->matrix[i * n + i]
+                       + s->laws[i].limit * warm->per_alpha * sech2[i];
+        for (int j = 0; j < i; j++) {
+            double sum = s->matrix[i * n + j];
+            for (int k = 0; k < j; k++) sum -= f[i * n + k] * f[j * n + k];
+            f[i * n + j] = sum;
+        }
+        for (int j = 0; j < i; j++) {
+            const double entry = f[i * n + j] * f[j * n + j];
+            pivot -= f[i * n + j] * entry;
+            f[i * n + j] = entry;
+        }
+        f[i * n + i] = 1.0 / pivot;
+    }
+}
+
+/* Friction tanh(v / alpha) and its slope, and the factor of J there. */
+SM_INLINE void sm_warm_linearise(const int n, const sm_stepper *s, sm_warm *warm) {
+    double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2;
+    for (int i = 0; i < n; i++) {
+        const double w = warm->next[i] * warm->per_alpha;
+        const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
+        tanh[i] = sm_tanh_from(w, e, inv);
+        sech2[i] = 4.0 * e * inv * inv;
+    }
+    sm_warm_factorise(n, s, warm);
+}
+
+/* x = J^-1 x */
+SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict x) {
+    const double *restrict f = warm->factor;
+    if (n == 2) {
+        const double first = x[0];
+        x[0] = f[0] * first + f[2] * x[1];
+        x[1] = f[2] * first + f[1] * x[1];
+        return;
+    }
+    for (int i = 1; i < n; i++)
+        for (int j = 0; j < i; j++) x[i] -= f[i * n + j] * x[j];
+    for (int i = 0; i < n; i++) x[i] *= f[i * n + i];
+    for (int i = n - 1; i > 0; i--)
+        for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
+}
+
+/* Moves `next` by Chebyshev's step, J^-1 delta and what the curvature of g adds to it; whether
+ * what remains is below the tolerance. */
+SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
+    int small = 1, settled = 1;
+    sm_warm_divide(n, warm, warm->delta);
+    for (int i = 0; i < n; i++) {
+        const double x = warm->delta[i] * warm->per_alpha;
+        const double curved = warm->sech2[i] * x * x;
+        warm->bend[i] = s->laws[i].limit * warm->tanh[i] * curved; /* -g'' delta^2 / 2 */
+        small = small && fabs(x) < 1.0;
+        settled = settled && curved * fabs(x) < warm->tolerance;
+        warm->next[i] += warm->delta[i];
+    }
+    if (!small) return 0; /* beyond the reach of the expansion: a Newton step alone */
+    sm_warm_divide(n, warm, warm->bend);
+    for (int i = 0; i < n; i++) warm->next[i] += warm->bend[i];
+    return settled;
+}
+
+/* One Chebyshev step from `next`; whether it ends at the solution. */
+SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm, const double *r) {
+    sm_warm_linearise(n, s, warm);
+    for (int i = 0; i < n; i++) {
+        double sum = r[i] - s->laws[i].limit * warm->tanh[i];
+        for (int j = 0; j < n; j++) sum -= s->matrix[i * n + j] * warm->next[j];
+        warm->delta[i] = sum;
+    }
+    return sm_warm_move(n, s, warm);
+}
+
+/* The right-hand side under which contacts have the velocities v. */
+SM_INLINE void sm_warm_find_right_hand_side(const int n, const sm_stepper *s, sm_warm *warm,
+                                            const double *force) {
+    for (int i = 0; i < n; i++) {
+        warm->r[i] = force[i];
+        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * warm->v[j];
+    }
+}
+
+SM_INLINE void sm_warm_start_in(const int n, const sm_stepper *s, sm_warm *warm,
+                                const double *v, const double *force) {
+    warm->tolerance = SM_WARM_TOLERANCE;
+    warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
+    for (int i = 0; i < n; i++) warm->v[i] = warm->next[i] = v[i];
+    sm_warm_find_right_hand_side(n, s, warm, force);
+    if (warm->per_alpha > 0.0) sm_warm_linearise(n, s, warm);
+}
+
+SM_INLINE void sm_warm_resume_in(const int n, const sm_stepper *s, sm_warm *warm,
+                                 const double *force) {
+    sm_warm_find_right_hand_side(n, s, warm, force);
+    if (warm->per_alpha > 0.0) sm_warm_factorise(n, s, warm);
+}
+
+SM_INLINE sm_status sm_warm_solve_in(const int n, const sm_stepper *s, sm_warm *warm,
+                                     sm_lanes *lane) {
+    const int tries = warm->per_alpha > 0.0 ? 4 : 0;
+    sm_copy_few(n, warm->v, lane->v);
+    if (s->smooth && n >= SM_FEWEST_FOR_CG && sm_warm_newton_cg(s, lane)) {
+        sm_copy_few(n, lane->r, warm->r);
+        sm_copy_few(n, lane->v, warm->v);
+        return SM_OK;
+    }
+    if (n >= SM_FEWEST_FOR_CG && lane->factors_for == SM_FACTORS_FOR) {
+        /* the factor is an old one */
+        sm_copy_few(n, warm->v, warm->next);
+        sm_warm_linearise(n, s, warm);
+    }
+    if (tries > 0) {
+        for (int i = 0; i < n; i++) warm->delta[i] = lane->r[i] - warm->r[i];
+        sm_copy_few(n, warm->v, warm->next);
+        sm_warm_move(n, s, warm);
+    }
+    sm_copy_few(n, lane->r, warm->r);
+    for (int k = 0; k < tries; k++)
+        if (sm_warm_iterate(n, s, warm, lane->r)) {
+            sm_copy_few(n, warm->next, warm->v);
+            return SM_OK;
+        }
+    sm_copy_few(n, warm->v, lane->v);
+    const sm_status status = sm_warm_newton(s, lane);
+    sm_copy_few(n, lane->v, warm->v);
+    sm_copy_few(n, lane->v, warm->next);
+    if (tries > 0) sm_warm_linearise(n, s, warm);
+    return status;
+}
+
+#endif
