@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import astuple, replace
+from functools import cache
 from importlib.metadata import version
 
 import numpy as np
@@ -94,9 +95,15 @@ def _key(
         *(np.zeros(0) if array is None else array for array in optional),
         np.zeros(0) if region is None else region.tiles,
     )
-    named = [FORMAT, version("slipmode"), reduced.formulation, reduced.modes, record_of(law)]
+    named = [FORMAT, _version(), reduced.formulation, reduced.modes, record_of(law)]
     terms = [astuple(term) for term in combinations]
     digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]
+
+
+@cache
+def _version() -> str:
+    """Of slipmode; the look-up reads files, and a cache that cannot be read costs only time."""
+    return version("slipmode")
