@@ -3,8 +3,8 @@
 Intervals between grid lines are halved until the surface can be expected to be within the
 tolerance: what it missed new samples by falls with this halving at least half as well as with the
 last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
-Every sample becomes a node, so nothing is computed only to be checked; an independent set of
-points measures the error of the finished table.
+Every sample becomes a node; points that are no nodes measure the error of the finished table, see
+check_points.py, and intervals where it is too large are halved again.
 
 Where only a region of the plane is wanted, samples are taken at the corners of its cells and at
 the nodes next to them, on whose values the slopes there depend most. At all other nodes stands
@@ -24,15 +24,26 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.table.check_points import (
+    AROUND,
+    around,
+    at_cells,
+    doubtful_points,
+    holding_cells,
+    largest_error,
+    onset_points,
+    spread_points,
+    unpredicted,
+)
 from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Region, corners, widened, with_neighbours
 
 _FIRST_INTERVALS = 8
 _FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, in the region or not
-_MAX_ROUNDS = 14
-_CHECK_POINTS = 64
-_CHECK_POINTS_OF_A_PART = 32
+_MAX_ROUNDS = 40
+_LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
+_SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
 
@@ -140,11 +151,13 @@ class Axis:
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
-    `region` is the part of the plane where they are wanted; None: everywhere.
+    `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `region` the part
+    of the plane where they are wanted; None: everywhere.
     """
 
     at: Callable[[Floats], Complexes]
     columns: Columns
+    onset_lines: Floats
     region: Region | None = None
 
     __repr__ = short_repr
@@ -157,17 +170,13 @@ class Sampling:
         ends = corners(self.region.cells(node_a, node_b))
         return ends, with_neighbours(ends)
 
-    def check_points(self, amplitude_range: Floats) -> Floats:
-        """Where the error of a table over [0, amplitude_range] is measured, (points, modes)."""
-        if self.region is None:
-            return _halton(_CHECK_POINTS, amplitude_range.size) * amplitude_range
-        count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.region.share))
-        while True:
-            points = _halton(count, amplitude_range.size) * amplitude_range
-            inside = points[self.region.holds(points)]
-            if len(inside) >= _CHECK_POINTS_OF_A_PART:
-                return inside[:_CHECK_POINTS_OF_A_PART]
-            count *= 2
+    def doubts(self, table: Table) -> Floats:
+        """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
+        S = table.nodes()
+        parts = [unpredicted(table.node_a, S)]
+        if table.modes == 2:
+            parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
+        return np.array([self.columns.error(part, S) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
@@ -179,6 +188,39 @@ class Sampling:
         """Relative error of values of a table where samples are `exact`, (points,)."""
         tabulated = exact[..., : len(self.columns.orders)]
         return self.columns.error(np.abs(surface - tabulated), table.nodes())
+
+
+class _Checks:
+    """Samples that are no nodes, and the errors of tables there."""
+
+    def __init__(self, sampling: Sampling, amplitude_range: Floats) -> None:
+        self._sampling = sampling
+        onset = onset_points(sampling.onset_lines, amplitude_range)
+        inside = None if sampling.region is None else sampling.region.holds
+        if inside is not None:
+            onset = onset[inside(onset)]
+        self.points = np.concatenate((spread_points(amplitude_range, inside), onset))
+        self._exact = sampling.at(self.points)
+
+    def _add(self, points: Floats) -> None:
+        self.points = np.concatenate((self.points, points))
+        self._exact = np.concatenate((self._exact, self._sampling.at(points)))
+
+    def errors(self, table: Table) -> Floats:
+        """Relative error at the points, to which those are added that the table needs."""
+        sampling = self._sampling
+        doubt = at_cells(sampling.doubts(table).max(axis=0))
+        if sampling.region is not None:
+            doubt = np.where(sampling.region.cells(table.node_a, table.node_b), doubt, 0.0)
+        self._add(doubtful_points(table.axes, doubt, sampling.onset_lines, self.points))
+        errors = self._errors(table)
+        for share in AROUND:
+            self._add(around(table.axes, self.points[errors.argmax()], share))
+            errors = self._errors(table)
+        return errors
+
+    def _errors(self, table: Table) -> Floats:
+        return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
 def refine(
@@ -198,7 +240,7 @@ def refine(
     carried : (n_a, n_b, carried) complex ndarray
         The columns that are not tabulated, at the nodes.
     error : float
-        Largest difference found at points that are no nodes, relative to the largest |S_j|.
+        Largest difference between the nodes, relative to the largest |S_j|: `largest_error`.
 
     Raises
     ------
@@ -210,13 +252,7 @@ def refine(
     node_a, node_b = _lines(axes)
     samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
     samples = samples.reshape(node_a.size, node_b.size, -1)
-    check_points = sampling.check_points(amplitude_range)
-    checks = sampling.at(check_points)
-
-    def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
-        table = sampling.table(_lines(axes), samples)
-        return table, sampling.error_of(table.terms(check_points), checks, table)
-
+    checks = _Checks(sampling, amplitude_range)
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
@@ -224,21 +260,33 @@ def refine(
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
         if any(axis.poor.any() for axis in axes):
             continue
-        table, errors = measured(axes, samples)
-        missed = errors > tolerance
-        if not missed.any():
+        table = sampling.table(_lines(axes), samples)
+        errors = checks.errors(table)
+        error = largest_error(errors)
+        if error <= tolerance:
             carried = samples[..., len(sampling.columns.orders) :]
             if sampling.region is not None:
                 table = replace(table, region=sampling.region.cells(*_lines(axes)))
-            return table, carried, float(errors.max())
-        axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
-    left = [axis.missed[axis.poor] for axis in axes]
-    missed = np.concatenate([error[np.isfinite(error)] for error in left])
-    reached = round_up(missed.max(initial=tolerance))
+            return table, carried, error
+        # what lies beyond the largest error may be at any of those that are nearly as large
+        missed = checks.points[errors > tolerance * errors.max() / error]
+        axes = _poor_at(axes, missed, sampling.doubts(table))
+    error = largest_error(checks.errors(sampling.table(_lines(axes), samples)))
+    reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
         f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
     )
+
+
+def _poor_at(axes: Sequence[Axis], points: Floats, doubts: Floats) -> list[Axis]:
+    """Axes with the intervals that hold points to be halved, where nodes along them tell least."""
+    cells = holding_cells([axis.node for axis in axes], points)
+    there = np.array(
+        [at_cells(along)[cells if len(axes) == 2 else (*cells, 0)] for along in doubts]
+    )
+    doubted = there >= _LESS_IN_DOUBT * there.max(axis=0)
+    return [axis.poor_at(points[doubted[j], j]) for j, axis in enumerate(axes)]
 
 
 def least_everywhere(table: Table) -> int:
@@ -248,7 +296,7 @@ def least_everywhere(table: Table) -> int:
     """
     first = 2 * _FIRST_INTERVALS + 1
     nodes = max(table.node_a.size, first) * max(table.node_b.size, first)
-    return nodes + _CHECK_POINTS
+    return nodes + len(spread_points(table.amplitude_range))
 
 
 def _halve(
@@ -296,18 +344,3 @@ def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
     grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
     return grid.reshape(-1, 2)[:, :modes]
-
-
-def _halton(count: int, dimensions: int) -> Floats:
-    """The first points of the Halton sequence, (count, dimensions), without its origin.
-
-    As scipy.stats has it, whose import takes longer than many a table.
-    """
-    points = np.zeros((count, dimensions))
-    for base, column in zip((2, 3), points.T, strict=False):
-        digits, place = np.arange(1, count + 1), 1.0
-        while digits.any():
-            place /= base
-            column += place * (digits % base)
-            digits //= base
-    return points

@@ -16,6 +16,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import choose_resolution, least_force
 from slipmode.rom.contact.settled import check_settled
+from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
@@ -145,7 +146,7 @@ def tabulate(
         samples = _Samples(
             solve, columns, pool, bar, partial(check_settled, reduced, combinations)
         )
-        sampling = Sampling(samples, columns, region)
+        sampling = Sampling(samples, columns, onset_lines(reduced, law), region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
         if reduced.formulation == "consistent":
             table = with_rate_correction(
