@@ -43,6 +43,9 @@ _FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, in the region or 
 _MAX_ROUNDS = 40
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
+# Of the range times the tolerance: nodes as close as that differ by what samples are off. Kinks
+# and thresholds were seen to need 1/2.
+_CLOSEST = 1 / 100
 _SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
@@ -98,19 +101,22 @@ class Axis:
         Intervals that are to be halved.
     missed : (n - 1,) ndarray
         Relative error of the surface in each interval before it was halved; inf: never was.
+    closest : float
+        Distance of nodes below which no interval is halved to.
     """
 
     node: Floats
     poor: Flags
     missed: Floats
+    closest: float
 
     __repr__ = short_repr
 
     @classmethod
-    def upto(cls, end: float, intervals: int) -> Axis:
+    def upto(cls, end: float, intervals: int, closest: float) -> Axis:
         """The first, even intervals, all of them to be halved."""
-        every = np.ones(intervals, dtype=bool)
-        return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
+        every, never = np.ones(intervals, dtype=bool), np.full(intervals, np.inf)
+        return cls(np.linspace(0.0, end, intervals + 1), every, never, closest)
 
     @property
     def middles(self) -> Floats:
@@ -138,13 +144,14 @@ class Axis:
         missed[self.poor] = error
         parts = np.where(self.poor, 2, 1)
         # a kink beside an interval bends the surface in it too, and may be seen only there
-        return Axis(self.finer, widened(np.repeat(still, parts)), np.repeat(missed, parts))
+        poor = widened(np.repeat(still, parts)) & (np.diff(self.finer) >= 2.0 * self.closest)
+        return Axis(self.finer, poor, np.repeat(missed, parts), self.closest)
 
     def poor_at(self, points: Floats) -> Axis:
         """With the intervals that hold the points to be halved too."""
-        poor = self.poor.copy()
-        poor[np.clip(np.searchsorted(self.node, points) - 1, 0, poor.size - 1)] = True
-        return replace(self, poor=poor)
+        held = np.zeros_like(self.poor)
+        held[np.clip(np.searchsorted(self.node, points) - 1, 0, held.size - 1)] = True
+        return replace(self, poor=self.poor | held & (np.diff(self.node) >= 2.0 * self.closest))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,12 +206,25 @@ class _Checks:
         inside = None if sampling.region is None else sampling.region.holds
         if inside is not None:
             onset = onset[inside(onset)]
-        self.points = np.concatenate((spread_points(amplitude_range, inside), onset))
-        self._exact = sampling.at(self.points)
+        self.points, self._exact = self._sampled(
+            np.concatenate((spread_points(amplitude_range, inside), onset))
+        )
+
+    def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
+        """Points, in order, and samples there.
+
+        Solves begin with what the point before came to: where contacts have two motions, from far
+        away one comes to another one than from the nodes nearby.
+        """
+        points = points[np.lexsort(points.T[::-1])]
+        return points, self._sampling.at(points)
 
     def _add(self, points: Floats) -> None:
+        if not len(points):
+            return
+        points, exact = self._sampled(points)
         self.points = np.concatenate((self.points, points))
-        self._exact = np.concatenate((self._exact, self._sampling.at(points)))
+        self._exact = np.concatenate((self._exact, exact))
 
     def errors(self, table: Table) -> Floats:
         """Relative error at the points, to which those are added that the table needs."""
@@ -248,7 +268,8 @@ def refine(
         If halving the grid lines does not reach the tolerance.
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
-    axes = [Axis.upto(end, intervals) for end in amplitude_range]
+    closest = _CLOSEST * tolerance
+    axes = [Axis.upto(end, intervals, closest * end) for end in amplitude_range]
     node_a, node_b = _lines(axes)
     samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
     samples = samples.reshape(node_a.size, node_b.size, -1)
@@ -271,6 +292,8 @@ def refine(
         # what lies beyond the largest error may be at any of those that are nearly as large
         missed = checks.points[errors > tolerance * errors.max() / error]
         axes = _poor_at(axes, missed, sampling.doubts(table))
+        if not any(axis.poor.any() for axis in axes):
+            break
     error = largest_error(checks.errors(sampling.table(_lines(axes), samples)))
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(

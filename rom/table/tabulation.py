@@ -14,10 +14,10 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import choose_resolution, least_force
+from slipmode.rom.contact.resolution import choose_resolution, least_force, resolved_terms
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.contact.torus import ContactTerms, contact_orders
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -134,11 +134,10 @@ def tabulate(
     ):
         resolution = choose_resolution(reduced, law, amplitude_range, budget, combinations, pool)
         solve = partial(
-            contact_terms,
+            resolved_terms,
             reduced,
             law,
-            grid=resolution.grid,
-            tolerance=budget.march,
+            resolution,
             smallest_scale=0.1 * amplitude_range,
             combinations=combinations,
             highest=max(harmonics, 1),
