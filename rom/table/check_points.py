@@ -143,16 +143,16 @@ def around(axes: Sequence[Floats], point: Floats, share: float) -> Floats:
     return points
 
 
-def largest_error(errors: Floats) -> float:
-    """Largest error of a table, from those at its check points.
+def largest_error(errors: Floats, noise: float) -> float:
+    """Largest error of a table, from those at its check points; samples are off by `noise`.
 
     These are the upper end of a sample: beyond its largest lies about as much as between it and
     the few after it (Robson and Whitlock's estimate of where a distribution ends). Where these
-    are alike a better place in the cell, or a kink less fortunate, has more: dense checks of some
-    130 tables found at most 1.31 times as much.
+    are alike a better place in the cell, or a kink less fortunate, has more: dense checks of 78
+    tables found at most 1.11 times as much, and the noise of samples beside.
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
-    return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1]))
+    return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
 
 
 def _middle_and_kink(low: Floats, width: Floats, lines: Floats) -> Floats:

@@ -158,13 +158,15 @@ class Axis:
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
-    `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `region` the part
-    of the plane where they are wanted; None: everywhere.
+    `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
+    much they are off by chance, as errors are; `region` the part of the plane where they are
+    wanted; None: everywhere.
     """
 
     at: Callable[[Floats], Complexes]
     columns: Columns
     onset_lines: Floats
+    noise: float
     region: Region | None = None
 
     __repr__ = short_repr
@@ -283,7 +285,7 @@ def refine(
             continue
         table = sampling.table(_lines(axes), samples)
         errors = checks.errors(table)
-        error = largest_error(errors)
+        error = largest_error(errors, sampling.noise)
         if error <= tolerance:
             carried = samples[..., len(sampling.columns.orders) :]
             if sampling.region is not None:
@@ -294,7 +296,7 @@ def refine(
         axes = _poor_at(axes, missed, sampling.doubts(table))
         if not any(axis.poor.any() for axis in axes):
             break
-    error = largest_error(checks.errors(sampling.table(_lines(axes), samples)))
+    error = largest_error(checks.errors(sampling.table(_lines(axes), samples)), sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "

@@ -145,7 +145,7 @@ def tabulate(
         samples = _Samples(
             solve, columns, pool, bar, partial(check_settled, reduced, combinations)
         )
-        sampling = Sampling(samples, columns, onset_lines(reduced, law), region)
+        sampling = Sampling(samples, columns, onset_lines(reduced, law), budget.march, region)
         table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
         if reduced.formulation == "consistent":
             table = with_rate_correction(

@@ -13,6 +13,7 @@ from slipmode.rom import (
     FrictionalContact,
     Iwan,
     Jenkins,
+    SlipmodeError,
     Tanh,
     reduce,
     tabulate,
@@ -23,6 +24,7 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
+from slipmode.rom.table.refinement import Columns, Sampling, refine
 from slipmode.rom.table.region import Region
 
 IWAN = Contacts(
@@ -158,8 +160,48 @@ def test_neighbours_tell_a_cubic_and_not_a_kink():
 
 
 def test_the_largest_error_is_beyond_the_largest_found():
-    assert largest_error(np.array([0.1, 0.2, 0.3, 0.4, 0.5, 1.0])) == pytest.approx(1.8)
-    assert largest_error(np.full(9, 1.0)) == pytest.approx(1.5)
+    assert largest_error(np.array([0.1, 0.2, 0.3, 0.4, 0.5, 1.0]), 0.1) == pytest.approx(1.8)
+    assert largest_error(np.full(9, 1.0), 0.1) == pytest.approx(1.5)
+    assert largest_error(np.full(9, 1.0), 2.0) == pytest.approx(3.0)
+
+
+def test_samples_that_differ_by_chance_are_not_refined_for_ever():
+    """Noise in a small part of the range, by a multiple of the tolerance."""
+    rng = np.random.default_rng(3)
+    solved = []
+
+    def at(points):
+        a = points[:, 0]
+        noise = rng.uniform(-3e-3, 3e-3, a.size) * (np.abs(a - 0.7) < 0.004)
+        solved.append(a)
+        return np.stack((-1j * a * np.exp(-a) + noise, a**2), axis=1).astype(complex)
+
+    one = np.ones(1)
+    columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
+    with pytest.raises(SlipmodeError, match=r"a tolerance of 0\.0.* is within reach") as refusal:
+        refine(Sampling(at, columns, np.array([[1 / 0.7]]), 1e-4), one, 1e-3)
+    assert np.diff(np.unique(np.concatenate(solved))).min() > 1e-7  # 1e-16 without a least width
+    assert sum(map(len, solved)) < 2500
+    assert 3e-3 < float(str(refusal.value).split("tolerance of ")[1].split()[0]) < 0.05
+
+
+def test_a_motion_that_does_not_repeat_on_the_grid_is_solved_on_more_lines():
+    """A contact that slips where both modes are at their peaks only: on few phase lines."""
+    reduced = reduce(two_mass(beta=0.0135, k_c1=23.5, k_c2=12.0, k_p=1.1))
+    law, limit = Coulomb((2.0, 3.7)), np.array([4.0, 2.0])
+    points = np.stack(np.meshgrid(np.linspace(0.65, 0.95, 8), np.linspace(1.1, 1.9, 8)), -1)
+    coarse = Resolution(Discretisation(256, 16), 0.0, 1e-4)
+    plain, finer = (
+        solve(points.reshape(-1, 2))
+        for solve in (
+            lambda a: contact_terms(reduced, law, a, coarse.grid, coarse.march, 0.1 * limit),
+            lambda a: resolved_terms(reduced, law, coarse, a, 0.1 * limit, (), 1),
+        )
+    )
+    moving = plain.residual > coarse.march
+    assert moving.any()
+    assert finer.residual.max() <= coarse.march
+    np.testing.assert_array_equal(finer.S[~moving], plain.S[~moving])
 
 
 # Many
