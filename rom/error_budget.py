@@ -40,6 +40,11 @@ class ErrorBudget:
         return 0.5 * self.resolution
 
     @property
+    def response(self) -> float:
+        """Of the contacts' motion, by a harmonic that modes are not taken to respond to."""
+        return 0.1 * self.tolerance
+
+    @property
     def march(self) -> float:
         """Of samples, by contact motion that is not yet periodic."""
         return 0.1 * self.tolerance

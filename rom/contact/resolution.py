@@ -16,7 +16,7 @@ from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_ord
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import round_up
 
@@ -78,15 +78,18 @@ def choose_resolution(
     budget: ErrorBudget,
     combinations: Sequence[CombinationResonance],
     pool: Executor,
+    further: Sequence[Order] = (),
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by no more than its share when doubled.
+
+    `further` are harmonics that modes respond to beside those of contact_orders.
 
     Raises
     ------
     SlipmodeError
         If the finest discretisation does not suffice; it names a tolerance that was tried.
     """
-    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, pool)
+    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, pool)
     try:
         return resolve(budget)
     except _UnresolvedError as failure:
@@ -105,6 +108,7 @@ def resolved_terms(
     smallest_scale: Floats,
     combinations: Sequence[CombinationResonance],
     highest: int,
+    further: Sequence[Order] = (),
 ) -> ContactTerms:
     """See contact_terms; with more phase lines where the motion does not repeat on the grid.
 
@@ -114,7 +118,8 @@ def resolved_terms(
 
     def solve(points: Floats, grid: Discretisation) -> ContactTerms:
         return contact_terms(
-            *(reduced, law, points, grid, resolution.march, smallest_scale, combinations, highest)
+            *(reduced, law, points, grid, resolution.march, smallest_scale, combinations),
+            *(highest, further),
         )
 
     grid = resolution.grid
@@ -160,6 +165,7 @@ def _resolution(
     law: Friction,
     amplitude_range: Floats,
     combinations: Sequence[CombinationResonance],
+    further: Sequence[Order],
     pool: Executor,
     budget: ErrorBudget,
 ) -> Resolution:
@@ -173,7 +179,8 @@ def _resolution(
 
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
-                reduced, law, part, grid, budget.trial_march, amplitude_range, combinations
+                *(reduced, law, part, grid, budget.trial_march, amplitude_range, combinations),
+                further=further,
             )
 
         parts = list(pool.map(terms, np.split(points, _TASKS)))
@@ -192,7 +199,7 @@ def _resolution(
     lines = 1
     if modes == 2:
         # fewer lines would take one harmonic m for another, and the modes respond to both
-        highest = max(abs(m) for _, m in contact_orders(reduced, combinations))
+        highest = max(abs(m) for _, m in contact_orders(reduced, combinations, 1, further))
         enough = [count for count in _LINES if count > 2 * highest]
         lines = _settled(
             enough,

@@ -10,7 +10,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.internal_resonance import strongest_resonance
 from slipmode.rom.reduction.reduction import Reduced
 
-_UNSETTLED = 0.05  # distance from periodicity above which a solution is worth nothing
+UNSETTLED = 0.05  # distance from periodicity above which a solution is worth nothing
 
 
 def check_settled(
@@ -24,7 +24,7 @@ def check_settled(
         Naming the mode that responds most, and to which harmonic.
     """
     off = float(terms.residual.max())
-    if off <= _UNSETTLED:
+    if off <= UNSETTLED:
         return
     met = strongest_resonance(reduced, terms.orders, combinations)
     n, m = met.order

@@ -88,7 +88,7 @@ class ContactHarmonics:
 
 
 @lru_cache(maxsize=8)
-def _reaction_stiffnesses(
+def reaction_stiffnesses(
     reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
 ) -> Complexes:
     """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same.
@@ -147,7 +147,7 @@ def contact_harmonics(
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
-    reaction = _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     return torus_harmonics(
         reduced,
         law,
@@ -273,13 +273,17 @@ class ContactTerms:
 
 
 def contact_orders(
-    reduced: Reduced, combinations: Sequence[CombinationResonance] = (), highest: int = 1
+    reduced: Reduced,
+    combinations: Sequence[CombinationResonance] = (),
+    highest: int = 1,
+    further: Sequence[Order] = (),
 ) -> list[Order]:
-    """Harmonics up to an order, and those that modes and combination resonances need."""
+    """Harmonics up to an order, those that modes and combination resonances need, and others."""
     if reduced.formulation == "consistent":
         highest = max(highest, RESPONSE_ORDER)
     orders = harmonic_orders(highest, len(reduced.modes), reduced.even)
-    return list(dict.fromkeys([*orders, *(term.stored_order for term in combinations)]))
+    resonant = (term.stored_order for term in combinations)
+    return list(dict.fromkeys([*orders, *resonant, *further]))
 
 
 def contact_terms(
@@ -291,12 +295,14 @@ def contact_terms(
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
+    further: Sequence[Order] = (),
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
-    `highest` is the order up to which harmonics are wanted, see contact_orders.
+    `highest` is the order up to which harmonics are wanted, `further` are others: see
+    contact_orders.
     """
-    orders = contact_orders(reduced, combinations, highest)
+    orders = contact_orders(reduced, combinations, highest, further)
     solved = contact_harmonics(
         reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
     )
@@ -336,7 +342,7 @@ def _friction_power(
     nu = np.array(orders)[:, : len(reduced.modes)] @ reduced.carrier
     v = 1j * nu[:, np.newaxis] * P
     force = np.einsum(
-        "pqc,qcd->pqd", P, _reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+        "pqc,qcd->pqd", P, reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     )
     if reduced.contacts is None:
         force -= v @ reduced.damping

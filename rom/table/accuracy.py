@@ -17,6 +17,9 @@ class Accuracy:
         Change on doubling steps and lines of the contact problem.
     periodicity : float
         Largest distance from a periodic contact motion.
+    unanswered : float
+        Motion of the contacts by a harmonic that modes are not taken to respond to, at most,
+        relative to that without friction; 0 where none counts.
     steps, lines : int
         Discretisation of the torus.
     solved : int
@@ -27,6 +30,7 @@ class Accuracy:
     interpolation: float
     resolution: float
     periodicity: float
+    unanswered: float
     steps: int
     lines: int
     solved: int

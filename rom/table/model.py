@@ -22,7 +22,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 
-FORMAT = 17  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 18  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),

@@ -13,13 +13,19 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import choose_resolution, least_force, resolved_terms
+from slipmode.rom.contact.resolution import (
+    Resolution,
+    choose_resolution,
+    least_force,
+    resolved_terms,
+)
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import ContactTerms, contact_orders
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
@@ -119,34 +125,55 @@ def tabulate(
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
     budget = ErrorBudget(tolerance)
-    orders = contact_orders(reduced, combinations, harmonics) if harmonics else []
-    columns = Columns(
-        orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
-        drives=(*range(amplitude_range.size), *(term.mode for term in combinations)),
-        swing=2.0 * reduced.carrier * amplitude_range,
-        least=least_force(reduced, amplitude_range),
-        loss=_structural_loss(reduced),
-        carried=(len(orders) + 1) * reduced.n_contacts if orders else 0,
-    )
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        resolution = choose_resolution(reduced, law, amplitude_range, budget, combinations, pool)
-        solve = partial(
-            resolved_terms,
-            reduced,
-            law,
-            resolution,
-            smallest_scale=0.1 * amplitude_range,
-            combinations=combinations,
-            highest=max(harmonics, 1),
+        resolve = partial(
+            choose_resolution, reduced, law, amplitude_range, budget, combinations, pool
         )
-        samples = _Samples(
-            solve, columns, pool, bar, partial(check_settled, reduced, combinations)
+        resolution = resolve()
+        further = further_harmonics(
+            *(reduced, law, amplitude_range, resolution.grid, combinations), budget.response
         )
-        sampling = Sampling(samples, columns, onset_lines(reduced, law), budget.march, region)
-        table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
+
+        def refined(
+            resolution: Resolution, further: Sequence[Order]
+        ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
+            orders = contact_orders(reduced, combinations, max(harmonics, 1), further)
+            columns = Columns(
+                orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
+                drives=(*range(amplitude_range.size), *(term.mode for term in combinations)),
+                swing=2.0 * reduced.carrier * amplitude_range,
+                least=least_force(reduced, amplitude_range),
+                loss=_structural_loss(reduced),
+                carried=(len(orders) + 1) * reduced.n_contacts if harmonics else 0,
+            )
+            solve = partial(
+                resolved_terms,
+                reduced,
+                law,
+                resolution,
+                smallest_scale=0.1 * amplitude_range,
+                combinations=combinations,
+                highest=max(harmonics, 1),
+                further=further,
+            )
+            check = partial(check_settled, reduced, combinations)
+            samples = _Samples(solve, columns, pool, bar, check)
+            sampling = Sampling(samples, columns, onset_lines(reduced, law), budget.march, region)
+            return orders, samples, refine(sampling, amplitude_range, budget.interpolation)
+
+        unanswered = 0.0
+        try:
+            finer = resolve(list(further)) if further else resolution
+            orders, samples, (table, carried, error) = refined(finer, list(further))
+            resolution = finer
+        except UnsettledError:
+            if not further:
+                raise
+            unanswered = max(further.values())
+            orders, samples, (table, carried, error) = refined(resolution, [])
         if reduced.formulation == "consistent":
             table = with_rate_correction(
                 table, reduced, law, resolution.grid, partial(_in_tasks, pool)
@@ -156,13 +183,16 @@ def tabulate(
         interpolation=error,
         resolution=resolution.error,
         periodicity=samples.periodicity,
+        unanswered=unanswered,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
         solved=samples.solved,
     )
-    kept = _harmonics(table, orders, carried) if orders else None
+    kept = _harmonics(table, orders, carried) if harmonics else None
     if reduced.force_patterns is None:
-        reduced = replace(reduced, contact_motion=_contact_motion(reduced, solve, amplitude_range))
+        reduced = replace(
+            reduced, contact_motion=_contact_motion(reduced, samples.solve, amplitude_range)
+        )
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 
@@ -216,7 +246,7 @@ class _Samples:
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
     ) -> None:
-        self._solve = solve
+        self.solve = solve
         self._columns = columns
         self._pool = pool
         self._bar = bar
@@ -226,7 +256,7 @@ class _Samples:
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         parts = []
-        for terms in _in_tasks(self._pool, self._solve, amplitudes):
+        for terms in _in_tasks(self._pool, self.solve, amplitudes):
             self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]

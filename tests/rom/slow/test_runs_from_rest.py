@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from elastic.family import Member
-from elastic.family_rest import at_full_order, by_a_table, compared, reduced_to
+from elastic.family_rest import at_full_order, compared, from_rest
 from elastic.frictional_beam import LIFT_OFF, SLIDER, TIP, structure
 
 from slipmode import rom
@@ -38,7 +38,7 @@ def test_the_rate_correction_brings_strong_contacts_closer(
 ):
     case = forced_beam(law, node, force, detuning)
     reference = at_full_order(case)
-    model, run = by_a_table(case, reduced_to(case, patterns=True), reference)
+    model, run = from_rest(case, reference)
     assert run.change.max() > 0.25  # within a cycle
     assert run.error.max() < bound
     bare = replace(model, table=replace(model.table, rate_correction=None))

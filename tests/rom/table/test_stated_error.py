@@ -19,6 +19,7 @@ from slipmode.rom import (
     tabulate,
     two_mass,
 )
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import Resolution, least_force, resolved_terms
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
@@ -53,9 +54,13 @@ def dense_points(reduced, law, limit):
 def dense_error(model, points, limit):
     accuracy = model.accuracy
     march = min(ErrorBudget(accuracy.tolerance).march, accuracy.periodicity)
-    resolution = Resolution(Discretisation(accuracy.steps, accuracy.lines), 0.0, march)
-    solve = partial(resolved_terms, model.reduced, model.law, resolution)
-    S = solve(points, 0.1 * limit, model.combinations, 1).S
+    grid = Discretisation(accuracy.steps, accuracy.lines)
+    known = model.reduced, model.law, limit, grid, model.combinations
+    further = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
+    if accuracy.unanswered:
+        further = {}
+    solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
+    S = solve(points, 0.1 * limit, model.combinations, 1, list(further)).S
     nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
     scale = np.maximum(nodes, least_force(model.reduced, limit))
     return float((np.abs(model.table(points) - S).max(axis=0) / scale).max())

@@ -1,0 +1,65 @@
+"""Modes near a high harmonic of the contacts: they respond to it, and the table knows."""
+
+import numpy as np
+from elastic.family import member
+
+from slipmode import rom
+from slipmode.rom.contact.further_harmonics import further_harmonics
+from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.table.region import Region
+
+PLATE = member(50)  # 27 Jenkins contacts; a mode at 7.31 rad/s, forced at 1.046
+AMPLITUDE = 0.2
+
+
+def plate():
+    return rom.reduce(PLATE.structure, PLATE.modes, law=PLATE.law, carrier=PLATE.frequency)
+
+
+def test_a_mode_at_the_seventh_harmonic_responds():
+    reduced = plate()
+    model = rom.tabulate(reduced, PLATE.law, (AMPLITUDE,), 1e-2, warned=False)
+    points = AMPLITUDE * np.array([[0.4], [0.7], [0.9]])
+    grid = Discretisation(512, 1)
+    exact = contact_terms(reduced, PLATE.law, points, grid, 1e-6, highest=25).S
+    without = contact_terms(reduced, PLATE.law, points, grid, 1e-6, highest=RESPONSE_ORDER).S
+    largest = np.abs(model.table.nodes()[..., 0]).max()
+    assert np.abs(without - exact).max() > 0.04 * largest
+    assert np.abs(model.table(points) - exact).max() < 1e-2 * largest
+    assert model.accuracy.unanswered == 0.0
+
+
+def test_the_strongest_response_comes_first():
+    found = further_harmonics(
+        *(plate(), PLATE.law, np.array([AMPLITUDE]), Discretisation(256, 1), ()), 1e-3
+    )
+    assert list(found)[:2] == [(7, 0), (9, 0)]
+    assert list(found.values()) == sorted(found.values(), reverse=True)
+    assert min(found.values()) > 1e-3
+
+
+def test_rigid_contacts_have_none():
+    reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=(0.98, 1.65))
+    limit = np.array([4.0, 2.0])
+    assert (
+        further_harmonics(reduced, rom.Tanh(2.0, 0.02), limit, Discretisation(64, 8), (), 1e-6)
+        == {}
+    )
+
+
+def test_a_table_that_does_not_settle_with_them_says_what_it_leaves_out():
+    case = member(7)
+    reduced = rom.reduce(
+        case.structure,
+        case.modes,
+        law=case.law,
+        carrier=case.frequency,
+        force_patterns=list(case.force),
+    )
+    steady = rom.steady_state(reduced, case.law, case.frequency, case.force)
+    reached = np.abs(np.array(steady.amplitude))
+    region = Region.along(np.array([0.0 * reached, reached]), 2.0 * reached, reached / 16)
+    model = rom.tabulate(reduced, case.law, 2.0 * reached, 1e-2, region=region, warned=False)
+    # 5.8 % where contacts move most, at twice the steady amplitudes
+    assert 0.05 < model.accuracy.unanswered < 0.07
