@@ -116,6 +116,11 @@ $(VENV)/.installed-test: $(VENV)/.installed
 	@$(PIP) "slipmode[test,importers]" || $(PIP) "slipmode[test]"
 	@touch $@
 
+# The oldest packages that pyproject.toml allows, instead of the newest: what CI tests besides.
+$(VENV)/.installed-oldest: | $(BIN)/python
+	@$(PIP) --resolution lowest-direct --only-binary numpy --only-binary scipy --editable ".[test]"
+	@touch $(VENV)/.installed $(VENV)/.installed-test $@
+
 $(VENV)/.installed-report: $(VENV)/.installed
 	@echo "slipmode: fetching the packages of the report"
 	@$(PIP) "slipmode[report]"
