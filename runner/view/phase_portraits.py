@@ -23,7 +23,7 @@ RESPONSE = "/response"
 AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
 COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
-_LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
+_LABEL_COLOR = _POINT_COLOR = (145, 153, 165)  # readable on black and on white
 
 _LOOPS = 3  # of the first contacts: more would be too small to read
 # of a channel, to draw paths from; a viewer without a GPU slows down with more

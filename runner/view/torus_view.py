@@ -23,7 +23,8 @@ _CELLS = 64  # of the surface along the phase of B
 _STUCK, _POSITIVE, _NEGATIVE = (
     np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230))
 )
-_FRAME, _LABEL = (75, 80, 90), (230, 230, 230)
+_FRAME, _LABEL = (75, 80, 90), (145, 153, 165)
+_POINT = (230, 230, 230)
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -112,10 +113,10 @@ def draw(
     _draw_frame(stream, scale, limit)
     points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
     strips = tails(points, _turn_starts(phases), shown, tail)
-    style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))
+    style = rr.LineStrips3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(1.5))
     stream.log(f"{TORUS}/tail", style, static=True)
     stream.send_columns(f"{TORUS}/tail", index, rr.LineStrips3D.columns(strips=strips))
-    mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
+    mark = rr.Points3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
 

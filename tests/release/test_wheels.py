@@ -125,7 +125,7 @@ def test_the_wheel_of_this_machine_runs_without_a_compiler(wheels, tmp_path):
     wheel = wheels[host_platform()].filename
     run("pip", "install", "--quiet", "--only-binary", ":all:", wheel)
     assert "computed" in run("slipmode", "run", "one-mode")
-    assert {path.name for path in tmp_path.glob("logs/*")} == {"one-mode.mcap", "one-mode.rrd"}
+    assert {"one-mode.mcap", "one-mode.rrd"} < {path.name for path in tmp_path.glob("logs/*")}
     run("slipmode", "fmu", "one-mode", "-o", "one-mode.fmu")
     version = run("python", "-c", "import slipmode; print(slipmode.__version__)").strip()
     assert f"-{version}-py3" in wheel
