@@ -2,8 +2,8 @@
 Flutter that friction holds
 ===========================
 
-A flow puts energy into a mode. Friction holds it at the stable limit cycle; beyond the unstable one
-it grows without bound, and from some coefficient on there is neither.
+A flow puts energy into a mode. Friction holds it at the stable limit cycle; beyond the
+unstable one it grows without bound. The two meet where friction cannot take more.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Hysteresis in a recording
 =========================
 
-A scene asks for the motion of its contacts in a window; the area of the loop is what friction takes
-out in a cycle.
+A scene asks for the motion of its contacts in a window; the area of the loop is what friction
+takes out in a cycle.
 """
 
 from tempfile import mkdtemp

@@ -2,8 +2,8 @@
 A contact that lifts off
 ========================
 
-A beam rubs on an oblique support: the normal load varies with the motion, and the contact is open
-for part of each cycle. The frequency falls as it opens.
+The foot of a body, on oblique springs, slides along its support: its normal load varies, and it is
+open for part of each cycle. The frequency falls as it opens.
 """
 
 import matplotlib.pyplot as plt
@@ -11,16 +11,15 @@ import numpy as np
 
 from slipmode import rom
 
-cells = 12
-K, M = (np.zeros((cells, cells)) for _ in range(2))
-K += np.diag(np.full(cells, 2.0)) - np.diag(np.ones(cells - 1), 1) - np.diag(np.ones(cells - 1), -1)
-K[-1, -1] = 1.0
-M += np.eye(cells)
-directions = np.zeros((cells, 2))  # tangential and normal, of one mass's motion
-directions[6] = np.cos(0.6), np.sin(0.6)
-chain = rom.Structure(mass=M, stiffness=100.0 * K, damping=1e-3, contact=directions)
-law = rom.FrictionalContact(0.4, preload=1.0, tangential_stiffness=20.0, normal_stiffness=30.0)
-reduced = rom.reduce(chain, modes=(0,), law=law)
+turned = np.array([[np.cos(0.6), -np.sin(0.6)], [np.sin(0.6), np.cos(0.6)]])
+oblique = turned @ np.diag([100.0, 900.0]) @ turned.T  # springs from the body to its foot
+joined = np.hstack((-np.array([[1.0], [0.0]]), np.eye(2)))  # the body moves along, not upwards
+stiffness = joined.T @ oblique @ joined
+stiffness[0, 0] += 50.0
+inertia = np.diag([1.0, 0.02, 0.02])
+mass = rom.Structure(mass=inertia, stiffness=stiffness, damping=1e-3, contact=[1, 2])
+law = rom.FrictionalContact(0.4, preload=1.0, tangential_stiffness=20.0, normal_stiffness=60.0)
+reduced = rom.reduce(mass, modes=(0,), law=law)
 backbone = rom.backbone(rom.tabulate(reduced, law, amplitude=(1.0,), tolerance=1e-2))
 fall = 1.0 - backbone.frequency[-1] / backbone.frequency[0]
 

@@ -14,10 +14,8 @@ model = rom.tabulate(rom.reduce(structure, modes=(0,)), rom.Coulomb(2.0), amplit
 
 fig, axes = plt.subplots()
 peaks = {}
-for force in (0.02, 0.05, 0.1, 0.15, 0.2):
-    curve = rom.response_curve(
-        model, (0.98,), ({0: force},), vary="frequency_A", span=(0.9, 1.05)
-    )
+for force in (0.02, 0.04, 0.06, 0.08, 0.1):
+    curve = rom.response_curve(model, (0.98,), ({0: force},), vary="frequency_A", span=(0.9, 1.05))
     size = abs(curve.amplitude[:, 0]) / force
     peaks[force] = size.max()
     axes.plot(curve.parameter, size, label=f"{force:g} N")

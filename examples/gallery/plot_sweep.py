@@ -19,7 +19,8 @@ swept = []
 for step, frequency in enumerate(frequencies):
     component.set_inputs(force_A=0.15, frequency_A=frequency)
     component.do_step(2.0 * step, 2.0)
-    swept.append(abs(component.outputs().amplitude[0]))
+    found = component.outputs()
+    swept.append(np.hypot(found["A_re"], found["A_im"]))
 curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=(0.93, 1.03))
 
 fig, axes = plt.subplots()

@@ -1,9 +1,9 @@
 """
-One mode takes friction from the other
-======================================
+Two modes, one friction
+=======================
 
-The force on the second mode grows: its motion keeps the contacts sliding, which then damp the first
-mode less like friction and more like a dashpot.
+The force on the second mode grows: once that moves, the contacts slide more of the time, and
+what they do to the first mode changes.
 """
 
 import matplotlib.pyplot as plt
