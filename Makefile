@@ -16,6 +16,7 @@
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make docs    set up .venv and build the documentation into build/docs
+# make docs-links  set up .venv and ask for each address that the documentation names
 # make wheels  set up .venv and build wheels for Linux, macOS and Windows, and the source archive,
 #              into dist/
 # make gallery set up .venv and take the pictures of the README anew
@@ -32,7 +33,7 @@ test test-all: export OPENBLAS_NUM_THREADS := 1
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs wheels \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs docs-links wheels \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -79,6 +80,9 @@ gallery: $(VENV)/.installed
 docs: $(VENV)/.installed-docs
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
 	@echo "build/docs/index.html"
+
+docs-links: $(VENV)/.installed-docs
+	$(BIN)/python docs/links.py
 
 wheels: $(VENV)/.installed-wheels
 	$(BIN)/python release/wheels.py
