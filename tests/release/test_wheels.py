@@ -77,7 +77,7 @@ def test_there_is_one_for_every_platform_with_the_same_files(wheels):
 @pytest.mark.slow
 @pytest.mark.parametrize("platform", TARGETS)
 def test_its_libraries_show_what_python_calls_and_need_the_system_alone(wheels, platform):
-    from wheel_binaries import inspect
+    from release.wheel_binaries import inspect
 
     wheel = wheels[platform]
     names = [name for name in wheel.namelist() if name.endswith((".so", ".pyd"))]
