@@ -32,7 +32,8 @@ def served(shipped_scene):
     quiet = os.environ | {"BROWSER": "true"}  # the command that stands for a browser
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=quiet) as process:
         yield process, process.stdout.readline().strip()
-        process.kill()
+        process.send_signal(signal.SIGINT)  # so that it ends its viewer too
+        process.wait(30.0)
 
 
 def port(address):
