@@ -33,6 +33,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
 ]
 myst_enable_extensions = ["amsmath", "attrs_block", "deflist", "dollarmath"]
 myst_heading_anchors = 3
@@ -42,6 +43,18 @@ autodoc_typehints = "none"  # docstrings have types, shapes and units
 autodoc_class_signature = "mixed"
 numpydoc_show_class_members = False
 default_role = "literal"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "plot_gallery": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "write_computation_times": False,
+    "abort_on_example_error": True,
+    "within_subsection_order": "FileNameSortKey",
+}
+linkcheck_timeout = 15
 
 _SCENE_KEYS = "<!-- scene keys -->"
 

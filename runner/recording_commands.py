@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+import threading
+import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 from pathlib import Path
 
@@ -13,6 +16,9 @@ from slipmode.rom.errors import SlipmodeError
 AddCommand = Callable[
     [str, Callable[[argparse.Namespace], int], str, str], argparse.ArgumentParser
 ]
+
+
+_PORTS = 65536
 
 
 def add_recording_commands(add: AddCommand) -> None:
@@ -44,6 +50,15 @@ def add_recording_commands(add: AddCommand) -> None:
     )
     replay.add_argument(
         "--headless", action="store_true", help="never open a window: --save or --screenshot only"
+    )
+
+    replay.add_argument(
+        "--web",
+        nargs="?",
+        type=int,
+        const=0,
+        metavar="PORT",
+        help="serve it to a browser of this machine, until Ctrl-C (at a free port)",
     )
 
     info = add("info", _info, "what a recording holds", "info logs/two-mode.mcap")
@@ -95,7 +110,7 @@ def _topics(options: argparse.Namespace) -> list[str]:
 
 def _replay(options: argparse.Namespace) -> int:
     from slipmode.runner.recording.selection import Selection
-    from slipmode.runner.view.replay import replay
+    from slipmode.runner.view.replay import in_browser, replay
     from slipmode.runner.view.views import Playing
 
     written = [path for path in (options.save, options.screenshot) if path]
@@ -105,6 +120,19 @@ def _replay(options: argparse.Namespace) -> int:
     if options.speed is not None or options.loop:
         playing = Playing(1.0 if options.speed is None else options.speed, options.loop)
     selection = Selection(_topics(options), options.start, options.end)
+    if options.web is not None:
+        if written or options.headless:
+            raise SlipmodeError("--web goes without --save, --screenshot and --headless")
+        if not 0 <= options.web < _PORTS:
+            raise SlipmodeError(f"--web: a port is from 0 to {_PORTS - 1}, got {options.web}")
+        with (
+            in_browser(options.file, selection, playing, options.web) as address,
+            suppress(KeyboardInterrupt),
+        ):
+            print(f"{address}\nin your browser; Ctrl-C ends it", flush=True)
+            webbrowser.open(address)
+            threading.Event().wait()
+        return 0
     for note in replay(options.file, options.save, options.screenshot, selection, playing):
         print(note, file=sys.stderr)
     for path in written:

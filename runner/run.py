@@ -24,6 +24,7 @@ from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.view.layout.foxglove import write_layout
 from slipmode.runner.view.rerun_file import RerunFile
 from slipmode.runner.view.viewer import Viewer
 
@@ -91,7 +92,8 @@ def run(
     ----------
     scene : Scene, path of a scene file, or name of a shipped scene
     output : path
-        Folder for the recordings <scene>.mcap and <scene>.rrd; made if missing.
+        Folder for the recordings <scene>.mcap, with a layout for Foxglove beside it, and
+        <scene>.rrd; made if missing.
     fmu : path, optional
         An FMU of the scene's model that does the slow-time steps, with the same result
         as on the whole table.
@@ -143,6 +145,8 @@ def run(
         model, cached = plan.model(progress=progress)
         table_seconds += time.perf_counter() - left
         pass_ = through(plan, model)
+    if mcap:
+        write_layout(mcap, _channels(plan, model))
     return Recording(
         plan=plan,
         model=model,

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-RECORDINGS = {"two-mode.mcap", "two-mode.rrd"}
+RECORDINGS = {"two-mode.mcap", "two-mode.foxglove.json", "two-mode.rrd"}
 
 pytestmark = [
     pytest.mark.slow,

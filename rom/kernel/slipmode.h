@@ -13,8 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(SM_HIDDEN) || defined(_WIN32) /* there what to export is said to the linker */
+#if defined(SM_HIDDEN) || (defined(_WIN32) && !defined(SM_EXPORT))
 #define SM_API
+#elif defined(_WIN32)
+#define SM_API __declspec(dllexport)
 #else
 #define SM_API __attribute__((visibility("default")))
 #endif

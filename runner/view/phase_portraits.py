@@ -13,16 +13,17 @@ from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.envelope import DENSE_SAMPLES
+from slipmode.runner.view.layout.readable import readable
+from slipmode.runner.view.layout.stretches import Stretches, Window, stretch_starts
 from slipmode.runner.view.tail import tails
 
 TIMELINE = "time"
 PHASE_PORTRAIT, TRAJECTORY, LOOP, ORBIT = "/phase_plane", "/trajectory", "/loop", "/orbit"
+RESPONSE = "/response"
 AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
 COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
 _PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
-_LABEL_COLOR = _POINT_COLOR = (230, 230, 230)
-
-Window = tuple[int, int]  # first and last time [ns]
+_LABEL_COLOR = _POINT_COLOR = (145, 153, 165)  # readable on black and on white
 
 _LOOPS = 3  # of the first contacts: more would be too small to read
 # of a channel, to draw paths from; a viewer without a GPU slows down with more
@@ -30,7 +31,7 @@ _KEPT_SAMPLES = 8192
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC, _FIRST = "/elastic", "/contact/0"
-_SHOWN_SAMPLES = 2048  # of contact motion at first: some thirty periods
+_SWEPT = 1e-6  # of a frequency: what changes less is no sweep
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,8 @@ class Portrait:
         Whether both axes share a scale, so that angles are true.
     tail : int
         Length of the moving point's tail, in samples.
+    corner : bool
+        Whether the axes meet in the corner, x from its least value and y from 0.
     """
 
     entity: str
@@ -67,20 +70,49 @@ class Portrait:
     y: Axis
     one_scale: bool
     tail: int
+    corner: bool = False
 
-    def labels(self, scale: Floats) -> list[str]:
-        """What the marks on the axes say: the largest values, (2,)."""
+    def is_drawn(self, path: Floats) -> bool:
+        """Whether its values, (n, 2), make a picture: a frequency that stays makes none."""
+        if not self.corner:
+            return len(path) > 0
+        return len(path) > 1 and bool(np.ptp(path[:, 0]) > _SWEPT * path[:, 0].max())
+
+    def placed(self, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
+        """Where values, (n, 2), are drawn, from -1 to 1, and the marks on the axes."""
+        if self.corner:
+            low, high = path[:, 0].min(), path[:, 0].max()
+            top = path[:, 1].max() or 1.0
+            marks = {
+                (-1.0, -1.0): f"{low:.4g}",
+                (1.0, -1.0): f"{high:.4g} {self.x.unit}",
+                (-1.0, 1.0): f"{self.y.label} = {readable(top, self.y.unit)}",
+            }
+            return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
+        scale = np.abs(path).max(axis=0)
+        if self.one_scale:
+            scale[:] = scale.max()
+        scale[scale == 0.0] = 1.0
         x, y = (
-            f"{axis.label} = {largest:.3g} {axis.unit}"
+            f"{axis.label} = {readable(largest, axis.unit)}"
             for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
         )
-        return [self.x.label if self.one_scale else x, y]
+        return path / scale, {(1.0, 0.0): self.x.label if self.one_scale else x, (0.0, 1.0): y}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What portraits turned out: which there are, and the windows of motion they show."""
+
+    entities: tuple[str, ...]
+    windows: tuple[Window, ...]
 
 
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     """Phase portraits of the modes, the contact trajectory, the first hysteresis loops.
 
-    And the orbits of these contacts in their planes, where they slide in two directions.
+    And the orbits of these contacts in their planes, where they slide in two directions; and the
+    amplitudes of the modes against their frequencies, which make a picture in sweeps.
     """
     by_topic = {channel.topic: channel for channel in channels}
     contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
@@ -100,6 +132,21 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
         )
         for mode in "AB"
         if "/modes" in by_topic and f"{mode}_re" in by_topic["/modes"].names
+    ]
+    found += [
+        Portrait(
+            f"{RESPONSE}/{mode}",
+            f"|{mode}| over its frequency",
+            axis("/forcing", f"{mode}_frequency", "frequency"),
+            axis("/modes", f"{mode}_abs", f"|{mode}|"),
+            one_scale=False,
+            tail=0,
+            corner=True,
+        )
+        for mode in "AB"
+        if {"/modes", "/forcing"} <= by_topic.keys()
+        and f"{mode}_abs" in by_topic["/modes"].names
+        and f"{mode}_frequency" in by_topic["/forcing"].names
     ]
     if len(contacts) > 1:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
@@ -142,27 +189,28 @@ class Paths:
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
-    def draw(self, stream: rr.RecordingStream) -> Window | None:
-        """Draw every portrait that has samples; return the motion to show at first, if any."""
-        window = None
+    def draw(self, stream: rr.RecordingStream) -> Drawn:
+        """Draw every portrait that has samples."""
+        entities, motion = [], ""
         for portrait in self._portraits:
             time_ns, path = self._path(portrait)
-            if len(path) == 0:
+            if not portrait.is_drawn(path):
                 continue
-            scale = np.abs(path).max(axis=0)
-            if portrait.one_scale:
-                scale[:] = scale.max()
-            scale[scale == 0.0] = 1.0
-            _draw_axes(stream, portrait, scale)
+            entities.append(portrait.entity)
+            points, marks = portrait.placed(path)
+            _draw_axes(stream, portrait, marks)
             # Rerun's second coordinate points down.
-            _draw_path(stream, portrait, time_ns, path / scale * (1.0, -1.0))
-            if portrait.tail and self._samples[portrait.x.topic].seen <= DENSE_SAMPLES:
-                window = _latest_window(time_ns)
+            _draw_path(stream, portrait, time_ns, points * (1.0, -1.0))
+            if portrait.tail:
+                motion = portrait.x.topic
         self._draw_torus(stream)
-        elastic = self._samples.get(_ELASTIC)
-        if window is None and elastic is not None and 0 < elastic.seen <= DENSE_SAMPLES:
-            window = _latest_window(elastic.rows()[:, 0].astype(np.int64))
-        return window
+        if not motion and _ELASTIC in self._samples:
+            motion = _ELASTIC
+        shown = self._samples.get(motion)
+        windows: list[Window] = []
+        if isinstance(shown, _Latest) and shown.seen <= DENSE_SAMPLES:
+            windows = shown.stretches.windows()
+        return Drawn(tuple(entities), tuple(windows))
 
     def _draw_torus(self, stream: rr.RecordingStream) -> None:
         """Draw contact motion over both phases, of the last window."""
@@ -173,7 +221,7 @@ class Paths:
             return
         count = min(len(phases), len(motion))
         phases, motion = phases[-count:], motion[-count:]
-        last = _stretch_starts(motion[:, 0].astype(np.int64))[-1]
+        last = stretch_starts(motion[:, 0].astype(np.int64))[-1]
         phases, motion = phases[last:, 1:], motion[last:]
         shown = _shown(len(motion))
         index = [time_column(motion[shown, 0].astype(np.int64))]
@@ -199,10 +247,12 @@ class _Latest:
 
     def __init__(self) -> None:
         self.seen = 0
+        self.stretches = Stretches()
         self._rows = np.empty((0, 0))
 
     def extend(self, rows: Floats) -> None:
         self.seen += len(rows)
+        self.stretches.extend(rows[:, 0].astype(np.int64))
         kept = [self._rows, rows] if len(self._rows) else [rows]
         self._rows = np.concatenate(kept)[-_KEPT_SAMPLES:].copy()
 
@@ -233,15 +283,19 @@ class _Thinned:
         return np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
 
 
-def _draw_axes(stream: rr.RecordingStream, portrait: Portrait, scale: Floats) -> None:
-    ends = [[(-AXIS_REACH, 0.0), (AXIS_REACH, 0.0)], [(0.0, AXIS_REACH), (0.0, -AXIS_REACH)]]
+def _draw_axes(
+    stream: rr.RecordingStream, portrait: Portrait, marks: dict[tuple[float, float], str]
+) -> None:
+    at = 1.0 if portrait.corner else 0.0
+    low = -1.0 if portrait.corner else -AXIS_REACH
+    ends = [[(low, at), (AXIS_REACH, at)], [(-at, -low), (-at, -AXIS_REACH)]]
     axes = rr.LineStrips2D(
         ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
     )
     stream.log(f"{portrait.entity}/axes", axes, static=True)
     labels = rr.Points2D(
-        [(1.0, 0.0), (0.0, -1.0)],
-        labels=portrait.labels(scale),
+        [(x, -y) for x, y in marks],
+        labels=list(marks.values()),
         show_labels=True,
         colors=_LABEL_COLOR,
         radii=rr.Radius.ui_points(2.5),
@@ -257,7 +311,7 @@ def _draw_path(
 ) -> None:
     """Whole path as a thin line, its recent part as a bright one, its end as a moving point."""
     color = COLORS[1] if portrait.entity.endswith(("B", "1")) else COLORS[0]
-    starts = _stretch_starts(time_ns)
+    starts = stretch_starts(time_ns)
     whole = rr.LineStrips2D(
         np.split(points, np.unique(starts)[1:]),
         colors=_PATH_COLOR if portrait.tail else color,
@@ -288,18 +342,6 @@ def _draw_path(
 def _shown(count: int) -> NDArray[np.int64]:
     """At which of some samples the moving point is shown."""
     return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
-
-
-def _latest_window(time_ns: NDArray[np.int64]) -> Window:
-    first = max(int(_stretch_starts(time_ns)[-1]), len(time_ns) - _SHOWN_SAMPLES)
-    return int(time_ns[first]), int(time_ns[-1])
-
-
-def _stretch_starts(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """For each sample, where its unbroken stretch begins: windows are apart in time."""
-    steps = np.diff(time_ns, prepend=time_ns[:1])
-    breaks = steps > 10 * np.median(steps)
-    return np.maximum.accumulate(np.where(breaks, np.arange(len(steps)), 0))
 
 
 def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +14,7 @@ from slipmode.runner.recording.external.recording import as_curves, is_external,
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.mcapfile.source import naming
 from slipmode.runner.recording.selection import Selection
-from slipmode.runner.view.viewer import Viewer, find_viewer
+from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer
 
 if TYPE_CHECKING:
     from slipmode.runner.view.views import Playing
@@ -74,6 +76,39 @@ def replay(
     if save is None and screenshot is None:
         _convert(data, _window(), playing)
     return notes
+
+
+@contextmanager
+def in_browser(
+    path: str | Path,
+    selection: Selection = _EVERYTHING,
+    playing: Playing | None = None,
+    port: int = 0,
+) -> Iterator[str]:
+    """Serve an MCAP recording in the viewer for browsers, until the context ends.
+
+    Parameters
+    ----------
+    path, selection, playing
+        As for `replay`.
+    port : int
+        Of the page; 0 for any that is free.
+
+    Yields
+    ------
+    str
+        The address of the page, which is on this machine alone.
+
+    Raises
+    ------
+    SlipmodeError
+        If `path` cannot be read or has no such part, or the viewer cannot be started.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        rrd = Path(folder) / "recording.rrd"
+        replay(path, save=rrd, selection=selection, playing=playing)
+        with browser_viewer(rrd, port) as address:
+            yield address
 
 
 def _not_shown(path: str | Path, data: RecordingData) -> list[str]:

@@ -98,9 +98,10 @@ class RerunSink(Sink):
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        window = self._paths.draw(self._stream)
+        drawn = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        blueprint = views.blueprint(filled, window, self._playing)
+        views.explain(self._stream, filled, drawn)
+        blueprint = views.blueprint(filled, drawn, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
         self._closed = True

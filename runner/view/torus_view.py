@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
+from slipmode.runner.view.layout.readable import readable
 from slipmode.runner.view.tail import tails
 
+TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
 _LIFT = 0.06  # of the moving point above the surface, that would hide half of it
@@ -21,7 +23,8 @@ _CELLS = 64  # of the surface along the phase of B
 _STUCK, _POSITIVE, _NEGATIVE = (
     np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230))
 )
-_FRAME, _LABEL = (75, 80, 90), (230, 230, 230)
+_FRAME, _LABEL = (75, 80, 90), (145, 153, 165)
+_POINT = (230, 230, 230)
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -34,7 +37,7 @@ def view() -> rrb.Spatial3DView:
     middle = 0.5 * _TURN
     return rrb.Spatial3DView(
         origin=TORUS,
-        name="Contact 0 over the phases of both carriers",
+        name=TITLE,
         line_grid=rrb.LineGrid3D(visible=False),
         eye_controls=rrb.EyeControls3D(
             position=(middle - 3.0, middle - 6.0, 6.4),
@@ -110,10 +113,10 @@ def draw(
     _draw_frame(stream, scale, limit)
     points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
     strips = tails(points, _turn_starts(phases), shown, tail)
-    style = rr.LineStrips3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(1.5))
+    style = rr.LineStrips3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(1.5))
     stream.log(f"{TORUS}/tail", style, static=True)
     stream.send_columns(f"{TORUS}/tail", index, rr.LineStrips3D.columns(strips=strips))
-    mark = rr.Points3D.from_fields(colors=_LABEL, radii=rr.Radius.ui_points(6.0))
+    mark = rr.Points3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
 
@@ -134,8 +137,10 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, limit: float) -> None:
         "2π": (_TURN, 0, low),
         "phase B": (_TURN + 0.4, 0.5 * _TURN, low),
         "2π ": (_TURN, _TURN, low),
-        f"x = {scale:.3g} m": (0, 0, -low),
-        f"blue f = {-limit:.3g} N, orange {limit:.3g} N": (0.5 * _TURN, _TURN, -1.3 * low),
+        f"height: x = {readable(scale, 'm')}": (0, 0, -low),
+        f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange": (
+            *(0.5 * _TURN, _TURN, -1.3 * low),
+        ),
     }
     marks = rr.Points3D(
         list(labels.values()),

@@ -5,16 +5,18 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sysconfig
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
-from urllib.parse import urlsplit
+from urllib.parse import quote, urlsplit
 
 from slipmode.rom.errors import SlipmodeError
 
@@ -63,16 +65,12 @@ def _answers(url: str) -> bool:
     """Whether something listens there."""
     try:
         parts = urlsplit(url)
-        address = parts.hostname, parts.port
+        host, port = parts.hostname, parts.port
     except ValueError:
-        address = None, None
-    if None in address or not url.startswith("rerun") or parts.path != "/proxy":
+        host = port = None
+    if host is None or port is None or not url.startswith("rerun") or parts.path != "/proxy":
         raise SlipmodeError(f"a viewer's URL must be like {_URL}, got {url}")
-    try:
-        with socket.create_connection(address, timeout=_ANSWERING_TIME):
-            return True
-    except OSError:
-        return False
+    return _listens(host, port)
 
 
 def _start(url: str) -> None:
@@ -110,6 +108,68 @@ def _last_words(log: BinaryIO) -> str:
 
 
 @contextmanager
+def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
+    """A viewer for browsers of this machine, which shows an .rrd file and ends with the context.
+
+    Parameters
+    ----------
+    rrd : Path
+    port : int
+        Of the page; 0 for any that is free.
+
+    Yields
+    ------
+    str
+        The address of the page.
+
+    Raises
+    ------
+    SlipmodeError
+        If it cannot be started.
+    """
+    page, data = port or _free_port(), _free_port()
+    command = [VIEWER or "rerun", "--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
+    command += ["--web-viewer-port", str(page), "--server-memory-limit", _MEMORY, str(rrd)]
+    with tempfile.TemporaryFile() as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
+        try:
+            deadline = time.monotonic() + _STARTING_TIME
+            while not all(_listens("127.0.0.1", each) for each in (page, data)):
+                if process.poll() is not None or time.monotonic() > deadline:
+                    reason = _last_words(log)
+                    raise SlipmodeError(f"no viewer for browsers at port {page}: {reason}")
+                time.sleep(0.1)
+            source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
+            yield f"http://127.0.0.1:{page}/?url={source}"
+        finally:
+            _end(process)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process and those that it started: the command rerun is but a launcher."""
+    if os.name == "posix":
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGTERM)
+    else:
+        process.terminate()
+    process.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def _listens(host: str, port: int) -> bool:
+    try:
+        with socket.create_connection((host, port), timeout=_ANSWERING_TIME):
+            return True
+    except OSError:
+        return False
+
+
+@contextmanager
 def windowless_viewer() -> Iterator[ViewerClient]:
     """A viewer without a window, which ends with the context and logs nothing.
 
@@ -120,9 +180,7 @@ def windowless_viewer() -> Iterator[ViewerClient]:
     """
     from rerun.experimental import ViewerClient
 
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = _free_port()
     quiet = {"RUST_LOG": "off"}
     if "XDG_RUNTIME_DIR" not in os.environ:  # of which graphics drivers complain
         quiet["XDG_RUNTIME_DIR"] = tempfile.gettempdir()

@@ -24,21 +24,24 @@ from slipmode.runner.recording.channels import (
     Level,
 )
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.layout.reading import reading
+from slipmode.runner.view.layout.stretches import Window
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
     COLORS,
     LOOP,
     ORBIT,
     PHASE_PORTRAIT,
+    RESPONSE,
     TIMELINE,
     TRAJECTORY,
+    Drawn,
     Portrait,
-    Window,
     portraits,
     time_column,
 )
 
-_SCENE = "/scene"
+_SCENE, _READING = "/scene", "/reading"
 
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
@@ -47,14 +50,17 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "error": rr.TextLogLevel.ERROR,
 }
 
+_PLOTS, _TEXTS = 5, 1  # shares of the height
+
 # The last word of a field's name tells its quantity; fields of one quantity share a plot.
-_QUANTITIES = {"re": "components", "im": "components", "abs": "amplitude"}
+_QUANTITIES = {"re": "components", "im": "components"}
 _QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
 _QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
 _ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
 
 _SLOW_PLOTS = (
-    ("/modes", "amplitude", "Modal amplitude"),
+    ("/modes", "amplitude_A", "Modal amplitude |A|"),
+    ("/modes", "amplitude_B", "Modal amplitude |B|"),
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
     ("/control", "scale", "Friction limit"),
@@ -121,6 +127,8 @@ def series(channel: Channel) -> list[Series]:
 
 def _quantity(name: str) -> str:
     name = _ALONG.get(name, name)
+    if name.endswith("_abs"):  # modes differ too much in size for one scale
+        return f"amplitude_{name.removesuffix('_abs')}"
     word = "x" if name.startswith("x_") else name.split("_")[-1]
     return _QUANTITIES.get(word, word)
 
@@ -166,8 +174,9 @@ def send_series(
 def send_event(
     stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
 ) -> None:
-    """Append a line to the text log."""
-    columns = rr.TextLog.columns(text=[message], level=[_LEVELS[level]])
+    """Append a line to the text log, in front of it its time."""
+    text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
+    columns = rr.TextLog.columns(text=[text], level=[_LEVELS[level]])
     stream.send_columns(EVENTS, [time_column(time_ns)], columns)
 
 
@@ -189,14 +198,35 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
             stream.log(plot.entity, style, static=True)
+    explain(stream, listed)
     if not scene_text:
         return
     document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
     stream.log(_SCENE, document, static=True)
 
 
+def explain(
+    stream: rr.RecordingStream, channels: Sequence[Channel], drawn: Drawn | None = None
+) -> None:
+    """Write what the views of the channels show; `drawn` as for `blueprint`."""
+    titles = [portrait.title for portrait in _shown_portraits(channels, drawn)]
+    for topic, quantity, title in (*_SLOW_PLOTS, *_MOTION_PLOTS):
+        titles += [title] if _entities(channels, topic, quantity) else []
+    titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
+    words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
+    stream.log(_READING, words, static=True)
+
+
+def _shown_portraits(channels: Sequence[Channel], drawn: Drawn | None) -> list[Portrait]:
+    return [
+        portrait
+        for portrait in portraits(channels)
+        if (not portrait.corner if drawn is None else portrait.entity in drawn.entities)
+    ]
+
+
 def blueprint(
-    channels: Sequence[Channel], window: Window | None = None, playing: Playing | None = None
+    channels: Sequence[Channel], drawn: Drawn | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
     """Layout of the views of the channels that are present.
 
@@ -204,48 +234,74 @@ def blueprint(
     ----------
     channels : sequence of Channel
         What is recorded.
-    window : (int, int), optional
-        Fast motion to show at first [ns], as `Paths.draw` returns it; all of it by default.
+    drawn : Drawn, optional
+        What `Paths.draw` returns; until then all portraits but responses, and all fast motion.
     playing : Playing, optional
         By default a viewer does as it does with any recording.
     """
-    drawings = {portrait.entity: _drawing(portrait) for portrait in portraits(channels)}
+    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, drawn)}
 
-    def drawn(kind: str) -> list[rrb.View]:
+    def of_kind(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
-    motion = _plots(channels, _MOTION_PLOTS, window) + drawn(TRAJECTORY)
+    kinds = (PHASE_PORTRAIT, RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row)
-        for row in map(drawn, (PHASE_PORTRAIT, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT))
-        if row
+        rrb.Horizontal(*row) for row in map(of_kind, kinds) if row
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())
-    others = _others(channels)
-    texts: list[rrb.View] = [
-        rrb.TextLogView(
-            origin=EVENTS,
-            name="Events",
-            columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
-        )
+    columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
+        (16, _others(channels)),
+        (6, _plots(channels, _SLOW_PLOTS)),
+        (5, _motion(channels, drawn.windows if drawn else (), of_kind(TRAJECTORY))),
+        (6, rows),
     ]
-    if not others:
-        texts.insert(0, rrb.TextDocumentView(origin=_SCENE, name="Scene"))
-    columns = (
-        (16, others),
-        (5, _plots(channels, _SLOW_PLOTS)),
-        (4, motion),
-        (7, rows),
-        (4, texts),
-    )
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
+    texts = _texts(channels)
+    if not filled:
+        return rrb.Blueprint(texts, _time_panel(playing), collapse_panels=True)
     shares, contents = zip(*filled, strict=True)
     return rrb.Blueprint(
-        rrb.Horizontal(*contents, column_shares=shares),
+        rrb.Vertical(
+            rrb.Horizontal(*contents, column_shares=shares), texts, row_shares=(_PLOTS, _TEXTS)
+        ),
         _time_panel(playing),
         collapse_panels=True,
     )
+
+
+def _motion(
+    channels: Sequence[Channel], windows: Sequence[Window], trajectories: Sequence[rrb.View]
+) -> list[rrb.View | rrb.Container]:
+    """Fast motion, of windows that are apart behind tabs of their own."""
+    if len(windows) < 2:
+        whole = _plots(channels, _MOTION_PLOTS, windows[0] if windows else None)
+        return [*whole, *trajectories]
+    tabs = [
+        rrb.Vertical(
+            *_plots(channels, _MOTION_PLOTS, window),
+            name=" to ".join(f"{time * 1e-9:.6g}" for time in window) + " s",
+        )
+        for window in windows
+    ]
+    return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1), *trajectories]
+
+
+def _texts(channels: Sequence[Channel]) -> rrb.Container:
+    """Events as wide as the screen allows; the scene and what the views show beside them."""
+    events = rrb.TextLogView(
+        origin=EVENTS,
+        name="Events",
+        # a column of times would be too narrow for them: lines begin with theirs
+        columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"]),
+    )
+    if any(channel.topic.startswith(OTHER) for channel in channels):
+        return rrb.Horizontal(events)
+    documents = rrb.Tabs(
+        rrb.TextDocumentView(origin=_READING, name="How to read this"),
+        rrb.TextDocumentView(origin=_SCENE, name="Scene"),
+    )
+    return rrb.Horizontal(events, documents, column_shares=(3, 2))
 
 
 def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
@@ -255,7 +311,7 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
         if channel.topic.startswith(OTHER):
             sources.setdefault(channel.description, []).append(_entity(channel.topic))
     plots = [
-        rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.RightBottom)
+        rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
         for source, entities in sources.items()
     ]
     return [rrb.Grid(*plots)] if plots else []
@@ -289,7 +345,7 @@ def _plots(
             name=title,
             contents=entities,
             axis_x=rrb.TimeAxis(view_range=shown),
-            plot_legend=rrb.Corner2D.RightBottom,
+            plot_legend=rrb.Corner2D.LeftTop,
         )
         for topic, quantity, title in wanted
         if (entities := _entities(channels, topic, quantity))

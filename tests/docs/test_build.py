@@ -9,7 +9,14 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("sphinx", reason="needs slipmode[docs]")
-for package in ("furo", "latex2mathml", "myst_parser", "numpydoc", "sphinx_copybutton"):
+for package in (
+    "furo",
+    "latex2mathml",
+    "myst_parser",
+    "numpydoc",
+    "sphinx_copybutton",
+    "sphinx_gallery",
+):
     pytest.importorskip(package, reason="needs slipmode[docs]")
 
 pytestmark = pytest.mark.slow

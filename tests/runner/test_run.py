@@ -60,7 +60,7 @@ def test_only_the_recordings_asked_for_are_written(tmp_path, mcap, rerun):
     wanted = f"mcap = {mcap}\nrerun = {rerun}\n".lower()
     recording = runner.run(changed(("mcap = true\nrerun = false\n", wanted)), tmp_path / "logs")
     written = {path.name for path in tmp_path.glob("logs/*")}
-    asked_for = {"test.mcap": mcap, "test.rrd": rerun}
+    asked_for = {"test.mcap": mcap, "test.foxglove.json": mcap, "test.rrd": rerun}
     assert written == {name for name, asked in asked_for.items() if asked}
     assert (recording.mcap is not None, recording.rrd is not None) == (mcap, rerun)
     if not mcap:

@@ -79,7 +79,7 @@ def test_batches_arrive_while_the_file_is_not_finished(tmp_path, server):
         write_part(recorder, slice(0, 1000))
         recorder.event(100.0, "info", "half of it")
         first = samples(2000)["/modes"][1][0, 4]
-        assert server.arrived("/modes/amplitude", f"{first}", "half of it")
+        assert server.arrived("/modes/amplitude_A", f"{first}", "half of it")
         assert not read(path).complete
         write_part(recorder, slice(1000, 2000))
     assert server.arrived("/loop/contact/0/now")

@@ -1,0 +1,31 @@
+"""
+A sweep beside its steady states
+================================
+
+The amplitude of a run whose forcing frequency rises slowly follows the response curve.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from slipmode import fmu, rom
+
+model = rom.tabulate(
+    rom.reduce(rom.two_mass(beta=0.01), modes=(0,)), rom.Tanh(2.0, alpha=0.02), amplitude=(4.0,)
+)
+component = fmu.Component(model, force_patterns=({0: 1.0},))
+frequencies = np.linspace(0.93, 1.03, 1000)
+swept = []
+for step, frequency in enumerate(frequencies):
+    component.set_inputs(force_A=0.15, frequency_A=frequency)
+    component.do_step(2.0 * step, 2.0)
+    found = component.outputs()
+    swept.append(np.hypot(found["A_re"], found["A_im"]))
+curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=(0.93, 1.03))
+
+fig, axes = plt.subplots()
+axes.plot(frequencies, swept, label="sweep of 2000 s")
+axes.plot(curve.parameter, abs(curve.amplitude[:, 0]), "--", label="steady states")
+axes.set(xlabel="forcing frequency [rad/s]", ylabel=r"|A| [kg$^{0.5}$ m]")
+axes.legend()
+plt.show()

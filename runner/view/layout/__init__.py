@@ -1,0 +1,5 @@
+"""How recordings are laid out for viewers, beside what is drawn.
+
+Start with reading.py, what each view shows; readable.py writes quantities with a prefix to their
+unit, stretches.py finds the windows of fast motion.
+"""

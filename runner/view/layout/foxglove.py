@@ -1,0 +1,129 @@
+"""A layout for Foxglove beside an MCAP file: its plots, the events, loops of the contacts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from slipmode.rom.files import replacing
+from slipmode.runner.recording.channels import EVENTS, FULL, Channel
+
+_SLOW = (  # titles, topics, ends of the fields' names
+    ("|A|", "/modes", "A_abs"),
+    ("|B|", "/modes", "B_abs"),
+    ("Force amplitude", "/forcing", "_force"),
+    ("Forcing frequency", "/forcing", "_frequency"),
+    ("Power", "/energy", "_power"),
+    ("Dissipated energy", "/energy", "_energy"),
+)
+_MOTION = (
+    ("Elastic displacement", "/elastic", "x_"),
+    ("Contact displacement", "/contact/", "x"),
+    ("Friction force", "/contact/", "f"),
+    ("Normal force", "/contact/", "N"),
+    ("Gap", "/contact/", "gap"),
+)
+_LOOPS = 3  # of the first contacts
+
+_Panel = tuple[str, dict[str, Any]]
+
+
+def layout_path(mcap: Path) -> Path:
+    """Where the layout of a recording is: ``two-mode.foxglove.json`` beside its MCAP file."""
+    return mcap.with_suffix(".foxglove.json")
+
+
+def write_layout(mcap: Path, channels: Sequence[Channel]) -> Path:
+    """Write the layout of a recording with these channels beside its MCAP file.
+
+    Foxglove opens it by its menu of layouts, Import from file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    path = layout_path(mcap)
+    with replacing(path) as file:
+        file.write(json.dumps(layout(channels), indent=1).encode())
+    return path
+
+
+def layout(channels: Sequence[Channel]) -> dict[str, Any]:
+    """Foxglove's layout data: slow time to the left, motion, loops and events to the right."""
+    slow = _plots(channels, _SLOW)
+    motion = _plots(channels, _MOTION)
+    loops = [_loop(channel) for channel in channels if channel.topic.startswith("/contact/")]
+    log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
+    columns = [column for column in (slow, motion, [*loops[:_LOOPS], log]) if column]
+    stacks = [_split([name for name, _ in column], "column") for column in columns]
+    return {
+        "configById": dict(panel for column in columns for panel in column),
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _split(stacks, "row"),
+    }
+
+
+def _plots(channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]]) -> list[_Panel]:
+    found = []
+    for title, topic, name in wanted:
+        paths = [
+            f"{channel.topic}.{field.name}"
+            for channel in channels
+            if (channel.topic.removeprefix(FULL) + "/").startswith(topic)
+            for field in channel.fields
+            if _is(field.name, name)
+        ]
+        if paths:
+            found.append(_plot(title, [{"value": path} for path in paths]))
+    return found
+
+
+def _is(field: str, name: str) -> bool:
+    """Whether a field is the one wanted; ``_force`` is of any mode, ``x_`` of any DOF."""
+    if name.startswith("_"):
+        return field.endswith(name)
+    return field.startswith(name) if name.endswith("_") else field == name
+
+
+def _loop(channel: Channel) -> _Panel:
+    number = channel.topic.rpartition("/")[2]
+    name, config = _plot(f"Hysteresis of contact {number}", [{"value": f"{channel.topic}.f"}])
+    return name, config | {
+        "xAxisVal": "custom",
+        "xAxisPath": {"value": f"{channel.topic}.x", "enabled": True},
+    }
+
+
+def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
+    config = {
+        "foxglovePanelTitle": title,
+        "paths": [
+            path | {"enabled": True, "timestampMethod": "receiveTime", "showLine": True}
+            for path in paths
+        ],
+        "xAxisVal": "timestamp",
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "isSynced": title in {each for each, *_ in _SLOW},
+    }
+    return f"Plot!{title.replace(' ', '-').replace('|', '')}", config
+
+
+def _split(parts: list[Any], direction: str) -> Any:
+    """Parts side by side, or above one another, each as large as the others."""
+    first, *rest = parts
+    if not rest:
+        return first
+    return {
+        "direction": direction,
+        "first": first,
+        "second": _split(rest, direction),
+        "splitPercentage": round(100.0 / len(parts), 2),
+    }

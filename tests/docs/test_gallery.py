@@ -1,0 +1,42 @@
+"""The examples of the gallery run, are short, and keep their numbers."""
+
+import runpy
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+
+GALLERY = Path(__file__).parents[2] / "examples" / "gallery"
+NUMBERS = {  # name, what it computes, to three digits
+    "backbone": lambda n: (n["most"], [0.00876]),
+    "beating": lambda n: ([n["highest"], n["last"]], [1.143, 0.5793]),
+    "damper_design": lambda n: ([n["best"], n["least"]], [1.531, 3.020]),
+    "flutter": lambda n: (n["amplitude"][[0, -1]], [1.071, 2.258]),
+    "full_order": lambda n: (1.0 + n["error"], [1.00228]),
+    "hysteresis": lambda n: (n["power"], [0.2715]),
+    "lift_off": lambda n: (n["fall"], [0.02857]),
+    "response_curve": lambda n: (list(n["peaks"].values()), [57.12, 34.92, 29.62, 29.98, 34.99]),
+    "sweep": lambda n: (max(n["swept"]), [2.843]),
+    "two_modes": lambda n: (abs(n["found"][-1]), [3.127, 1.688]),
+}
+
+
+def test_all_of_them_are_held():
+    assert {path.stem.removeprefix("plot_") for path in GALLERY.glob("*.py")} == NUMBERS.keys()
+    assert len(NUMBERS) >= 10
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_an_example_is_short_and_keeps_its_numbers(name):
+    path = GALLERY / f"plot_{name}.py"
+    assert len(path.read_text(encoding="utf-8").splitlines()) < 40
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+    found, expected = NUMBERS[name](runpy.run_path(str(path)))
+    np.testing.assert_allclose(found, expected, rtol=2e-3)
+    (figure,) = map(plt.figure, plt.get_fignums())
+    assert all(axes.has_data() and axes.get_ylabel() for axes in figure.axes)
+    plt.close("all")

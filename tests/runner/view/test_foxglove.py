@@ -1,0 +1,38 @@
+"""The layout for Foxglove beside an MCAP file names what is recorded, and nothing else."""
+
+import json
+
+import pytest
+
+from slipmode.runner import load, shipped_scenes
+
+
+def panels(node):
+    """Names in the tree of a layout."""
+    if isinstance(node, str):
+        return [node]
+    return panels(node["first"]) + panels(node["second"])
+
+
+def paths(config):
+    """What a panel reads."""
+    if "topicToRender" in config:
+        return [config["topicToRender"]]
+    return [each["value"] for each in config["paths"]] + (
+        [config["xAxisPath"]["value"]] if config["xAxisVal"] == "custom" else []
+    )
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_every_panel_reads_what_is_recorded(name, shipped_scene):
+    mcap = shipped_scene(name).mcap
+    layout = json.loads(mcap.with_suffix(".foxglove.json").read_text(encoding="utf-8"))
+    configs = layout["configById"]
+    assert sorted(panels(layout["layout"])) == sorted(configs)
+    recorded = load(mcap)
+    fields = {f"{topic}.{field}" for topic in recorded for field in recorded[topic].units}
+    read = {path for config in configs.values() for path in paths(config)}
+    assert read <= fields | {"/events"}
+    modes = {path for path in fields if path.endswith("_abs")}
+    contacts = {path for path in fields if path.startswith("/contact/") and path.endswith(".f")}
+    assert modes | contacts | {"/events", "/energy.dissipated_energy"} <= read

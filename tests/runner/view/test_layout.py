@@ -1,0 +1,78 @@
+"""What stands beside the drawings: quantities with readable units, windows, words."""
+
+import numpy as np
+import pytest
+
+from slipmode.runner import run
+from slipmode.runner.recording import channels
+from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner.view.layout.readable import readable
+from slipmode.runner.view.layout.reading import reading
+from slipmode.runner.view.layout.stretches import Stretches
+from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.000174, "m", "174 µm"),
+        (-0.0012, "m", "-1.2 mm"),
+        (0.253, "m", "0.253 m"),
+        (0.09999, "m", "100 mm"),
+        (28.3, "N", "28.3 N"),
+        (12000.0, "N", "12 kN"),
+        (3e-12, "m", "0.003 nm"),
+        (0.0, "m", "0 m"),
+        (1.3e-4, "kg^0.5 m", "0.00013 kg^0.5 m"),
+    ],
+)
+def test_quantities_are_written_as_people_write_them(value, unit, text):
+    assert readable(value, unit) == text
+
+
+@pytest.mark.parametrize("batch", [7, 50, 1000])
+def test_windows_are_found_however_their_samples_arrive(batch):
+    times = np.concatenate((np.arange(0, 300), np.arange(5000, 5200))) * 1000
+    found = Stretches()
+    for start in range(0, len(times), batch):
+        found.extend(times[start : start + batch])
+    assert found.windows() == [(0, 299_000), (5_000_000, 5_199_000)]
+
+
+def test_a_long_window_is_shown_from_where_it_is_readable():
+    found = Stretches()
+    found.extend(np.arange(10_000))
+    assert found.windows() == [(10_000 - 2048, 9_999)]
+
+
+def response() -> Portrait:
+    listed = [channels.modes(("A",)), channels.forcing(("A",))]
+    (found,) = (each for each in portraits(listed) if each.entity.startswith(RESPONSE))
+    return found
+
+
+def test_a_sweep_is_drawn_from_its_least_frequency_and_from_zero():
+    path = np.array([[0.94, 0.5], [0.98, 3.0], [1.02, 1.5]])
+    points, marks = response().placed(path)
+    np.testing.assert_allclose(points, [[-1, -2 / 3], [0, 1], [1, 0]], atol=1e-12)
+    assert list(marks.values()) == ["0.94", "1.02 rad/s", "|A| = 3 kg^0.5 m"]
+    assert response().is_drawn(path)
+    assert not response().is_drawn(path * (0, 1) + (0.98, 0))  # no sweep
+
+
+def test_the_words_are_of_the_views_that_are_there():
+    words = reading(["Modal amplitude |A|", "Contact 0 over the phases of both carriers"])
+    assert "The white point" in words and "Hysteresis" not in words
+
+
+TWO_WINDOWS = "[[contact]]\nwindow = [20.0, 30.0]\nsamples_per_period = 32\n" * 2
+
+
+def test_windows_apart_have_views_of_their_own(tmp_path, viewer):
+    scene = load_scene("one-mode")
+    text = scene.text[: scene.text.index("[[contact]]")]
+    text += TWO_WINDOWS.replace("[20.0, 30.0]", "[200.0, 230.0]", 1)
+    recording = run(parse_scene(text, tmp_path), tmp_path)
+    viewer.open(str(recording.rrd))
+    found = [view.name for view in viewer.get_state().views]
+    assert found.count("Friction force") == 2
