@@ -47,6 +47,7 @@ def export(
     mode_names: Sequence[str] = MODE_NAMES,
     name: str = "slipmode",
     start: Mapping[str, float] | None = None,
+    largest_force: Mapping[str, float] | None = None,
     stop_time: float = 100.0,
     step_size: float = 1.0,
     reference_step: float | None = None,
@@ -78,6 +79,9 @@ def export(
         Of the model, as tools show it: one line without control characters.
     start : mapping of str to float, optional
         Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
+    largest_force : mapping of str to float, optional
+        Largest magnitudes by name of the input, such as {"force_A": 0.3}, which the inputs
+        declare as their range; what the friction table can bear, importers cannot know.
     stop_time, step_size : float
         Default experiment [s].
     reference_step : float, optional
@@ -130,6 +134,7 @@ def export(
         elastic=tuple(elastic),
         tolerance=tolerance,
         start=start or {},
+        largest=largest_force or {},
     )
     variables = list_variables(model, choice)
     resources = resource_files(model, force_patterns, contact, elastic, variables)

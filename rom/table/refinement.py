@@ -96,10 +96,12 @@ class Axis:
     __repr__ = short_repr
 
     @classmethod
-    def upto(cls, end: float, intervals: int) -> Axis:
-        """The first, even intervals, all of them to be halved."""
-        every = np.ones(intervals, dtype=bool)
-        return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
+    def upto(cls, end: float, intervals: int, beyond: int = 0) -> Axis:
+        """The first, even intervals, and as wide ones beyond `end`, all of them to be halved."""
+        every = np.ones(intervals + beyond, dtype=bool)
+        further = end * (np.arange(intervals + 1, every.size + 1) / intervals)
+        node = np.concatenate((np.linspace(0.0, end, intervals + 1), further))
+        return cls(node, every, np.full(every.size, np.inf))
 
     @property
     def middles(self) -> Floats:
@@ -140,12 +142,15 @@ class Axis:
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
-    `region` is the part of the plane where they are wanted; None: everywhere.
+    `region` is the part of the plane where they are wanted; None: everywhere. `beyond` are the
+    intervals past `amplitude_range`, besides _FIRST_INTERVALS up to it.
     """
 
     at: Callable[[Floats], Complexes]
     columns: Columns
+    amplitude_range: Floats
     region: Region | None = None
+    beyond: int = 0
 
     __repr__ = short_repr
 
@@ -157,10 +162,14 @@ class Sampling:
         ends = corners(self.region.cells(node_a, node_b))
         return ends, with_neighbours(ends)
 
-    def check_points(self, amplitude_range: Floats) -> Floats:
-        """Where the error of a table over [0, amplitude_range] is measured, (points, modes)."""
+    def check_points(self) -> Floats:
+        """Where the error of a table is measured, (points, modes)."""
+        amplitude_range = self.amplitude_range
         if self.region is None:
-            return _halton(_CHECK_POINTS, amplitude_range.size) * amplitude_range
+            spread = _halton(_CHECK_POINTS, amplitude_range.size)
+            further = spread * (1.0 + self.beyond / _FIRST_INTERVALS)
+            further = further[(further > 1.0).any(axis=1)]
+            return np.concatenate((spread, further)) * amplitude_range
         count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.region.share))
         while True:
             points = _halton(count, amplitude_range.size) * amplitude_range
@@ -178,18 +187,23 @@ class Sampling:
     def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
         """Relative error of values of a table where samples are `exact`, (points,)."""
         tabulated = exact[..., : len(self.columns.orders)]
-        return self.columns.error(np.abs(surface - tabulated), table.nodes())
+        return self.columns.error(np.abs(surface - tabulated), self._within(table))
+
+    def _within(self, table: Table) -> Complexes:
+        """Values at the nodes up to the amplitude range: what errors are relative to."""
+        inside = [
+            np.searchsorted(node, end, "right")
+            for node, end in zip(table.axes, self.amplitude_range, strict=True)
+        ]
+        return table.nodes()[tuple(slice(count) for count in inside)]
 
 
-def refine(
-    sampling: Sampling, amplitude_range: Floats, tolerance: float
-) -> tuple[Table, Complexes, float]:
-    """Tabulate over [0, amplitude_range] to a tolerance relative to the largest |S_j|.
+def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, float]:
+    """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
     ----------
     sampling : Sampling
-    amplitude_range : (modes,) ndarray
     tolerance : float
 
     Returns
@@ -206,11 +220,12 @@ def refine(
         If halving the grid lines does not reach the tolerance.
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
-    axes = [Axis.upto(end, intervals) for end in amplitude_range]
+    amplitude_range = sampling.amplitude_range
+    axes = [Axis.upto(end, intervals, sampling.beyond) for end in amplitude_range]
     node_a, node_b = _lines(axes)
     samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
     samples = samples.reshape(node_a.size, node_b.size, -1)
-    check_points = sampling.check_points(amplitude_range)
+    check_points = sampling.check_points()
     checks = sampling.at(check_points)
 
     def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
@@ -239,6 +254,13 @@ def refine(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
         f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
     )
+
+
+def headroom_intervals(headroom: float) -> int:
+    """Intervals beyond the amplitude range that take a table to `headroom` times it."""
+    if not (np.isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
+    return int(np.ceil((headroom - 1.0) * _FIRST_INTERVALS - 1e-9))
 
 
 def least_everywhere(table: Table) -> int:

@@ -32,7 +32,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
-from slipmode.rom.table.refinement import Columns, Sampling, refine
+from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, warn
 
@@ -51,6 +51,7 @@ def tabulate(
     combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
     region: Region | None = None,
+    headroom: float = 1.0,
     threads: int | None = None,
     progress: bool = False,
     warned: bool = True,
@@ -75,6 +76,10 @@ def tabulate(
     region : Region, optional
         Where the table of two modes has to hold; it is not looked up elsewhere. Default:
         everywhere.
+    headroom : float
+        How far the table goes, relative to `amplitude`, rounded up to eighths: 1 or more, for
+        runs that go further than expected. Up to `amplitude` it has the nodes of a table without
+        headroom, and more where it needs them beyond. Not with a region.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -106,6 +111,9 @@ def tabulate(
         raise SlipmodeError(
             f"region: must be a part of the same range, got {region.amplitude_range}"
         )
+    beyond = headroom_intervals(headroom)
+    if beyond and region is not None:
+        raise SlipmodeError("headroom: must be 1 where only a region is tabulated")
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
@@ -145,11 +153,12 @@ def tabulate(
         samples = _Samples(
             solve, columns, pool, bar, partial(check_settled, reduced, combinations)
         )
-        sampling = Sampling(samples, columns, region)
-        table, carried, error = refine(sampling, amplitude_range, budget.interpolation)
+        sampling = Sampling(samples, columns, amplitude_range, region, beyond)
+        table, carried, error = refine(sampling, budget.interpolation)
         if reduced.formulation == "consistent":
+            spread = partial(_in_tasks, pool)
             table = with_rate_correction(
-                table, reduced, law, resolution.grid, partial(_in_tasks, pool)
+                *(table, reduced, law, amplitude_range, resolution.grid, spread)
             )
     accuracy = Accuracy(
         tolerance=tolerance,

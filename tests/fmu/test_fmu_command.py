@@ -20,7 +20,7 @@ from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.cross_compiler import TARGETS, platform_binary
 from slipmode.runner import load_scene, run
 from slipmode.runner.cli import main
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 
 ROOT = Path(__file__).parents[2]
 DOUBLES = ctypes.POINTER(ctypes.c_double)

@@ -20,7 +20,7 @@ from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Imported
 from slipmode.rom import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import parse_scene
 
 MODE_B = """

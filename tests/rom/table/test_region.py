@@ -15,7 +15,7 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region, corners, with_neighbours
 from slipmode.runner.cli import main
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan import amplitude_range, table_cost
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 
