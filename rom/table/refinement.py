@@ -96,12 +96,20 @@ class Axis:
     __repr__ = short_repr
 
     @classmethod
-    def upto(cls, end: float, intervals: int, beyond: int = 0) -> Axis:
-        """The first, even intervals, and as wide ones beyond `end`, all of them to be halved."""
-        every = np.ones(intervals + beyond, dtype=bool)
-        further = end * (np.arange(intervals + 1, every.size + 1) / intervals)
-        node = np.concatenate((np.linspace(0.0, end, intervals + 1), further))
-        return cls(node, every, np.full(every.size, np.inf))
+    def upto(cls, end: float, intervals: int) -> Axis:
+        """The first, even intervals, all of them to be halved."""
+        every = np.ones(intervals, dtype=bool)
+        return cls(np.linspace(0.0, end, every.size + 1), every, np.full(every.size, np.inf))
+
+    def extended(self, beyond: int) -> Axis:
+        """With intervals beyond the last node, as wide as the first ones were, to be halved."""
+        further = self.node[-1] * (1.0 + np.arange(1, beyond + 1) / _FIRST_INTERVALS)
+        every = np.ones(beyond, dtype=bool)
+        return Axis(
+            np.append(self.node, further),
+            np.append(self.poor, every),
+            np.append(self.missed, np.full(beyond, np.inf)),
+        )
 
     @property
     def middles(self) -> Floats:
@@ -166,10 +174,7 @@ class Sampling:
         """Where the error of a table is measured, (points, modes)."""
         amplitude_range = self.amplitude_range
         if self.region is None:
-            spread = _halton(_CHECK_POINTS, amplitude_range.size)
-            further = spread * (1.0 + self.beyond / _FIRST_INTERVALS)
-            further = further[(further > 1.0).any(axis=1)]
-            return np.concatenate((spread, further)) * amplitude_range
+            return _halton(_CHECK_POINTS, amplitude_range.size) * amplitude_range
         count = int(np.ceil(_CHECK_POINTS_OF_A_PART / self.region.share))
         while True:
             points = _halton(count, amplitude_range.size) * amplitude_range
@@ -177,6 +182,12 @@ class Sampling:
             if len(inside) >= _CHECK_POINTS_OF_A_PART:
                 return inside[:_CHECK_POINTS_OF_A_PART]
             count *= 2
+
+    def check_points_beyond(self) -> Floats:
+        """Likewise past the amplitude range, (points, modes)."""
+        spread = _halton(_CHECK_POINTS, self.amplitude_range.size)
+        spread *= 1.0 + self.beyond / _FIRST_INTERVALS
+        return np.asarray(spread[(spread > 1.0).any(axis=1)] * self.amplitude_range)
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
@@ -220,32 +231,43 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
         If halving the grid lines does not reach the tolerance.
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
-    amplitude_range = sampling.amplitude_range
-    axes = [Axis.upto(end, intervals, sampling.beyond) for end in amplitude_range]
+    axes = [Axis.upto(end, intervals) for end in sampling.amplitude_range]
     node_a, node_b = _lines(axes)
-    samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
+    samples = sampling.at(amplitude_pairs(node_a, node_b, len(axes)))
     samples = samples.reshape(node_a.size, node_b.size, -1)
-    check_points = sampling.check_points()
+    within = sampling.check_points()
+    axes, samples, table, error = _refined(sampling, axes, samples, within, tolerance)
+    if sampling.beyond:
+        axes, samples = _extended(sampling, axes, samples)
+        past = sampling.check_points_beyond()
+        axes, samples, table, further = _refined(sampling, axes, samples, past, tolerance)
+        error = max(error, further)
+    if sampling.region is not None:
+        table = replace(table, region=sampling.region.cells(*_lines(axes)))
+    return table, samples[..., len(sampling.columns.orders) :], error
+
+
+def _refined(
+    sampling: Sampling,
+    axes: list[Axis],
+    samples: Complexes,
+    check_points: Floats,
+    tolerance: float,
+) -> tuple[list[Axis], Complexes, Table, float]:
+    """Halve intervals until samples and check points agree with the table to the tolerance."""
     checks = sampling.at(check_points)
-
-    def measured(axes: Sequence[Axis], samples: Complexes) -> tuple[Table, Floats]:
-        table = sampling.table(_lines(axes), samples)
-        return table, sampling.error_of(table.terms(check_points), checks, table)
-
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
-        for number in range(amplitude_range.size):
+        for number in range(len(axes)):
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
         if any(axis.poor.any() for axis in axes):
             continue
-        table, errors = measured(axes, samples)
+        table = sampling.table(_lines(axes), samples)
+        errors = sampling.error_of(table.terms(check_points), checks, table)
         missed = errors > tolerance
         if not missed.any():
-            carried = samples[..., len(sampling.columns.orders) :]
-            if sampling.region is not None:
-                table = replace(table, region=sampling.region.cells(*_lines(axes)))
-            return table, carried, float(errors.max())
+            return axes, samples, table, float(errors.max())
         axes = [axis.poor_at(check_points[missed, j]) for j, axis in enumerate(axes)]
     left = [axis.missed[axis.poor] for axis in axes]
     missed = np.concatenate([error[np.isfinite(error)] for error in left])
@@ -302,6 +324,22 @@ def _halve(
     both = np.concatenate((samples, fresh.reshape(shape)), axis=number)
     merged = np.take(both, order, axis=number)
     return [*axes[:number], axis.halved(worst, tolerance), *axes[number + 1 :]], merged
+
+
+def _extended(
+    sampling: Sampling, axes: list[Axis], samples: Complexes
+) -> tuple[list[Axis], Complexes]:
+    """With samples at the nodes of the headroom too."""
+    longer = [axis.extended(sampling.beyond) for axis in axes]
+    node_a, node_b = _lines(longer)
+    fresh = np.ones((node_a.size, node_b.size), dtype=bool)
+    known = tuple(slice(count) for count in samples.shape[:2])
+    fresh[known] = False
+    everywhere = np.empty((*fresh.shape, samples.shape[-1]), dtype=complex)
+    everywhere[known] = samples
+    points = amplitude_pairs(node_a, node_b, len(axes))
+    everywhere[fresh] = sampling.at(points[fresh.ravel()])
+    return longer, everywhere
 
 
 def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:

@@ -54,9 +54,7 @@ def _stays(plan: Plan, model: Model, factor: float) -> bool:
             *shortened(schedule, model, excited.modes, component.input_names)
         ):
             pass
-    except StoppedError as stop:
-        if not stop.left_table:
-            raise
+    except StoppedError:
         return False
     return True
 
