@@ -2,6 +2,7 @@
 
 import ctypes
 import shutil
+from itertools import pairwise
 
 import fmpy
 import numpy as np
@@ -68,7 +69,7 @@ class SceneFmu:
 
             made.start(**given[0], **self.plan.excited.start())
             rows = []
-            for k, (start, end) in enumerate(zip(breaks, breaks[1:], strict=False)):
+            for k, (start, end) in enumerate(pairwise(breaks)):
                 if k:
                     made.fmu.enterEventMode()
                     made.set(**given[k])
@@ -94,7 +95,7 @@ class SceneFmu:
     def fixed(self, derivative, points, states):
         """By Runge and Kutta's, in steps no longer than the declared one."""
         rows = [states]
-        for start, end in zip(points, points[1:], strict=False):
+        for start, end in pairwise(points):
             count = int(np.ceil((end - start) / self.step - 1e-6))
             h = (end - start) / count
             for k in range(count):
