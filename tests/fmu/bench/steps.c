@@ -16,9 +16,13 @@
 
 #include "fmi3FunctionTypes.h"
 
+#ifndef ROUNDS
 #define ROUNDS 200
+#endif
 #define MOST 64
+#ifndef INSTANCES
 #define INSTANCES 1000
+#endif
 
 static double now(void) {
     struct timespec t;
