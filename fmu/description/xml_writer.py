@@ -180,10 +180,6 @@ class Writer(ABC):
             (v, v.needs or (v.name,)) for v in self.variables if v.causality is Causality.OUTPUT
         ]
 
-    def _differentiable(self) -> str:
-        """Whether everything has directional derivatives: they are announced for all or none."""
-        return literal(not any(v.marched for v in self.variables))
-
     def _derivatives(self) -> list[tuple[Variable, Sequence[str]]]:
         """Derivatives of the states with what they depend on."""
         return [(v, v.needs) for v in self.variables if v.kind is Kind.RATE]

@@ -180,6 +180,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
             Causality.PARAMETER,
             Quantity.DAMPING,
             start=float(model.reduced.modal_damping[mode]),
+            tunable=True,
         )
     yield Variable(
         "tolerance",
