@@ -81,7 +81,7 @@ class Writer(ABC):
             "modelName": given.name,
             "description": given.description,
             "version": given.version,
-            "license": "MIT",
+            **given.origin.attributes(),
             "generationTool": f"slipmode {given.version}",
             "variableNamingConvention": "structured",
         }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
@@ -26,6 +27,14 @@ def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
         f"that force it harder ({HEADROOM:g}: the shipped scenes' forces and a tenth more)",
     )
     fmu.add_argument(
+        "--contacts",
+        action="store_true",
+        help="contacts as outputs, without a window of the scene",
+    )
+    for what in ("author", "copyright", "license"):
+        fmu.add_argument(f"--{what}", metavar="TEXT", help="of the model (nothing is said)")
+    fmu.add_argument("--dated", action="store_true", help="say when it was made")
+    fmu.add_argument(
         "--platforms",
         nargs="+",
         default=[],
@@ -36,11 +45,16 @@ def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 
 def _fmu(options: argparse.Namespace) -> int:
+    from slipmode.fmu.description.description import Origin
     from slipmode.runner.fmi.export import export_fmu
 
+    now = datetime.now(UTC) if options.dated else None
+    origin = Origin(options.author, options.copyright, options.license, now)
     path = export_fmu(
         *(options.scene, options.output, options.fmi, options.platforms),
         headroom=options.range,
+        contacts=options.contacts,
+        origin=origin,
         progress=True,
     )
     print(path)

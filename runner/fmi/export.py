@@ -8,14 +8,16 @@ from os import PathLike
 from pathlib import Path
 
 from slipmode import fmu
-from slipmode.fmu.description.description import FmiVersion
+from slipmode.fmu.description.description import FmiVersion, Origin
+from slipmode.fmu.description.reference_result import Stimuli
 from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import Finding, warn
 from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.fmi.force_range import largest_forces
 from slipmode.runner.plan.euler_step import euler_step
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.scene.schedule import rate_of
 
 
 def export_fmu(
@@ -25,6 +27,8 @@ def export_fmu(
     platforms: Sequence[str] = (),
     *,
     headroom: float = HEADROOM,
+    contacts: bool = False,
+    origin: Origin | None = None,
     progress: bool = False,
 ) -> Path:
     """Export the model that a scene needs.
@@ -45,6 +49,10 @@ def export_fmu(
     headroom : float
         Range of the friction table relative to what the scene needs, 1 or more, rounded up to
         eighths: for importers that force the model harder.
+    contacts : bool
+        Have the contacts among the outputs though the scene has no [[contact]] window.
+    origin
+        As in `slipmode.fmu.archive.export`.
     progress : bool
         Progress bars on work longer than a second.
     """
@@ -57,7 +65,7 @@ def export_fmu(
         warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
     elastic = plan.scene.output.elastic
-    contact = bool(scene.contact or elastic)
+    contact = bool(scene.contact or elastic or contacts)
     model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)
     names = list(plan.schedule.scripts)
     (first,) = plan.schedule.inputs(names, slice(1)).tolist()
@@ -76,5 +84,14 @@ def export_fmu(
         stop_time=scene.run.duration,
         step_size=euler_step(plan, model),
         reference_step=scene.run.step,
+        stimuli=_stimuli(plan),
         tolerance=scene.run.tolerance,
+        origin=origin,
     )
+
+
+def _stimuli(plan: Plan) -> Stimuli:
+    """What the scripts of a scene do to the inputs."""
+    scripts = tuple(plan.schedule.scripts)
+    names = (*scripts, *map(rate_of, scripts))
+    return Stimuli(names, plan.schedule.durations(), plan.schedule.inputs(names))

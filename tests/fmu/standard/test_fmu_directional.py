@@ -132,7 +132,9 @@ def test_adjoint_derivatives_are_the_transposed_ones(unzipped):
         columns = np.array([directional(made, names, name) for name in known])
         seed = random.normal(size=len(names))
         unknown = [made.reference[name] for name in names]
-        found = made.fmu.getAdjointDerivative(unknown, [made.reference[n] for n in known], seed)
+        found = made.fmu.getAdjointDerivative(
+            unknown, [made.reference[n] for n in known], seed, len(known)
+        )
     np.testing.assert_allclose(found, columns @ seed, rtol=1e-12)
 
 

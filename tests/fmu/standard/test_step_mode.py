@@ -1,6 +1,5 @@
 """Co-Simulation between the steps: events, early returns, parameters that change."""
 
-
 import fmpy
 import numpy as np
 import pytest
