@@ -1,4 +1,4 @@
-"""`slipmode fmu`."""
+"""`slipmode fmu`, with --ssp too."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
 
@@ -35,6 +36,11 @@ def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
         fmu.add_argument(f"--{what}", metavar="TEXT", help="of the model (nothing is said)")
     fmu.add_argument("--dated", action="store_true", help="say when it was made")
     fmu.add_argument(
+        "--ssp",
+        action="store_true",
+        help="in a system structure package, with start values and units (SCENE.ssp)",
+    )
+    fmu.add_argument(
         "--platforms",
         nargs="+",
         default=[],
@@ -47,15 +53,23 @@ def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 def _fmu(options: argparse.Namespace) -> int:
     from slipmode.fmu.description.description import Origin
     from slipmode.runner.fmi.export import export_fmu
+    from slipmode.runner.scene.scene import load_scene
 
     now = datetime.now(UTC) if options.dated else None
     origin = Origin(options.author, options.copyright, options.license, now)
-    path = export_fmu(
-        *(options.scene, options.output, options.fmi, options.platforms),
-        headroom=options.range,
-        contacts=options.contacts,
-        origin=origin,
-        progress=True,
-    )
-    print(path)
+    arguments: dict[str, Any] = {
+        "fmi": options.fmi,
+        "platforms": options.platforms,
+        "headroom": options.range,
+        "contacts": options.contacts,
+        "origin": origin,
+        "progress": True,
+    }
+    if options.ssp:
+        from slipmode.runner.fmi.ssp import export_ssp  # it reads the FMU by FMPy
+
+        scene = load_scene(options.scene)
+        print(export_ssp(scene, options.output or Path(f"{scene.name}.ssp"), **arguments))
+    else:
+        print(export_fmu(options.scene, options.output, **arguments))
     return 0
