@@ -21,6 +21,7 @@ from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 
 STEPS = 500  # a round
+AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
 
 
 def program(where):
