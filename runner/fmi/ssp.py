@@ -74,16 +74,9 @@ def _structure(scene: Scene, variables: Sequence[Any]) -> bytes:
     SubElement(bindings, _tag("ssd", "ParameterBinding"), source="resources/start.ssv")
     connections = SubElement(system, _tag("ssd", "Connections"))
     for v in connected:
-        own = {"startElement": _COMPONENT} if v.causality == "output" else {}
-        other = {"endElement": _COMPONENT} if v.causality == "input" else {}
-        SubElement(
-            connections,
-            _tag("ssd", "Connection"),
-            **own,
-            startConnector=v.name,
-            **other,
-            endConnector=v.name,
-        )
+        said = {"startConnector": v.name, "endConnector": v.name}
+        said["startElement" if v.causality == "output" else "endElement"] = _COMPONENT
+        SubElement(connections, _tag("ssd", "Connection"), said)
     _add_units(SubElement(root, _tag("ssd", "Units")), connected)
     SubElement(
         root,

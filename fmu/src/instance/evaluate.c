@@ -11,7 +11,8 @@
 static fmu_status status_of(const fmu_instance *instance, sm_status status, const char *doing) {
     if (status == SM_OK) return FMU_OK;
     if (status == SM_OUTSIDE_TABLE) return fmu_say_outside(instance, instance->outputs, doing, "");
-    const int retry = status == SM_STEP_TOO_SMALL || status == SM_NOT_CONVERGED;
+    const int retry = status == SM_STEP_TOO_SMALL || status == SM_NOT_CONVERGED
+                      || status == SM_NOT_FINITE; /* inputs have moved too far */
     return fmu_say(instance, retry ? FMU_DISCARD : FMU_ERROR, "%s at t = %g s: %s", doing,
                    instance->outputs[0], sm_message(status));
 }

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fmpy.ssp.ssd import Component, find_components, get_connections, read_ssd, read_ssv
 from fmpy.validation import validate_fmu
-from fmu_scenes import SceneFmu
+from fmu_exchange import SceneFmu
 
 from slipmode.runner import load_scene, run
 from slipmode.runner.cli import main

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fmu_scenes import SceneFmu
+from fmu_exchange import SceneFmu
 
 from slipmode import runner
 from slipmode.runner import load_scene, shipped_scenes
