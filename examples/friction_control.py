@@ -21,7 +21,7 @@ import numpy as np
 
 from slipmode import runner
 from slipmode.fmu.imported import Imported
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, McapSink, Recorder
 from slipmode.runner.view.rerun_sink import RerunSink

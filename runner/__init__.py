@@ -7,7 +7,8 @@ run.py          what run does, from the scene to the recording. Start here; slow
 scene/ plan/ recording/ view/   in the order in which it needs them; scenes/: the shipped ones
 curves/ study/  what a scene does at other frequencies, forces, limits; and at any other values
 validate.py     a scene by slow time and by full order; report/, paper/: the method, measured so
-cli.py          the command line; recording_commands.py, fmu_export.py, fmu_import.py: behind it
+fmi/            a scene as an FMU
+cli.py          the command line; recording_commands.py: behind it
 """
 
 from slipmode.rom import __version__

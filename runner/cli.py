@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.curves.commands import add_curve_commands
+from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
 from slipmode.runner.study.command import add_study_command
 
@@ -159,18 +160,6 @@ def _validate(options: argparse.Namespace) -> int:
     return 0
 
 
-def _fmu(options: argparse.Namespace) -> int:
-    from slipmode.runner.fmu_export import export_fmu
-
-    path = export_fmu(
-        *(options.scene, options.output, options.fmi, options.platforms),
-        headroom=options.range,
-        progress=True,
-    )
-    print(path)
-    return 0
-
-
 def _report(options: argparse.Namespace) -> int:
     if options.hard:
         from slipmode.runner.report.hard import hard_report
@@ -277,32 +266,7 @@ def _parser() -> argparse.ArgumentParser:
     _scene_argument(validate)
     validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
-    fmu = _command(
-        commands,
-        "fmu",
-        _fmu,
-        "export a scene's model as an FMU",
-        "fmu two-mode -o two-mode.fmu --fmi 2",
-    )
-    _scene_argument(fmu)
-    fmu.add_argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)")
-    fmu.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)")
-    fmu.add_argument(
-        "--range",
-        type=float,
-        default=1.0,
-        metavar="FACTOR",
-        help="amplitudes that it holds for, relative to what the scene needs: more for importers "
-        "that force it harder (1)",
-    )
-    fmu.add_argument(
-        "--platforms",
-        nargs="+",
-        default=[],
-        metavar="PLATFORM",
-        help="besides this machine's: x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, "
-        "aarch64-darwin",
-    )
+    add_fmu_command(partial(_command, commands))
 
     report = _command(
         *(commands, "report", _report),

@@ -95,8 +95,8 @@ def run(
         Folder for the recordings <scene>.mcap, with a layout for Foxglove beside it, and
         <scene>.rrd; made if missing.
     fmu : path, optional
-        An FMU of the scene's model that does the slow-time steps, with the same result
-        as on the whole table.
+        An FMU of the scene's model that does the slow-time steps, on the whole of its own table:
+        with the bits of a run without it where that is the table of the scene (headroom 1).
     live : Viewer, optional
         Show the run there while it is recorded: `find_viewer` opens one.
     progress : bool
@@ -119,14 +119,16 @@ def run(
     started = time.perf_counter()
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
-    plan = make_plan(scene, progress=progress)
+    plan, headroom = make_plan(scene, progress=progress), 1.0
     if fmu is not None:
         if scene.model.transients == "hybrid":
             raise SlipmodeError(
                 'model.transients: must be "slow" to run an FMU, which has no other'
             )
-        plan = plan.on_whole_table("an FMU has all of it")
-    model, cached = plan.model(region=True, progress=progress)
+        from slipmode.runner.fmi.load import headroom_of  # FMPy takes a while to import
+
+        plan, headroom = plan.on_whole_table("an FMU has all of it"), headroom_of(fmu, plan)
+    model, cached = plan.model(region=True, headroom=headroom, progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -193,7 +195,7 @@ def _stepping(
     """What does the slow-time steps."""
     if fmu is None:
         return nullcontext(stepper(plan, model))
-    from slipmode.runner.fmu_import import open_fmu  # FMPy takes a while to import
+    from slipmode.runner.fmi.load import open_fmu  # FMPy takes a while to import
 
     return open_fmu(fmu, plan, model)
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
+
+import numpy as np
 
 from slipmode.fmu.archive.binaries import extension, folder, host_platform
 from slipmode.fmu.archive.resources import IDENTITY
@@ -39,6 +42,8 @@ class Archive:
         What can be given a value before the initialization.
     identity : str
         Which model it holds, as `resources.identity` has it; "" if it does not say.
+    amplitude_range : tuple of float
+        How far its friction table goes [kg^1/2 m], by mode; empty if it does not say.
 
     Raises
     ------
@@ -66,7 +71,7 @@ class Archive:
         self.outputs = self._references("output")
         variables = self.description.modelVariables
         self.settable = tuple(v.name for v in variables if settable_in_instantiated(v))
-        self.identity = self._identity()
+        self.identity, self.amplitude_range = self._model()
 
     def require(self, names: Iterable[str], present: Iterable[str], words: str) -> None:
         """Refuse if one of the names is not among those present, which `words` describe."""
@@ -95,7 +100,14 @@ class Archive:
             platforms = ", ".join(fmpy.supported_platforms(self.path)) or "none"
             raise SlipmodeError(f"{self.path}: has no library for {host}, only for {platforms}")
 
-    def _identity(self) -> str:
+    def _model(self) -> tuple[str, tuple[float, ...]]:
+        """Identity and amplitude range of an FMU of ours."""
         with zipfile.ZipFile(self.path) as archive:
-            member = f"resources/{IDENTITY}"
-            return archive.read(member).decode() if member in archive.namelist() else ""
+            members = {f"resources/{name}" for name in (IDENTITY, "node_a.npy", "node_b.npy")}
+            if not members <= set(archive.namelist()):
+                return "", ()
+            identity = archive.read(f"resources/{IDENTITY}").decode()
+            nodes = [
+                np.load(io.BytesIO(archive.read(f"resources/node_{mode}.npy"))) for mode in "ab"
+            ]
+        return identity, tuple(float(node[-1]) for node in nodes if node.size > 1)

@@ -18,11 +18,13 @@ from slipmode.fmu.description.description import (
     Description,
     Experiment,
     FmiVersion,
+    Origin,
 )
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
 from slipmode.fmu.description.fmi2 import Fmi2Writer
 from slipmode.fmu.description.fmi3 import Fmi3Writer, build_description
-from slipmode.fmu.description.reference_result import reference_files
+from slipmode.fmu.description.reference_result import Stimuli, reference_files
+from slipmode.fmu.description.terminals import terminals_xml
 from slipmode.fmu.inputs import MODE_NAMES, present_modes
 from slipmode.fmu.variables.listing import Choice, list_variables
 from slipmode.rom import Model, SlipmodeError
@@ -47,10 +49,13 @@ def export(
     mode_names: Sequence[str] = MODE_NAMES,
     name: str = "slipmode",
     start: Mapping[str, float] | None = None,
+    largest_force: Mapping[str, float] | None = None,
     stop_time: float = 100.0,
     step_size: float = 1.0,
     reference_step: float | None = None,
+    stimuli: Stimuli | None = None,
     tolerance: float = SLOW_FLOW,
+    origin: Origin | None = None,
 ) -> Path:
     """Write a model as an FMU for Co-Simulation and Model Exchange.
 
@@ -78,12 +83,20 @@ def export(
         Of the model, as tools show it: one line without control characters.
     start : mapping of str to float, optional
         Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
+    largest_force : mapping of str to float, optional
+        Largest magnitudes by name of the input, such as {"force_A": 0.3}, which the inputs
+        declare as their range; what the friction table can bear, importers cannot know.
     stop_time, step_size : float
         Default experiment [s].
     reference_step : float, optional
         Interval of the reference result inside the file [s]; default: `step_size`.
+    stimuli : Stimuli, optional
+        What the reference result does to the inputs; default: they stay as they start.
     tolerance : float
         Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
+    origin : Origin, optional
+        Author, copyright and license of the model, and when it was made; default: nothing is
+        said, and the same model gives the same bytes.
 
     Returns
     -------
@@ -130,6 +143,7 @@ def export(
         elastic=tuple(elastic),
         tolerance=tolerance,
         start=start or {},
+        largest=largest_force or {},
     )
     variables = list_variables(model, choice)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
@@ -142,6 +156,7 @@ def export(
         variables=variables,
         experiment=Experiment(stop_time, step_size, tolerance, interval),
         sources=[source for source in sources if source.endswith(".c")],
+        origin=origin or Origin(),
     )
     writer = Fmi2Writer if fmi == 2 else Fmi3Writer
     page = index_html(name, model, variables, fmi, description.version)
@@ -154,11 +169,14 @@ def export(
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
         "documentation/index.html": page,
-        "documentation/licenses/license.txt": _license(),
+        "documentation/licenses/slipmode.txt": _license(),
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon_png(),
-        **reference_files(component, modes, choice.start, variables, description.experiment),
+        **reference_files(
+            *(component, modes, choice.start, variables, description.experiment), stimuli
+        ),
     }
     if fmi == 3:
+        content["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_xml(variables)
         content["sources/buildDescription.xml"] = build_description(description.sources)
     _write(target, content)
     return target
@@ -180,7 +198,7 @@ def _summary(model: Model) -> str:
 
 
 def _license() -> bytes:
-    """The license that slipmode was installed with."""
+    """The license that slipmode, and its library in the FMU, come with."""
     listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
     if not listed:
         raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")

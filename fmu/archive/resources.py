@@ -6,6 +6,7 @@ import hashlib
 import io
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,7 +61,8 @@ def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
 
 
 def _identity(model: Model, force_patterns: ForcePatterns | None, flow: kernel.SlowFlow) -> str:
-    digest = hashlib.sha256(model.hash.encode())
+    # whatever is kept of the contact motion, amplitudes do not depend on it
+    digest = hashlib.sha256(replace(model, harmonics=None).hash.encode())
     digest.update(
         force_factors(model, force_patterns).tobytes()
         + bytes(flow.off_resonance)

@@ -57,12 +57,16 @@ _USE = (
     "amplitudes and says so (<code>valuesOfContinuousStatesChanged</code>). A force set in "
     "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
     "the first step or in the initial event: what acts first did before.",
-    "<b>Directional derivatives</b> by states and inputs, not by parameters, are analytic, those "
-    "of the table's interpolant, but for a small term that would take its second derivatives and "
-    "is a central difference; |a| and arg a have none at a = 0. Motion of contacts and DOFs has "
-    "none: it is marched over the last few periods, through the corners of dry friction. An FMU "
-    "with such outputs does not announce directional derivatives, because those of all variables "
-    "would be meant; the others are there.",
+    "<b>Derivatives</b> by states and inputs, directional and (FMI 3.0) adjoint, are analytic, "
+    "those of the table's interpolant, but for a small term that would take its second "
+    "derivatives and is a central difference; |a| and arg a have none at a = 0. Those of contact "
+    "motion are central differences of marches over the last few periods, in steps that are not "
+    "halved where contacts begin to slip: within some per cent. Outputs have first derivatives by "
+    "time.",
+    "<b>Events and early returns</b> (Co-Simulation of FMI 3.0). With event mode, forces that "
+    "jump are set there; without, between two steps, which does the same. Where early returns are "
+    "allowed, a step that would leave the friction table ends where it does.",
+    "<b>Modal damping</b> may be tuned between steps and at events; the present amplitudes stay.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "

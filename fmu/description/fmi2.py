@@ -26,7 +26,7 @@ class Fmi2Writer(Writer):
             "canNotUseMemoryManagementFunctions": "true",
             "canGetAndSetFMUstate": "true",
             "canSerializeFMUstate": "true",
-            "providesDirectionalDerivative": self._differentiable(),
+            "providesDirectionalDerivative": "true",
         }
         exchange = SubElement(
             root, "ModelExchange", common, completedIntegratorStepNotNeeded="true"
@@ -37,6 +37,7 @@ class Fmi2Writer(Writer):
             common,
             canHandleVariableCommunicationStepSize="true",
             canInterpolateInputs="true",
+            maxOutputDerivativeOrder="1",
         )
         for interface in (exchange, simulation):
             files = SubElement(interface, "SourceFiles")

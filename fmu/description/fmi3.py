@@ -26,10 +26,19 @@ class Fmi3Writer(Writer):
             "modelIdentifier": MODEL_IDENTIFIER,
             "canGetAndSetFMUState": "true",
             "canSerializeFMUState": "true",
-            "providesDirectionalDerivatives": self._differentiable(),
+            "providesDirectionalDerivatives": "true",
+            "providesAdjointDerivatives": "true",
         }
         SubElement(root, "ModelExchange", common)
-        SubElement(root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true")
+        SubElement(
+            root,
+            "CoSimulation",
+            common,
+            canHandleVariableCommunicationStepSize="true",
+            maxOutputDerivativeOrder="1",
+            mightReturnEarlyFromDoStep="true",
+            hasEventMode="true",
+        )
 
     def _add_types(self, types: Element) -> None:
         for quantity in self._quantities():

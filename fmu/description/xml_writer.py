@@ -81,7 +81,7 @@ class Writer(ABC):
             "modelName": given.name,
             "description": given.description,
             "version": given.version,
-            "license": "MIT",
+            **given.origin.attributes(),
             "generationTool": f"slipmode {given.version}",
             "variableNamingConvention": "structured",
         }
@@ -179,10 +179,6 @@ class Writer(ABC):
         return [
             (v, v.needs or (v.name,)) for v in self.variables if v.causality is Causality.OUTPUT
         ]
-
-    def _differentiable(self) -> str:
-        """Whether everything has directional derivatives: they are announced for all or none."""
-        return literal(not any(v.marched for v in self.variables))
 
     def _derivatives(self) -> list[tuple[Variable, Sequence[str]]]:
         """Derivatives of the states with what they depend on."""

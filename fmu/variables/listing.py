@@ -7,9 +7,9 @@ value is; the rest goes into modelDescription.xml and the documentation.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 
 from slipmode.fmu.inputs import place
 from slipmode.fmu.variables.quantities import Quantity
@@ -46,6 +46,8 @@ class Choice:
         Default of the internal tolerance.
     start : mapping of str to float
         Start values by name, of inputs and amplitudes.
+    largest : mapping of str to float
+        Largest magnitudes by name, of force inputs.
     """
 
     mode_names: tuple[str, ...]
@@ -54,6 +56,7 @@ class Choice:
     elastic: tuple[int, ...]
     tolerance: float
     start: Mapping[str, float]
+    largest: Mapping[str, float] = field(default_factory=dict)
 
 
 def list_variables(model: Model, choice: Choice) -> list[Variable]:
@@ -87,6 +90,11 @@ def _with_starts(variables: list[Variable], start: Mapping[str, float]) -> list[
             raise SlipmodeError(f"start: {name} cannot be given; what can: {', '.join(settable)}")
         if not isfinite(value):
             raise SlipmodeError(f"start: {name} must be finite, got {value}")
+        if name.startswith("force_") and abs(value) > (settable[name].maximum or inf):
+            most = settable[name].maximum
+            raise SlipmodeError(
+                f"start: {name} must be at most largest_force, {most:g}, got {value:g}"
+            )
     return [replace(v, start=start[v.name]) if v.name in start else v for v in variables]
 
 
@@ -114,23 +122,27 @@ def _inputs(model: Model, choice: Choice) -> Iterator[Variable]:
     for mode, name in enumerate(choice.mode_names):
         natural = float(model.reduced.frequency[mode])
         lowest, highest = carrier_range(natural)
-        for field, quantity in quantities.items():
+        for word, quantity in quantities.items():
+            called = f"{word}_{name}"
+            least, most = (lowest, highest) if word == "frequency" else (None, None)
+            if called in choice.largest:
+                least, most = -choice.largest[called], choice.largest[called]
             yield Variable(
-                f"{field}_{name}",
-                f"{words[field]} of the force on mode {name}",
+                called,
+                f"{words[word]} of the force on mode {name}",
                 Kind.INPUT,
-                place(field, mode),
+                place(word, mode),
                 Causality.INPUT,
                 quantity,
-                start=natural if field == "frequency" else 0.0,
-                minimum=lowest if field == "frequency" else None,
-                maximum=highest if field == "frequency" else None,
+                start=natural if word == "frequency" else 0.0,
+                minimum=least,
+                maximum=most,
             )
             yield Variable(
-                f"{field}_rate_{name}",
-                f"Rate of {field}_{name}, which moves at it until it is set again",
+                f"{word}_rate_{name}",
+                f"Rate of {called}, which moves at it until it is set again",
                 Kind.INPUT,
-                place(f"{field}_rate", mode),
+                place(f"{word}_rate", mode),
                 Causality.INPUT,
                 quantity.rate,
                 start=0.0,
@@ -168,6 +180,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
             Causality.PARAMETER,
             Quantity.DAMPING,
             start=float(model.reduced.modal_damping[mode]),
+            tunable=True,
         )
     yield Variable(
         "tolerance",

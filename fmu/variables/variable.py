@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from slipmode.fmu.variables.quantities import Quantity
-from slipmode.rom import kernel
 
 
 class Type(IntEnum):
@@ -67,6 +66,8 @@ class Variable:
         Names of the inputs and states that it depends on.
     parameters : tuple of str
         Names of the parameters that it depends on.
+    tunable : bool
+        Of a parameter: whether it may change between steps and at events.
     """
 
     name: str
@@ -83,21 +84,13 @@ class Variable:
     derivative_of: str | None = None
     needs: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
-
-    @property
-    def marched(self) -> bool:
-        """Whether it is motion of contacts or DOFs, which are marched over the last periods.
-
-        Through the corners of dry friction, in a number of steps that follows the frequencies:
-        not a smooth function of states and inputs, so it has no directional derivative.
-        """
-        return self.kind is Kind.OUTPUT and self.slot >= kernel.OUTPUTS_FIXED
+    tunable: bool = False
 
     @property
     def variability(self) -> str:
         """Variability as both versions of the standard call it."""
         if self.causality is Causality.PARAMETER:
-            return "fixed"
+            return "tunable" if self.tunable else "fixed"
         return "continuous" if self.type is Type.REAL else "discrete"
 
     @property

@@ -362,11 +362,12 @@ SM_API sm_status sm_component_slow_outputs(const sm_component *component, double
 SM_API sm_status sm_component_motion(sm_component *component, double *motion);
 
 /* The same motion, x_c, v_c, f_c (3 N_c) and the elastic displacements, from any amplitudes that have
- * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. The state stays
- * as it is. SM_BAD_ARGUMENT unless motion.wanted. */
+ * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. `smooth`: less
+ * closely, in steps that stay the same as these change a little, for derivatives. The state stays as
+ * it is. SM_BAD_ARGUMENT unless motion.wanted. */
 SM_API sm_status sm_component_recent_motion(sm_component *component, const sm_inputs *inputs,
                                             const double *amplitude, const double *rate,
-                                            double *motion);
+                                            int smooth, double *motion);
 
 /* `steps` steps with inputs[k] over durations[k]; outputs (steps, output_count) after each.
  * `done` counts the steps that succeeded. */

@@ -17,6 +17,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, REDUCED_ARRAYS, Model
+from slipmode.rom.table.refinement import headroom_intervals
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 
@@ -32,6 +33,7 @@ def cached_model(
     combinations: Sequence[CombinationResonance] = (),
     harmonics: int = 0,
     region: Region | None = None,
+    headroom: float = 1.0,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -47,7 +49,7 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same, and the log says so; it will be computed again next time.
     """
-    key = _key(reduced, law, amplitude, tolerance, combinations, harmonics, region)
+    key = _key(reduced, law, amplitude, tolerance, combinations, harmonics, region, headroom)
     name = f"{key}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
@@ -57,6 +59,7 @@ def cached_model(
         combinations=combinations,
         harmonics=harmonics,
         region=region,
+        headroom=headroom,
         progress=progress,
         warned=False,
     )
@@ -86,6 +89,7 @@ def _key(
     combinations: Sequence[CombinationResonance],
     harmonics: int,
     region: Region | None,
+    headroom: float,
 ) -> str:
     """Hash of everything that the table depends on."""
     optional = (getattr(reduced, name) for name in OPTIONAL_ARRAYS)
@@ -96,8 +100,8 @@ def _key(
         np.zeros(0) if region is None else region.tiles,
     )
     named = [FORMAT, _version(), reduced.formulation, reduced.modes, record_of(law)]
-    terms = [astuple(term) for term in combinations]
-    digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics]).encode())
+    terms, beyond = [astuple(term) for term in combinations], headroom_intervals(headroom)
+    digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics, beyond]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]

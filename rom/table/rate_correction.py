@@ -31,6 +31,7 @@ def with_rate_correction(
     table: Table,
     reduced: Reduced,
     law: Friction,
+    amplitude_range: Floats,
     grid: Discretisation,
     spread: Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]],
 ) -> Table:
@@ -38,12 +39,14 @@ def with_rate_correction(
 
     Parameters
     ----------
+    amplitude_range : (modes,) ndarray
+        Amplitudes that are looked at as large ones [kg^1/2 m].
     grid : Discretisation
         Of the table.
     spread : callable
         Values of a function at many points, part by part.
     """
-    modes, amplitude_range, axes = table.modes, table.amplitude_range, (table.node_a, table.node_b)
+    modes, axes = table.modes, (table.node_a, table.node_b)
     coarser = _COARSER if reduced.contacts is None else _COARSER_ELASTIC
     coarse = Discretisation(
         min(grid.steps, max(grid.steps // coarser.steps, _COARSEST.steps)),

@@ -118,6 +118,17 @@ class Axis:
         every, never = np.ones(intervals, dtype=bool), np.full(intervals, np.inf)
         return cls(np.linspace(0.0, end, intervals + 1), every, never, closest)
 
+    def extended(self, beyond: int) -> Axis:
+        """With intervals beyond the last node, as wide as the first ones were, to be halved."""
+        further = self.node[-1] * (1.0 + np.arange(1, beyond + 1) / _FIRST_INTERVALS)
+        every = np.ones(beyond, dtype=bool)
+        return Axis(
+            np.append(self.node, further),
+            np.append(self.poor, every),
+            np.append(self.missed, np.full(beyond, np.inf)),
+            self.closest,
+        )
+
     @property
     def middles(self) -> Floats:
         """Midpoints of the poor intervals."""
@@ -160,14 +171,17 @@ class Sampling:
 
     `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
     much they are off by chance, as errors are; `region` the part of the plane where they are
-    wanted; None: everywhere.
+    wanted; None: everywhere. `beyond` are the intervals past `amplitude_range`, besides
+    _FIRST_INTERVALS up to it.
     """
 
     at: Callable[[Floats], Complexes]
     columns: Columns
+    amplitude_range: Floats
     onset_lines: Floats
     noise: float
     region: Region | None = None
+    beyond: int = 0
 
     __repr__ = short_repr
 
@@ -185,7 +199,7 @@ class Sampling:
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        return np.array([self.columns.error(part, S) for part in parts])
+        return np.array([self.columns.error(part, self._within(table)) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
@@ -196,14 +210,23 @@ class Sampling:
     def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
         """Relative error of values of a table where samples are `exact`, (points,)."""
         tabulated = exact[..., : len(self.columns.orders)]
-        return self.columns.error(np.abs(surface - tabulated), table.nodes())
+        return self.columns.error(np.abs(surface - tabulated), self._within(table))
+
+    def _within(self, table: Table) -> Complexes:
+        """Values at the nodes up to the amplitude range: what errors are relative to."""
+        inside = [
+            np.searchsorted(node, end, "right")
+            for node, end in zip(table.axes, self.amplitude_range, strict=True)
+        ]
+        return table.nodes()[tuple(slice(count) for count in inside)]
 
 
 class _Checks:
     """Samples that are no nodes, and the errors of tables there."""
 
-    def __init__(self, sampling: Sampling, amplitude_range: Floats) -> None:
+    def __init__(self, sampling: Sampling) -> None:
         self._sampling = sampling
+        amplitude_range = sampling.amplitude_range
         onset = onset_points(sampling.onset_lines, amplitude_range)
         inside = None if sampling.region is None else sampling.region.holds
         if inside is not None:
@@ -211,6 +234,14 @@ class _Checks:
         self.points, self._exact = self._sampled(
             np.concatenate((spread_points(amplitude_range, inside), onset))
         )
+
+    def add_beyond(self) -> None:
+        """Check past the amplitude range, too."""
+        sampling, end = self._sampling, self._sampling.amplitude_range
+        furthest = (1.0 + sampling.beyond / _FIRST_INTERVALS) * end
+        onset = onset_points(sampling.onset_lines, furthest)
+        points = np.concatenate((spread_points(furthest), onset))
+        self._add(points[(points > end).any(axis=1)])
 
     def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
         """Points, in order, and samples there.
@@ -245,15 +276,12 @@ class _Checks:
         return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
-def refine(
-    sampling: Sampling, amplitude_range: Floats, tolerance: float
-) -> tuple[Table, Complexes, float]:
-    """Tabulate over [0, amplitude_range] to a tolerance relative to the largest |S_j|.
+def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, float]:
+    """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
     ----------
     sampling : Sampling
-    amplitude_range : (modes,) ndarray
     tolerance : float
 
     Returns
@@ -271,15 +299,33 @@ def refine(
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
     closest = _CLOSEST * tolerance
-    axes = [Axis.upto(end, intervals, closest * end) for end in amplitude_range]
+    axes = [Axis.upto(end, intervals, closest * end) for end in sampling.amplitude_range]
     node_a, node_b = _lines(axes)
-    samples = sampling.at(amplitude_pairs(node_a, node_b, amplitude_range.size))
+    samples = sampling.at(amplitude_pairs(node_a, node_b, len(axes)))
     samples = samples.reshape(node_a.size, node_b.size, -1)
-    checks = _Checks(sampling, amplitude_range)
+    checks = _Checks(sampling)
+    axes, samples, table, error = _refined(sampling, axes, samples, checks, tolerance)
+    if sampling.beyond:
+        axes, samples = _extended(sampling, axes, samples)
+        checks.add_beyond()
+        axes, samples, table, error = _refined(sampling, axes, samples, checks, tolerance)
+    if sampling.region is not None:
+        table = replace(table, region=sampling.region.cells(*_lines(axes)))
+    return table, samples[..., len(sampling.columns.orders) :], error
+
+
+def _refined(
+    sampling: Sampling,
+    axes: list[Axis],
+    samples: Complexes,
+    checks: _Checks,
+    tolerance: float,
+) -> tuple[list[Axis], Complexes, Table, float]:
+    """Halve intervals until samples and check points agree with the table to the tolerance."""
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
-        for number in range(amplitude_range.size):
+        for number in range(len(axes)):
             axes, samples = _halve(sampling, axes, samples, number, tolerance)
         if any(axis.poor.any() for axis in axes):
             continue
@@ -287,10 +333,7 @@ def refine(
         errors = checks.errors(table)
         error = largest_error(errors, sampling.noise)
         if error <= tolerance:
-            carried = samples[..., len(sampling.columns.orders) :]
-            if sampling.region is not None:
-                table = replace(table, region=sampling.region.cells(*_lines(axes)))
-            return table, carried, error
+            return axes, samples, table, error
         # what lies beyond the largest error may be at any of those that are nearly as large
         missed = checks.points[errors > tolerance * errors.max() / error]
         axes = _poor_at(axes, missed, sampling.doubts(table))
@@ -312,6 +355,13 @@ def _poor_at(axes: Sequence[Axis], points: Floats, doubts: Floats) -> list[Axis]
     )
     doubted = there >= _LESS_IN_DOUBT * there.max(axis=0)
     return [axis.poor_at(points[doubted[j], j]) for j, axis in enumerate(axes)]
+
+
+def headroom_intervals(headroom: float) -> int:
+    """Intervals beyond the amplitude range that take a table to `headroom` times it."""
+    if not (np.isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
+    return int(np.ceil((headroom - 1.0) * _FIRST_INTERVALS - 1e-9))
 
 
 def least_everywhere(table: Table) -> int:
@@ -353,6 +403,22 @@ def _halve(
     both = np.concatenate((samples, fresh.reshape(shape)), axis=number)
     merged = np.take(both, order, axis=number)
     return [*axes[:number], axis.halved(worst, tolerance), *axes[number + 1 :]], merged
+
+
+def _extended(
+    sampling: Sampling, axes: list[Axis], samples: Complexes
+) -> tuple[list[Axis], Complexes]:
+    """With samples at the nodes of the headroom too."""
+    longer = [axis.extended(sampling.beyond) for axis in axes]
+    node_a, node_b = _lines(longer)
+    fresh = np.ones((node_a.size, node_b.size), dtype=bool)
+    known = tuple(slice(count) for count in samples.shape[:2])
+    fresh[known] = False
+    everywhere = np.empty((*fresh.shape, samples.shape[-1]), dtype=complex)
+    everywhere[known] = samples
+    points = amplitude_pairs(node_a, node_b, len(axes))
+    everywhere[fresh] = sampling.at(points[fresh.ravel()])
+    return longer, everywhere
 
 
 def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:

@@ -39,7 +39,7 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
-from slipmode.rom.table.refinement import Columns, Sampling, refine
+from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, warn
 
@@ -58,6 +58,7 @@ def tabulate(
     combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
     region: Region | None = None,
+    headroom: float = 1.0,
     threads: int | None = None,
     progress: bool = False,
     warned: bool = True,
@@ -82,6 +83,10 @@ def tabulate(
     region : Region, optional
         Where the table of two modes has to hold; it is not looked up elsewhere. Default:
         everywhere.
+    headroom : float
+        How far the table goes, relative to `amplitude`, rounded up to eighths: 1 or more, for
+        runs that go further than expected. Up to `amplitude` it has the nodes of a table without
+        headroom, and more where it needs them beyond. Not with a region.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -113,6 +118,9 @@ def tabulate(
         raise SlipmodeError(
             f"region: must be a part of the same range, got {region.amplitude_range}"
         )
+    beyond = headroom_intervals(headroom)
+    if beyond and region is not None:
+        raise SlipmodeError("headroom: must be 1 where only a region is tabulated")
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
@@ -161,8 +169,11 @@ def tabulate(
             )
             check = partial(check_settled, reduced, combinations)
             samples = _Samples(solve, columns, pool, bar, check)
-            sampling = Sampling(samples, columns, onset_lines(reduced, law), budget.march, region)
-            return orders, samples, refine(sampling, amplitude_range, budget.interpolation)
+            onset = onset_lines(reduced, law)
+            sampling = Sampling(
+                *(samples, columns, amplitude_range, onset, budget.march, region, beyond)
+            )
+            return orders, samples, refine(sampling, budget.interpolation)
 
         unanswered = 0.0
         try:
@@ -175,8 +186,9 @@ def tabulate(
             unanswered = max(further.values())
             orders, samples, (table, carried, error) = refined(resolution, [])
         if reduced.formulation == "consistent":
+            spread = partial(_in_tasks, pool)
             table = with_rate_correction(
-                table, reduced, law, resolution.grid, partial(_in_tasks, pool)
+                *(table, reduced, law, amplitude_range, resolution.grid, spread)
             )
     accuracy = Accuracy(
         tolerance=tolerance,

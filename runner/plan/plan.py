@@ -82,7 +82,12 @@ class Plan:
         )
 
     def model(
-        self, *, contact: bool = False, region: bool = False, progress: bool = False
+        self,
+        *,
+        contact: bool = False,
+        region: bool = False,
+        headroom: float = 1.0,
+        progress: bool = False,
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
@@ -95,6 +100,7 @@ class Plan:
             combinations=self.combinations,
             harmonics=self._harmonics(contact),
             region=self.region if region else None,
+            headroom=headroom,
             progress=progress,
         )
 

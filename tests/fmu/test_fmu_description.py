@@ -55,8 +55,11 @@ def test_the_layered_standard_manifest_names_its_file(unzipped):
     manifest = etree.parse(folder / "fmi-ls-manifest.xml").getroot()
     attributes = {etree.QName(name).localname for name in manifest.attrib}
     assert attributes == {"fmi-ls-name", "fmi-ls-version", "fmi-ls-description"}
-    (related,) = manifest
-    assert (folder / related.get("source")).is_file()
+    (experiment,) = manifest
+    assert experiment.tag == "Experiment" and experiment.get("name")
+    assert [child.tag for child in experiment] == ["Stimuli", "References"]
+    for child in experiment:
+        assert (folder / child.get("source")).is_file()
 
 
 def test_every_real_has_a_unit_and_a_declared_type(fmus, fmi):
@@ -163,7 +166,7 @@ def test_the_archive_has_all_parts(fmus, fmi):
     assert {
         *("modelDescription.xml", "documentation/index.html", icon),
         *(
-            "documentation/licenses/license.txt",
+            "documentation/licenses/slipmode.txt",
             "sources/slow/component/component.c",
             "sources/slipmode.h",
         ),

@@ -20,7 +20,7 @@ from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Imported
 from slipmode.rom import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import parse_scene
 
 MODE_B = """
@@ -77,7 +77,7 @@ def mode_b(*changes):
 
 @pytest.mark.parametrize("scene", ["two-mode", "force-step"])
 def test_the_recording_is_that_of_the_component(scene, fmi, tmp_path, shipped_scene):
-    path = export_fmu(scene, tmp_path / f"{scene} für FMI {fmi}.fmu", fmi)
+    path = export_fmu(scene, tmp_path / f"{scene} für FMI {fmi}.fmu", fmi, headroom=1.0)
     inside = shipped_scene(scene)
     through = runner.run(scene, tmp_path / "through", fmu=path)
     assert len(raw(inside)) == inside.steps + 1
@@ -96,14 +96,14 @@ def test_the_scene_rules_whatever_the_fmu_starts_with(fmi, tmp_path):
     plan = runner.make_plan(scene)
     other = replace(other, model=replace(other.model, amplitude=(1.0, plan.amplitude[0])))
     scene = replace(scene, model=replace(scene.model, amplitude=(1.0, plan.amplitude[0])))
-    path = export_fmu(other, tmp_path / "other.fmu", fmi)
+    path = export_fmu(other, tmp_path / "other.fmu", fmi, headroom=1.0)
     inside = runner.run(scene, tmp_path / "inside")
     assert raw(runner.run(scene, tmp_path / "through", fmu=path)) == raw(inside)
 
 
 def test_a_run_that_stops_is_recorded_as_far(fmi, tmp_path):
     scene = mode_b(("[log]", "[model]\namplitude = [1.0, 0.8]\n[log]"))
-    path = export_fmu(scene, tmp_path / "small.fmu", fmi)
+    path = export_fmu(scene, tmp_path / "small.fmu", fmi, headroom=1.0)
     messages, recordings = [], []
     for where, through in (("inside", None), ("through", path)):
         with pytest.raises(fmu.StoppedError) as stop:

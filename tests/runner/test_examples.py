@@ -110,3 +110,16 @@ def test_the_preload_of_the_dampers_is_chosen(tmp_path, capsys):
     expected = np.interp(preload[within] / 24.0, curve.limit, curve.peak)
     assert np.count_nonzero(within) > 30
     np.testing.assert_allclose(data["resonance"].sel(mode="A")[within], expected, rtol=0.012)
+
+
+def test_coupled_structures_are_as_exact_as_their_master():
+    """Of first order where the spring's force is held, of second where it moves; as its energy."""
+    table = np.array(example("coupled_structures").main())
+    step, held, held_energy, moved, moved_energy = table.T
+    assert step.tolist() == [8.0, 4.0, 2.0, 1.0, 0.5]
+    expected = [3.3e-2, 1.6e-2, 7.6e-3, 3.7e-3, 1.8e-3]
+    np.testing.assert_allclose(held, expected, rtol=0.05)
+    for values, order in ((held, 1.0), (held_energy, 1.0), (moved, 1.7), (moved_energy, 1.9)):
+        slope = np.polyfit(np.log(step), np.log(np.abs(values)), 1)[0]
+        assert slope > order - 0.1
+    assert moved[-1] < 1e-4 and abs(moved_energy[-1]) < 1e-6  # balanced

@@ -280,10 +280,12 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
                                         size_t count, const fmi2Integer order[],
                                         fmi2Real value[]) {
-    (void)vr, (void)order, (void)value;
     ALLOW(FMU_STEPPING, "fmi2GetRealOutputDerivatives");
-    REFUSE_IF(count > 0, "fmi2GetRealOutputDerivatives: not provided, read the variables der(...)");
-    return fmi2OK;
+    REFUSE_IF(count > 0 && (!vr || !order || !value),
+              "fmi2GetRealOutputDerivatives: an array is NULL");
+    for (size_t k = 0; k < count; k++)
+        REFUSE_IF(order[k] != 1, "fmi2GetRealOutputDerivatives: order must be 1");
+    return (fmi2Status)fmu_output_derivatives(c, vr, count, value);
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step,

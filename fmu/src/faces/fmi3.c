@@ -7,6 +7,7 @@
 #include "resources/location.h"
 #include "instance/snapshot.h"
 
+#define EARLY 1e-9 /* of a step: nothing, but for rounding */
 #define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
 /* Of a call with arrays of `count` elements. */
 #define NEED_ARRAYS(count, values, name)                                        \
@@ -67,12 +68,15 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference intermediate[],
     size_t intermediates, fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback,
     fmi3IntermediateUpdateCallback update) {
-    (void)visible, (void)early_return, (void)intermediate, (void)update;
+    (void)visible, (void)intermediate, (void)update;
     const fmu_logger logger = logger_of(environment, callback, logging);
-    if (event_mode) return refuse_instance(&logger, name, "the FMU has no event mode");
     if (intermediates > 0)
         return refuse_instance(&logger, name, "the FMU provides no intermediate updates");
-    return instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
+    fmu_instance *c = instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
+    if (!c) return NULL;
+    c->event_mode = event_mode;
+    c->early_return = early_return;
+    return c;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -217,10 +221,25 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     return (fmi3Status)fmu_directional(c, unknown, unknowns, known, knowns, seed, sensitivity);
 }
 
-/* ---- Model Exchange -------------------------------------------------------------------- */
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
+                                    size_t unknowns, const fmi3ValueReference known[],
+                                    size_t knowns, const fmi3Float64 seed[], size_t seeds,
+                                    fmi3Float64 sensitivity[], size_t sensitivities) {
+    ALLOW(READABLE, "fmi3GetAdjointDerivative");
+    REFUSE_IF((unknowns > 0 && (!unknown || !seed)) || (knowns > 0 && (!known || !sensitivity)),
+              "fmi3GetAdjointDerivative: an array is NULL");
+    REFUSE_IF(seeds != unknowns || sensitivities != knowns,
+              "fmi3GetAdjointDerivative: as many values are needed as value references");
+    return (fmi3Status)fmu_adjoint(c, unknown, unknowns, known, knowns, seed, sensitivity);
+}
+
+/* ---- events ---------------------------------------------------------------------------- */
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-    ALLOW(EXCHANGE, "fmi3EnterEventMode");
+    ALLOW(EXCHANGE | FMU_STEPPING, "fmi3EnterEventMode");
+    REFUSE_IF(((const fmu_instance *)c)->state == FMU_STEPPING &&
+                  !((const fmu_instance *)c)->event_mode,
+              "fmi3EnterEventMode: the instance was made without event mode");
     return (fmi3Status)fmu_enter_events(c);
 }
 
@@ -228,7 +247,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
                                     fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
                                     fmi3Boolean *states_changed, fmi3Boolean *next_time_defined,
                                     fmi3Float64 *next_time) {
-    ALLOW(FMU_EVENTS, "fmi3UpdateDiscreteStates");
+    ALLOW(FMU_EVENTS | FMU_STEP_EVENTS, "fmi3UpdateDiscreteStates");
     REFUSE_IF(!update_needed || !terminate || !nominals_changed || !states_changed ||
                   !next_time_defined || !next_time,
               "fmi3UpdateDiscreteStates: an argument is NULL");
@@ -239,6 +258,8 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
     *next_time = 0.0;
     return (fmi3Status)status;
 }
+
+/* ---- Model Exchange -------------------------------------------------------------------- */
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
     ALLOW(FMU_EVENTS, "fmi3EnterContinuousTimeMode");
@@ -304,6 +325,21 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count) {
 
 /* ---- Co-Simulation --------------------------------------------------------------------- */
 
+fmi3Status fmi3EnterStepMode(fmi3Instance c) {
+    ALLOW(FMU_STEP_EVENTS, "fmi3EnterStepMode");
+    return (fmi3Status)fmu_enter_steps(c);
+}
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+                                    const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
+    ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, "fmi3GetOutputDerivatives");
+    NEED_ARRAYS(count, values, "fmi3GetOutputDerivatives");
+    REFUSE_IF(count > 0 && !order, "fmi3GetOutputDerivatives: an array is NULL");
+    for (size_t k = 0; k < count; k++)
+        REFUSE_IF(order[k] != 1, "fmi3GetOutputDerivatives: order must be 1");
+    return (fmi3Status)fmu_output_derivatives(c, vr, count, value);
+}
+
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
                       fmi3Boolean no_set_state_before, fmi3Boolean *event_handling_needed,
                       fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_time) {
@@ -312,7 +348,8 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
     REFUSE_IF(!event_handling_needed || !terminate || !early_return || !last_time,
               "fmi3DoStep: an argument is NULL");
     const fmu_status status = fmu_step(c, time, step);
-    *event_handling_needed = *early_return = fmi3False;
+    *event_handling_needed = fmi3False;
+    *early_return = status == FMU_OK && fmu_time(c) < time + step - EARLY * step;
     *terminate = ((const fmu_instance *)c)->terminated != 0;
     *last_time = fmu_time(c);
     return (fmi3Status)status;

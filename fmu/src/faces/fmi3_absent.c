@@ -76,15 +76,6 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     REFUSE("fmi3GetVariableDependencies", ": those of the model description are all");
 }
 
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
-                                    size_t unknowns, const fmi3ValueReference known[],
-                                    size_t knowns, const fmi3Float64 seed[], size_t seeds,
-                                    fmi3Float64 sensitivity[], size_t sensitivities) {
-    (void)unknown, (void)unknowns, (void)known, (void)knowns, (void)seed, (void)seeds;
-    (void)sensitivity, (void)sensitivities;
-    REFUSE("fmi3GetAdjointDerivative", ": not provided");
-}
-
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
     REFUSE("fmi3EnterConfigurationMode", ": there are no structural parameters");
 }
@@ -144,16 +135,6 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], s
 
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) {
     REFUSE("fmi3EvaluateDiscreteStates", ": there are no discrete states");
-}
-
-fmi3Status fmi3EnterStepMode(fmi3Instance c) {
-    REFUSE("fmi3EnterStepMode", ": the FMU has no event mode to come from");
-}
-
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                                    const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
-    (void)vr, (void)count, (void)order, (void)value, (void)values;
-    REFUSE("fmi3GetOutputDerivatives", ": not provided, read the variables der(...)");
 }
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock,

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* The core's status as one of FMI's, logged unless it is OK. A computation that fails may succeed
@@ -10,7 +11,8 @@
 static fmu_status status_of(const fmu_instance *instance, sm_status status, const char *doing) {
     if (status == SM_OK) return FMU_OK;
     if (status == SM_OUTSIDE_TABLE) return fmu_say_outside(instance, instance->outputs, doing, "");
-    const int retry = status == SM_STEP_TOO_SMALL || status == SM_NOT_CONVERGED;
+    const int retry = status == SM_STEP_TOO_SMALL || status == SM_NOT_CONVERGED
+                      || status == SM_NOT_FINITE; /* inputs have moved too far */
     return fmu_say(instance, retry ? FMU_DISCARD : FMU_ERROR, "%s at t = %g s: %s", doing,
                    instance->outputs[0], sm_message(status));
 }
@@ -182,7 +184,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
         const sm_inputs inputs = fmu_inputs_now(instance);
         status = status_of(instance,
                            sm_component_recent_motion(instance->component, &inputs, outputs + 1,
-                                                      instance->rates, motion),
+                                                      instance->rates, 0, motion),
                            "contact motion");
     }
     instance->motion_current = status == FMU_OK;
@@ -207,7 +209,18 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     if (status == FMU_OK && isfinite(duration))
         status = check_apart(instance, &instance->inputs, &later);
     if (status != FMU_OK) return status;
-    const sm_status stepped = sm_component_step(instance->component, duration);
+    sm_status stepped = sm_component_step(instance->component, duration);
+    if (stepped == SM_OUTSIDE_TABLE && instance->early_return) {
+        const double reached = fmu_step_partly(instance, duration);
+        if (reached < 0.0) return fmu_say(instance, FMU_ERROR, "step: cannot go back");
+        if (reached > 0.0) {
+            later = instance->inputs;
+            move_inputs(&later, reached);
+            stepped = SM_OK;
+            fmu_say(instance, FMU_OK, "step: returns %g s early, where the friction table ends",
+                    duration - reached);
+        }
+    }
     if (stepped == SM_OUTSIDE_TABLE) return fmu_refuse_step(instance, duration);
     status = status_of(instance, stepped, "step");
     if (status == FMU_DISCARD) fmu_note_refusal(instance, duration, 0);
@@ -221,6 +234,16 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
 
 void fmu_evaluate_inputs(fmu_instance *instance) {
     if (instance->started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
+}
+
+fmu_status fmu_retune(fmu_instance *instance, const double *parameters) {
+    double *state = calloc(sm_component_state_count(instance->component), sizeof *state);
+    if (!state) return fmu_say(instance, FMU_ERROR, "parameters: out of memory");
+    fmu_evaluate_inputs(instance);
+    sm_component_get_state(instance->component, state);
+    const fmu_status status = fmu_evaluate_restore(instance, parameters, state);
+    free(state);
+    return status;
 }
 
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,

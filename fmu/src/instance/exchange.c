@@ -1,10 +1,14 @@
-/* Model Exchange: time and states are the importer's. */
+/* Events; and Model Exchange: time and states are the importer's. */
 #include "instance/instance.h"
 
 #include <math.h>
 #include <string.h>
 
 fmu_status fmu_enter_events(fmu_instance *instance) {
+    if (instance->interface == FMU_CO_SIMULATION) {
+        instance->state = FMU_STEP_EVENTS;
+        return FMU_OK;
+    }
     const sm_inputs inputs = fmu_inputs_now(instance);
     if (instance->state == FMU_CONTINUOUS) instance->held = sm_hold_force(&inputs);
     instance->state = FMU_EVENTS;
@@ -12,6 +16,10 @@ fmu_status fmu_enter_events(fmu_instance *instance) {
 }
 
 fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
+    if (instance->interface == FMU_CO_SIMULATION) { /* the next step sees what has jumped */
+        *states_changed = 0;
+        return FMU_OK;
+    }
     const sm_inputs inputs = fmu_inputs_now(instance);
     double amplitude[2 * SM_MODES];
     memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
@@ -26,6 +34,11 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
     instance->held = sm_hold_force(&inputs);
     instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    return FMU_OK;
+}
+
+fmu_status fmu_enter_steps(fmu_instance *instance) {
+    instance->state = FMU_STEPPING;
     return FMU_OK;
 }
 

@@ -17,6 +17,7 @@ static const char *state_name(fmu_state state) {
     case FMU_EVENTS: return "in event mode";
     case FMU_CONTINUOUS: return "in continuous-time mode";
     case FMU_STEPPING: return "in step mode";
+    case FMU_STEP_EVENTS: return "in event mode";
     default: return "terminated";
     }
 }
@@ -118,7 +119,9 @@ fmu_status fmu_enter_initialization(fmu_instance *instance) {
 fmu_status fmu_exit_initialization(fmu_instance *instance) {
     const fmu_status status = fmu_evaluate_outputs(instance);
     if (status != FMU_OK) return status;
-    instance->state = instance->interface == FMU_CO_SIMULATION ? FMU_STEPPING : FMU_EVENTS;
+    instance->state = instance->interface == FMU_MODEL_EXCHANGE ? FMU_EVENTS
+                      : instance->event_mode                    ? FMU_STEP_EVENTS
+                                                                : FMU_STEPPING;
     return fmu_say(instance, FMU_OK, "started at t = %g s", instance->start);
 }
 

@@ -24,11 +24,12 @@ typedef enum {
     FMU_EVENTS = 4,      /* Model Exchange */
     FMU_CONTINUOUS = 8,  /* Model Exchange */
     FMU_STEPPING = 16,   /* Co-Simulation */
-    FMU_TERMINATED = 32
+    FMU_TERMINATED = 32,
+    FMU_STEP_EVENTS = 64 /* Co-Simulation, FMI 3.0 */
 } fmu_state;
 #define FMU_BEFORE_START (FMU_INSTANTIATED | FMU_INITIALIZATION)
-#define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING)
-#define FMU_ANY 63
+#define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING | FMU_STEP_EVENTS)
+#define FMU_ANY 127
 
 /* Where messages go; `callback` is the importer's, which only `write` knows how to call. */
 typedef struct fmu_logger {
@@ -61,6 +62,7 @@ typedef struct {
     double *outputs;                    /* as sm_component_outputs packs them */
     size_t output_count;
     double refused_at, refused;         /* time and duration of the last step that was discarded */
+    int event_mode, early_return;       /* Co-Simulation: what the importer allows */
     int terminated;                     /* whether it was, and to try again would not help */
     int started;                        /* whether the start values are in effect */
     int inputs_current, outputs_current, rates_current, motion_current;
@@ -125,6 +127,17 @@ double fmu_modulus(const double amplitude[2]);
 fmu_status fmu_directional(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
                            const uint32_t *known, size_t knowns, const double *seed,
                            double *sensitivity);
+/* sensitivity = seed^T d unknown / d known */
+fmu_status fmu_adjoint(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
+                       const uint32_t *known, size_t knowns, const double *seed,
+                       double *sensitivity);
+/* Of outputs by time, as the amplitudes change and the inputs move. */
+fmu_status fmu_output_derivatives(fmu_instance *instance, const uint32_t *reference, size_t count,
+                                  double *value);
+/* Changes of the motion of contacts and DOFs along changes of the amplitudes and of modal inputs
+ * with their angles; d_motion is 0 before. */
+fmu_status fmu_motion_directional(fmu_instance *instance, const double *d_amplitude,
+                                  const sm_inputs *d_inputs, double *d_motion);
 
 /* ---- evaluation ------------------------------------------------------------------------ */
 
@@ -148,8 +161,12 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
                            const char *consequence);
 /* A step that does is, and how far it would go is found out. */
 fmu_status fmu_refuse_step(fmu_instance *instance, double duration);
+/* Or it is taken as far as it goes: seconds, 0 where that is nowhere; negative on failure. */
+double fmu_step_partly(fmu_instance *instance, double duration);
 /* Steps that were discarded end the simulation where none can be done, or one is asked for again. */
 void fmu_note_refusal(fmu_instance *instance, double duration, int stuck);
+/* Goes on with other parameters. */
+fmu_status fmu_retune(fmu_instance *instance, const double *parameters);
 /* Passes the inputs to a component if that is still to be done. */
 void fmu_evaluate_inputs(fmu_instance *instance);
 /* Puts a component with these parameters into a state; what was evaluated is forgotten. */
@@ -169,6 +186,8 @@ fmu_status fmu_enter_events(fmu_instance *instance);
  * component, by the free vibrations that are left behind. */
 fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed);
 fmu_status fmu_enter_continuous(fmu_instance *instance);
+/* Co-Simulation, from event mode. */
+fmu_status fmu_enter_steps(fmu_instance *instance);
 size_t fmu_state_count(const fmu_instance *instance);
 fmu_status fmu_set_time(fmu_instance *instance, double time);
 fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t count);

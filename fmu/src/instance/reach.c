@@ -42,14 +42,25 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
                    end, lower);
 }
 
-/* Seconds that the component can go; its slow outputs are those there, itself it comes back. */
-static double reach(sm_component *component, double duration, double *state, double *outputs) {
+/* Seconds that the component goes, as far as it can. */
+static double go(sm_component *component, double duration) {
     double reached = 0.0;
-    sm_component_get_state(component, state);
     for (int k = 0; k < HALVINGS; k++) {
         duration *= 0.5;
         if (sm_component_step(component, duration) == SM_OK) reached += duration;
     }
+    return reached;
+}
+
+/* In less slow time knows of nothing. */
+static double least_reach(const fmu_instance *instance) {
+    return LEAST_REACH / instance->inputs.frequency[0];
+}
+
+/* Seconds that the component can go; its slow outputs are those there, itself it comes back. */
+static double reach(sm_component *component, double duration, double *state, double *outputs) {
+    sm_component_get_state(component, state);
+    const double reached = go(component, duration);
     const sm_status read = sm_component_slow_outputs(component, outputs);
     return sm_component_set_state(component, state) == SM_OK && read == SM_OK ? reached : -1.0;
 }
@@ -59,13 +70,26 @@ fmu_status fmu_refuse_step(fmu_instance *instance, double duration) {
     double *state = calloc(count + instance->output_count, sizeof *state);
     if (!state) return fmu_say(instance, FMU_ERROR, "step: out of memory");
     double *outputs = state + count;
-    const double least = LEAST_REACH / instance->inputs.frequency[0];
-    const int stuck = reach(instance->component, duration, state, outputs) < least;
+    const double reached = reach(instance->component, duration, state, outputs);
+    const int stuck = reached < least_reach(instance);
     fmu_note_refusal(instance, duration, stuck);
     const char *consequence = stuck ? ", however short the step" : "";
     const fmu_status status = fmu_say_outside(instance, outputs, "step", consequence);
     free(state);
     return status;
+}
+
+double fmu_step_partly(fmu_instance *instance, double duration) {
+    double *state = calloc(sm_component_state_count(instance->component), sizeof *state);
+    if (!state) return -1.0;
+    sm_component_get_state(instance->component, state);
+    double reached = go(instance->component, duration);
+    if (reached < least_reach(instance)) {
+        reached = 0.0;
+        if (sm_component_set_state(instance->component, state) != SM_OK) reached = -1.0;
+    }
+    free(state);
+    return reached;
 }
 
 void fmu_note_refusal(fmu_instance *instance, double duration, int stuck) {

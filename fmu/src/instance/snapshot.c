@@ -79,6 +79,8 @@ static const char *unfit(const fmu_instance *instance, const fmu_snapshot *snaps
     if (snapshot->head.interface != (uint32_t)instance->interface)
         return "it is of the other interface type";
     if (snapshot->head.count != content_count(instance)) return "it has another size";
+    if (snapshot->head.state == FMU_STEP_EVENTS && !instance->event_mode)
+        return "it is of an instance with an event mode";
     return NULL;
 }
 

@@ -134,11 +134,19 @@ static const char *value_needs(const fmu_variable *variable, double value) {
     return value >= 0.0 ? NULL : ">= 0";
 }
 
+/* Between the steps of a component, or at an event. */
+#define TUNABLE_IN (FMU_EVENTS | FMU_STEPPING | FMU_STEP_EVENTS)
+
+static int is_tunable(const fmu_variable *variable) {
+    return variable->kind == FMU_PARAMETER && variable->slot < FMU_TOLERANCE;
+}
+
 static fmu_status may_set(const fmu_instance *instance, const fmu_variable *variable,
                           const char *name) {
     switch (variable->kind) {
     case FMU_INPUT: return fmu_allow(instance, FMU_BEFORE_START | FMU_RUNNING, name);
     case FMU_PARAMETER:
+        return fmu_allow(instance, FMU_BEFORE_START | (is_tunable(variable) ? TUNABLE_IN : 0), name);
     case FMU_START: return fmu_allow(instance, FMU_BEFORE_START, name);
     default: return fmu_say(instance, FMU_ERROR, "%s: is not an input or parameter", name);
     }
@@ -167,8 +175,21 @@ fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size
         if (needed)
             return fmu_say(instance, FMU_ERROR, "%s: must be %s, got %g", name, needed, value[k]);
     }
-    for (size_t k = 0; k < count; k++)
-        set_value(instance, &instance->model->variable[reference[k]], value[k]);
+    double parameters[FMU_PARAMETERS];
+    const int running = (instance->state & FMU_RUNNING) != 0;
+    int tuned = 0;
+    memcpy(parameters, instance->parameters, sizeof parameters);
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
+        if (!running || !is_tunable(variable)) continue;
+        parameters[variable->slot] = value[k];
+        tuned = 1;
+    }
+    if (tuned && fmu_retune(instance, parameters) != FMU_OK) return FMU_ERROR;
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
+        if (!running || !is_tunable(variable)) set_value(instance, variable, value[k]);
+    }
     return FMU_OK;
 }
 

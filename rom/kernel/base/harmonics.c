@@ -11,20 +11,26 @@ static void fill_powers(sm_complex z, int highest, sm_complex *power) {
     }
 }
 
-static int highest_order(int count, const int32_t *orders, int mode) {
-    int highest = 0;
+/* The highest |n| and |m|. */
+static void highest_orders(int count, const int32_t *orders, int highest[SM_MODES]) {
+    int32_t a = 0, b = 0;
     for (int q = 0; q < count; q++) {
-        const int k = orders[2 * q + mode];
-        highest = k > highest ? k : -k > highest ? -k : highest;
+        const int32_t n = orders[2 * q] < 0 ? -orders[2 * q] : orders[2 * q];
+        const int32_t m = orders[2 * q + 1] < 0 ? -orders[2 * q + 1] : orders[2 * q + 1];
+        a = n > a ? n : a;
+        b = m > b ? m : b;
     }
-    return highest;
+    highest[0] = a;
+    highest[1] = b;
 }
 
 void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carrier[SM_MODES],
                          double *re, double *im) {
     sm_complex a[2 * MOST_ORDER + 1], b[2 * MOST_ORDER + 1];
-    fill_powers(carrier[0], highest_order(count, orders, 0), a + MOST_ORDER);
-    fill_powers(carrier[1], highest_order(count, orders, 1), b + MOST_ORDER);
+    int highest[SM_MODES];
+    highest_orders(count, orders, highest);
+    fill_powers(carrier[0], highest[0], a + MOST_ORDER);
+    fill_powers(carrier[1], highest[1], b + MOST_ORDER);
     for (int q = 0; q < count; q++) {
         const sm_complex phasor =
             sm_cmul(a[MOST_ORDER + orders[2 * q]], b[MOST_ORDER + orders[2 * q + 1]]);

@@ -1,9 +1,8 @@
 /* Cost of the FMI calls in a C loop, through the library as an importer loads it.
  *
- *   steps LIBRARY FOLDER TOKEN COUNT START_FORCE NAMES...
+ *   steps LIBRARY FOLDER TOKEN COUNT STEP INPUT REFERENCES... [REFERENCE=START...]
  *
- * prints nanoseconds per call of fmi3DoStep at a step of 1 s, of fmi3GetFloat64 of the named
- * variables after a step, and of fmi3SetFloat64 of one input, and how long 1000 multiplications
+ * prints nanoseconds per call of fmi3DoStep, of fmi3GetFloat64 of the variables after a step, and of fmi3SetFloat64 of one input, and how long 1000 multiplications
  * and additions take that wait for each other: what to measure by on a busy machine. Each is
  * processor time, the least of many short rounds. Then what the second and further instances of
  * the same resource folder take.
@@ -17,9 +16,13 @@
 
 #include "fmi3FunctionTypes.h"
 
+#ifndef ROUNDS
 #define ROUNDS 200
+#endif
 #define MOST 64
+#ifndef INSTANCES
 #define INSTANCES 1000
+#endif
 
 static double now(void) {
     struct timespec t;
@@ -68,7 +71,7 @@ int main(int count, char **argument) {
     fmi3ValueReference vr[MOST];
     double value[MOST], last, time = 0.0;
     fmi3Boolean event, terminate, early;
-    if (count < 6) return 2;
+    if (count < 7) return 2;
     void *library = dlopen(argument[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) return 2;
     fmi3InstantiateCoSimulationTYPE *instantiate;
@@ -86,21 +89,29 @@ int main(int count, char **argument) {
     *(void **)&set = entry(library, "fmi3SetFloat64");
     *(void **)&release = entry(library, "fmi3FreeInstance");
     const long steps = atol(argument[4]);
-    const fmi3ValueReference input = (fmi3ValueReference)atol(argument[5]);
+    const double duration = atof(argument[5]);
+    const fmi3ValueReference input = (fmi3ValueReference)atol(argument[6]);
     size_t names = 0;
-    for (int k = 6; k < count && names < MOST; k++)
-        vr[names++] = (fmi3ValueReference)atol(argument[k]);
     fmi3Instance c = instantiate("bench", argument[3], argument[2], false, false, false, false,
                                  NULL, 0, NULL, say, NULL);
     if (!c) return 1;
+    for (int k = 7; k < count && names < MOST; k++) {
+        const fmi3ValueReference reference = (fmi3ValueReference)atol(argument[k]);
+        const char *equals = strchr(argument[k], '=');
+        const double start = equals ? atof(equals + 1) : 0.0;
+        if (equals)
+            check(set(c, &reference, 1, &start, 1));
+        else
+            vr[names++] = reference;
+    }
     check(enter(c, false, 0.0, 0.0, false, 0.0));
     check(leave(c));
     double best[5] = {1e30, 1e30, 1e30, 1e30, 1e30}, force = 0.0;
     check(get(c, &input, 1, &force, 1));
     for (int round = 0; round < ROUNDS; round++) {
         double started = now();
-        for (long k = 0; k < steps; k++, time += 1.0)
-            check(step(c, time, 1.0, true, &event, &terminate, &early, &last));
+        for (long k = 0; k < steps; k++, time += duration)
+            check(step(c, time, duration, true, &event, &terminate, &early, &last));
         const double stepped = (now() - started) / (double)steps;
         started = now();
         for (long k = 0; k < steps; k++) check(get(c, vr, names, value, names));
@@ -109,9 +120,9 @@ int main(int count, char **argument) {
         for (long k = 0; k < steps; k++) check(set(c, &input, 1, &force, 1));
         const double were_set = (now() - started) / (double)steps;
         started = now();
-        for (long k = 0; k < steps; k++, time += 1.0) {
+        for (long k = 0; k < steps; k++, time += duration) {
             check(set(c, &input, 1, &force, 1));
-            check(step(c, time, 1.0, true, &event, &terminate, &early, &last));
+            check(step(c, time, duration, true, &event, &terminate, &early, &last));
             check(get(c, vr, names, value, names));
         }
         const double all = (now() - started) / (double)steps;
@@ -131,7 +142,7 @@ int main(int count, char **argument) {
         if (!more[k]) return 1;
         check(enter(more[k], false, 0.0, 0.0, false, 0.0));
         check(leave(more[k]));
-        check(step(more[k], 0.0, 1.0, true, &event, &terminate, &early, &last));
+        check(step(more[k], 0.0, duration, true, &event, &terminate, &early, &last));
         const double took = now() - started;
         least = took < least ? took : least;
     }

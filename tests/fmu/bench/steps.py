@@ -1,51 +1,79 @@
-"""Cost of the FMI calls in a C loop: `python tests/fmu/bench/steps.py`. Figures, not a test."""
+"""Cost of the FMI calls in a C loop, of FMUs as they are shipped. Figures, not a test.
+
+`python tests/fmu/bench/steps.py [SCENE...]` exports the scenes, by default all shipped ones, and
+steps them at the scene's step under the last forces of its script: nothing read, amplitudes and
+powers, then also every contact.
+"""
 
 import platform
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import fmpy
 
-from slipmode import fmu, rom
 from slipmode.fmu.archive.binaries import folder, host_platform
 from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.runner import load_scene, shipped_scenes
+from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner.plan.plan import make_plan
 
 STEPS = 500  # a round
-START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
-SLOW = (*AMPLITUDES, "A_abs", "B_abs", "input_power", "dissipated_power", "dissipated_energy")
 
 
-def measure(model, where, contact, names):
-    """One line of figures for an FMU with or without contact motion."""
-    force_patterns = ({0: 1.0}, {1: 1.0})
-    path = fmu.export(model, where / "bench.fmu", force_patterns, contact=contact, start=START)
-    shutil.unpack_archive(path, where / "FMU", format="zip")
-    description = fmpy.read_model_description(path)
-    reference = {v.name: str(v.valueReference) for v in description.modelVariables}
-    library = next((where / "FMU" / "binaries" / folder(host_platform(), 3)).iterdir())
-    program = where / "steps"
+def program(where):
+    """The C loop."""
+    made = where / "steps"
     source = Path(__file__).with_name("steps.c")
     flags = ("-O2", "-std=c99", f"-I{fmi_headers()}")
-    subprocess.run(["cc", *flags, str(source), "-ldl", "-o", str(program)], check=True)
-    arguments = [library, f"{where}/FMU/resources/", description.guid, STEPS]
-    chosen = [reference["force_A"], *(reference[name] for name in names)]
-    command = [str(word) for word in (program, *arguments, *chosen)]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+    subprocess.run(["cc", *flags, str(source), "-ldl", "-o", str(made)], check=True)
+    return made
 
 
-def main():
+def measure(made, path, step, names, start):
+    """Lines of figures of an FMU, some of whose variables are read after each step."""
+    unpacked = path.with_suffix("")
+    shutil.unpack_archive(path, unpacked, format="zip")
+    description = fmpy.read_model_description(path)
+    reference = {v.name: str(v.valueReference) for v in description.modelVariables}
+    library = next((unpacked / "binaries" / folder(host_platform(), 3)).iterdir())
+    (force, *_) = (name for name in start if name.startswith("force_"))
+    chosen = [reference[force], *(reference[name] for name in names)]
+    chosen += [f"{reference[name]}={value!r}" for name, value in start.items()]
+    command = [made, library, f"{unpacked}/resources/", description.guid, STEPS, step, *chosen]
+    words = [str(word) for word in command]
+    done = subprocess.run(words, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+def of_scene(name, where):
+    """Its FMU, step, last inputs, and what may be read."""
+    scene = load_scene(name)
+    path = export_fmu(scene, where / f"{name}.fmu")
+    schedule = make_plan(scene).schedule
+    inputs = list(schedule.scripts)
+    last = schedule.at_ends(inputs, slice(schedule.steps - 1, schedule.steps))[0].tolist()
+    names = [v.name for v in fmpy.read_model_description(path).modelVariables]
+    slow = [n for n in names if n[0] in "AB" or n.endswith(("_power", "_energy"))]
+    contacts = [n for n in names if n.startswith("contact_") and n[-2:] in ("_x", "_v", "_f")]
+    return path, scene.run.step, dict(zip(inputs, last, strict=True)), slow, contacts
+
+
+def main(names):
     """Print the figures."""
-    reduced, law = rom.reduce(rom.two_mass()), rom.Tanh(2.0, 0.02)
-    model = rom.tabulate(reduced, law, amplitude=(4.0, 4.0), harmonics=5)
     print(platform.processor() or platform.machine())
-    for contact, names in ((False, AMPLITUDES), (False, SLOW), (True, (*SLOW, "contact_0_x"))):
-        with tempfile.TemporaryDirectory() as where:
-            words = "with" if contact else "without"
-            print(f"{words} contact motion: {measure(model, Path(where), contact, names)}")
+    with tempfile.TemporaryDirectory() as temporary:
+        where = Path(temporary)
+        made = program(where)
+        for name in names or shipped_scenes():
+            path, step, start, slow, contacts = of_scene(name, where)
+            print(f"{name}, step {step:g} s")
+            for words, read in (("slow outputs", slow), ("and contacts", slow + contacts)):
+                print(f"  {words}: {measure(made, path, step, read, start)}", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

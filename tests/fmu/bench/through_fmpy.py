@@ -1,7 +1,8 @@
 """Cost of stepping through FMPy, beside an FMU that does next to nothing. Figures, not a test.
 
-`python tests/fmu/bench/through_fmpy.py` prints microseconds of processor time per communication
-step of 1 s: one input set, doStep, four outputs got. Native: our FMU in a C loop.
+`python tests/fmu/bench/through_fmpy.py` exports the two-mode scene and prints microseconds of
+processor time per communication step of 1 s: one input set, doStep, four outputs got. Native: our
+FMU in a C loop.
 """
 
 import platform
@@ -15,14 +16,15 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.simulation import instantiate_fmu
-from steps import AMPLITUDES, START, measure
+from steps import AMPLITUDES, measure, of_scene, program
 
-from slipmode import fmu, rom
 from slipmode.fmu.archive.binaries import extension, folder, host_platform
 from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.runner.fmi.export import export_fmu
 
-FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
+SCENE = "two-mode"
 STEPS, ROUNDS = 500, 150
+FORCE = 0.15
 SLAVES = {2: FMU2Slave, 3: FMU3Slave}
 SOURCE = Path(__file__).with_name("decay.c")
 
@@ -46,16 +48,18 @@ def idle(where, fmi):
     return slave, [0, 1, 1, 1, 1]
 
 
-def ours(model, where, fmi):
-    """Likewise of the two-mode model."""
-    path = fmu.export(model, where / f"ours{fmi}.fmu", FORCE_PATTERNS, fmi=fmi, start=START)
+def ours(where, fmi, start):
+    """Likewise of the scene, under its last forces."""
+    path = export_fmu(SCENE, where / f"ours{fmi}.fmu", fmi)
     description = fmpy.read_model_description(path)
     slave = instantiate_fmu(fmpy.extract(path, where / str(fmi)), description)
     if fmi == 2:
         slave.setupExperiment()
     slave.enterInitializationMode()
-    slave.exitInitializationMode()
     reference = {v.name: v.valueReference for v in description.modelVariables}
+    put = slave.setReal if fmi == 2 else slave.setFloat64
+    put([reference[name] for name in start], list(start.values()))
+    slave.exitInitializationMode()
     return slave, [reference[name] for name in ("force_A", *AMPLITUDES)]
 
 
@@ -66,7 +70,7 @@ def microseconds(slave, references, first):
     force, outputs = references[:1], references[1:]
     started = time.thread_time()
     for k in range(first, first + STEPS):
-        put(force, [START["force_A"]])
+        put(force, [FORCE])
         slave.doStep(float(k), 1.0)
         get(outputs)
     return (time.thread_time() - started) / STEPS * 1e6
@@ -74,14 +78,14 @@ def microseconds(slave, references, first):
 
 def main():
     """Print the figures: the least of several rounds, ours and the idle FMU in turn."""
-    model = rom.tabulate(rom.reduce(rom.two_mass()), rom.Tanh(2.0, 0.02), amplitude=(4.0, 4.0))
     print(platform.processor() or platform.machine())
     with tempfile.TemporaryDirectory() as temporary:
         where = Path(temporary)
-        line = measure(model, where, contact=False, names=AMPLITUDES)
+        path, step, start, *_ = of_scene(SCENE, where)
+        line = measure(program(where), path, step, AMPLITUDES, start)
         native = float(re.search(r"all three (\d+) ns", line)[1]) * 1e-3
         for fmi in SLAVES:
-            pair = (ours(model, where, fmi), idle(where, fmi))
+            pair = (ours(where, fmi, start), idle(where, fmi))
             rounds = [
                 [microseconds(*stepped, number * STEPS) for stepped in pair]
                 for number in range(ROUNDS)

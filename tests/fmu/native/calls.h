@@ -16,7 +16,8 @@ typedef struct {
 
 typedef struct {
     const char *version;
-    /* `interface`: 0 Model Exchange, 1 Co-Simulation */
+    int has_event_mode; /* in Co-Simulation */
+    /* `interface`: 0 Model Exchange, 1 Co-Simulation, 2 with event mode and early returns */
     void *(*instantiate)(int interface, const char *name, const char *token, const char *folder,
                          message_log *log);
     void (*free_instance)(void *c);
@@ -36,7 +37,8 @@ typedef struct {
     status (*serialized_size)(void *c, void *state, size_t *size);
     status (*serialize)(void *c, void *state, void *bytes, size_t size);
     status (*deserialize)(void *c, const void *bytes, size_t size, void **state);
-    status (*step)(void *c, double time, double step);
+    status (*step)(void *c, double time, double step, double *reached);
+    status (*enter_steps)(void *c);
     status (*enter_events)(void *c);
     status (*update_discrete)(void *c, int *states_changed);
     status (*enter_continuous)(void *c);
@@ -50,6 +52,11 @@ typedef struct {
     status (*directional)(void *c, const uint32_t *unknown, size_t unknowns,
                           const uint32_t *known, size_t knowns, const double *seed,
                           double *sensitivity);
+    /* likewise, or NULL */
+    status (*adjoint)(void *c, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                      size_t knowns, const double *seed, double *sensitivity);
+    status (*output_derivatives)(void *c, const uint32_t *vr, size_t count, const int32_t *order,
+                                 double *value);
     status (*absent)(void *c, int which); /* calls that are always refused */
     int absent_count;
 } calls;

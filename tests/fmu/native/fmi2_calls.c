@@ -65,8 +65,14 @@ static status completed_step(void *c, int arguments) {
     return (status)fmi2CompletedIntegratorStep(c, fmi2True, arguments ? &enter : NULL, &terminate);
 }
 
-static status step(void *c, double time, double length) {
+static status step(void *c, double time, double length, double *reached) {
+    *reached = time + length;
     return (status)fmi2DoStep(c, time, length, fmi2True);
+}
+
+static status output_derivatives(void *c, const uint32_t *vr, size_t count, const int32_t *order,
+                                 double *value) {
+    return (status)fmi2GetRealOutputDerivatives(c, vr, count, (const fmi2Integer *)order, value);
 }
 
 static status get_indicators(void *c, size_t count) {
@@ -129,6 +135,7 @@ const calls fmi2_calls = {
     .directional = AS(status (*)(void *, const uint32_t *, size_t, const uint32_t *, size_t,
                                  const double *, double *),
                       fmi2GetDirectionalDerivative),
+    .output_derivatives = output_derivatives,
     .absent = absent,
     .absent_count = 9,
 };

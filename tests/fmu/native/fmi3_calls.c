@@ -20,7 +20,8 @@ static void *instantiate(int interface, const char *name, const char *token, con
     if (interface == 0)
         return fmi3InstantiateModelExchange(name, token, folder, false, false, log,
                                             write_message);
-    return fmi3InstantiateCoSimulation(name, token, folder, false, false, false, false, NULL, 0,
+    const bool events = interface == 2;
+    return fmi3InstantiateCoSimulation(name, token, folder, false, false, events, events, NULL, 0,
                                        log, write_message, NULL);
 }
 
@@ -74,10 +75,23 @@ static status completed_step(void *c, int arguments) {
     return (status)fmi3CompletedIntegratorStep(c, true, arguments ? &enter : NULL, &terminate);
 }
 
-static status step(void *c, double time, double length) {
-    fmi3Boolean event, terminate, early;
-    double last;
-    return (status)fmi3DoStep(c, time, length, true, &event, &terminate, &early, &last);
+static status step(void *c, double time, double length, double *reached) {
+    fmi3Boolean event, terminate, early = false;
+    const status got =
+        (status)fmi3DoStep(c, time, length, true, &event, &terminate, &early, reached);
+    if (got == OK && early != (*reached < time + length * (1.0 - 1e-9))) abort();
+    return got;
+}
+
+static status adjoint(void *c, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
+                      size_t knowns, const double *seed, double *sensitivity) {
+    return (status)fmi3GetAdjointDerivative(c, unknown, unknowns, known, knowns, seed, unknowns,
+                                            sensitivity, knowns);
+}
+
+static status output_derivatives(void *c, const uint32_t *vr, size_t count, const int32_t *order,
+                                 double *value) {
+    return (status)fmi3GetOutputDerivatives(c, vr, count, order, value, count);
 }
 
 static status get_indicators(void *c, size_t count) {
@@ -147,15 +161,15 @@ static status absent(void *c, int which) {
     case 10:
         return get ? (status)fmi3EnterConfigurationMode(c) : (status)fmi3ExitConfigurationMode(c);
     case 11:
-        return get ? (status)fmi3EnterStepMode(c)
+        return get ? (status)fmi3EvaluateDiscreteStates(c)
                    : (status)fmi3GetNumberOfVariableDependencies(c, vr, &size);
     case 12:
-        return get ? (status)fmi3GetOutputDerivatives(c, &vr, 1, &order, &value, 1)
+        return get ? (status)fmi3GetOutputDerivatives(c, &vr, 1, &order, wide, 2)
                    : (status)fmi3GetVariableDependencies(c, vr, element, &independent, element,
                                                          &kind, 1);
     default: /* values that are not as many as value references */
         return get ? (status)fmi3GetFloat64(c, &vr, 1, wide, 2)
-                   : (status)fmi3GetAdjointDerivative(c, &vr, 1, &vr, 1, &value, 1, wide, 1);
+                   : (status)fmi3GetAdjointDerivative(c, &vr, 1, &vr, 1, &value, 1, wide, 2);
     }
 }
 
@@ -192,6 +206,10 @@ const calls fmi3_calls = {
     .get_nominals = AS(status (*)(void *, double *, size_t), fmi3GetNominalsOfContinuousStates),
     .get_indicators = get_indicators,
     .directional = directional,
+    .has_event_mode = 1,
+    .enter_steps = AS(status (*)(void *), fmi3EnterStepMode),
+    .adjoint = adjoint,
+    .output_derivatives = output_derivatives,
     .absent = absent,
     .absent_count = 12 + 28,
 };

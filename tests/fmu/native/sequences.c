@@ -15,13 +15,16 @@
 #define SAVED 3
 #define CALLS 25 /* of a sequence */
 
-enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENTS = 4, CONTINUOUS = 8, STEPPING = 16, ENDED = 32 };
-#define RUNNING (EVENTS | CONTINUOUS | STEPPING)
+enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENTS = 4, CONTINUOUS = 8, STEPPING = 16, ENDED = 32,
+       STEP_EVENTS = 64 };
+#define RUNNING (EVENTS | CONTINUOUS | STEPPING | STEP_EVENTS)
+#define TUNABLE (EVENTS | STEPPING | STEP_EVENTS)
 #define EXCHANGE (EVENTS | CONTINUOUS)
 
 typedef struct {
     void *c;
     int interface;
+    int events; /* Co-Simulation with event mode and early returns */
     unsigned state;
     double time;
 } instance;
@@ -80,7 +83,8 @@ static void create(instance *i, const char *folder, const char *token) {
                                 &messages),
               "instantiate");
     }
-    i->c = fmi->instantiate(i->interface, "name", token, folder, &messages);
+    i->events = i->interface && fmi->has_event_mode && below(2);
+    i->c = fmi->instantiate(i->events ? 2 : i->interface, "name", token, folder, &messages);
     CHECK(i->c, "instantiate");
     i->state = INSTANTIATED;
     i->time = 0.0;
@@ -109,7 +113,7 @@ static void leave(instance *i) {
     const long before = messages.count;
     const status got = fmi->exit_initialization(i->c);
     judge(got, in(i, INITIALIZATION), 1, before, "exit initialization");
-    if (got == OK) i->state = i->interface ? STEPPING : EVENTS;
+    if (got == OK) i->state = !i->interface ? EVENTS : i->events ? STEP_EVENTS : STEPPING;
 }
 
 static void end(instance *i) {
@@ -120,8 +124,9 @@ static void end(instance *i) {
 
 static int is_settable(const instance *i, const fmu_variable *v) {
     if (v->kind == FMU_INPUT) return in(i, INSTANTIATED | INITIALIZATION | RUNNING);
+    const int tunable = v->kind == FMU_PARAMETER && v->slot < FMU_TOLERANCE;
     return (v->kind == FMU_PARAMETER || v->kind == FMU_START) &&
-           in(i, INSTANTIATED | INITIALIZATION);
+           in(i, INSTANTIATED | INITIALIZATION | (tunable ? TUNABLE : 0));
 }
 
 #define SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
@@ -194,10 +199,30 @@ static void directional(instance *i) {
         known[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
         seed[k] = below(20) ? uniform() : hostile_number();
     }
-    const status got = fmi->directional(i->c, below(12) ? unknown : NULL, unknowns,
-                                        below(12) ? known : NULL, knowns, seed, sensitivity);
+    const int adjoint = fmi->adjoint && below(3) == 0;
+    const status got = (adjoint ? fmi->adjoint : fmi->directional)(
+        i->c, below(12) ? unknown : NULL, unknowns, below(12) ? known : NULL, knowns, seed,
+        sensitivity);
     CHECK(got == OK || messages.count > before, "directional derivative");
     CHECK(got != OK || !in(i, INSTANTIATED), "directional derivative");
+}
+
+/* Of any variables by time. */
+static void output_derivatives(instance *i) {
+    uint32_t vr[3];
+    int32_t order[3];
+    double value[3] = {0.0};
+    const long before = messages.count;
+    const size_t count = (size_t)below(4);
+    for (int k = 0; k < 3; k++) {
+        vr[k] = below(12) ? (uint32_t)below(model->variables) : random_bits();
+        order[k] = below(8) ? 1 : below(3);
+    }
+    const status got = fmi->output_derivatives(i->c, below(12) ? vr : NULL, count, order,
+                                               below(12) ? value : NULL);
+    CHECK(got == OK || messages.count > before, "output derivatives");
+    CHECK(got != OK || in(i, STEPPING | STEP_EVENTS), "output derivatives");
+    for (size_t k = 0; got == OK && k < count; k++) CHECK(isfinite(value[k]), "output derivatives");
 }
 
 /* Enumerations and booleans: the only ones there are, and wrong ones. */
@@ -231,24 +256,26 @@ static void step(instance *i) {
     const double from = below(10) ? i->time : below(2) ? i->time - 1.0 : hostile_number();
     const int possible = isfinite(length) && length > 1e-100 && fabs(from - i->time) <= 1e-9;
     if (possible && length > 1e100) return; /* legal, but it would take seconds */
-    const status got = fmi->step(i->c, from, length);
+    double reached = 0.0;
+    const status got = fmi->step(i->c, from, length, &reached);
     /* past a stop time it is refused */
     const int past = got == ERROR && strstr(messages.last, "past the stop time") != NULL;
     judge(got, in(i, STEPPING) && possible && !past, 1, before, "step");
-    if (got == OK) i->time += length;
+    if (got == OK) i->time = reached;
 }
 
 /* States change only where it says so, and only once. `whole`: no argument is NULL. */
 static void update(instance *i, int whole) {
     const size_t nx = 3 * (size_t)model->modes + 1, bytes = nx * sizeof(double);
-    const int legal = in(i, EVENTS) && whole;
+    const int exchanged = in(i, EVENTS), legal = (exchanged || in(i, STEP_EVENTS)) && whole;
     double before[16], after[16];
     int changed = 0, again = 0;
-    if (legal) CHECK(fmi->get_states(i->c, before, nx) == OK, "update");
+    if (legal && exchanged) CHECK(fmi->get_states(i->c, before, nx) == OK, "update");
     const long messages_before = messages.count;
     judge(fmi->update_discrete(i->c, whole ? &changed : NULL), legal, 0, messages_before,
           "update");
-    if (!legal) return;
+    if (legal && !exchanged) CHECK(!changed, "update");
+    if (!legal || !exchanged) return;
     CHECK(fmi->get_states(i->c, after, nx) == OK, "update");
     CHECK(changed || memcmp(before, after, bytes) == 0, "update");
     CHECK(fmi->update_discrete(i->c, &again) == OK && !again, "update again");
@@ -275,13 +302,20 @@ static void exchange(instance *i) {
     const long before = messages.count;
     const int arguments = below(8) != 0, right = below(8) != 0;
     const double time = below(8) ? i->time + uniform() : hostile_number();
-    const int kind = below(11);
+    const int kind = below(12);
     for (size_t k = 0; k < nx; k++) values[k] = uniform() - 0.5;
     if (kind == 6 && !right) values[below((int)nx)] = NAN;
     switch (kind) {
     case 0:
-        judge(fmi->enter_events(i->c), in(i, EXCHANGE), 0, before, "enter events");
+        judge(fmi->enter_events(i->c), in(i, EXCHANGE) || (in(i, STEPPING) && i->events), 0,
+              before, "enter events");
         if (in(i, EXCHANGE)) i->state = EVENTS;
+        if (in(i, STEPPING) && i->events) i->state = STEP_EVENTS;
+        break;
+    case 11:
+        if (!fmi->enter_steps) break;
+        judge(fmi->enter_steps(i->c), in(i, STEP_EVENTS), 0, before, "enter steps");
+        if (in(i, STEP_EVENTS)) i->state = STEPPING;
         break;
     case 1: update(i, arguments); break;
     case 2:
@@ -328,7 +362,8 @@ static void save(instance *i) {
 static void restore(instance *i) {
     const saved_state *s = &saved[below(SAVED)];
     const long before = messages.count;
-    const int legal = s->state && s->interface == i->interface;
+    const int legal = s->state && s->interface == i->interface
+                      && (s->machine != STEP_EVENTS || i->events);
     judge(fmi->set_state(i->c, s->state), legal, 0, before, "set state");
     if (!legal) return;
     i->state = s->machine;
@@ -361,13 +396,14 @@ static void refused(instance *i) {
     const char *const categories[] = {"logStatusError", "no such"};
     const long before = messages.count;
     size_t size;
+    double reached;
     switch (below(8)) {
     case 0: judge(fmi->set_logging(i->c, 1, 2, categories), 0, 0, before, "logging"); break;
     case 1: judge(fmi->get_state(i->c, NULL), 0, 0, before, "get state"); break;
     case 2: judge(fmi->set_state(i->c, NULL), 0, 0, before, "set state"); break;
     case 3: judge(fmi->serialized_size(i->c, NULL, &size), 0, 0, before, "size"); break;
     case 4: judge(fmi->deserialize(i->c, NULL, 9, NULL), 0, 0, before, "deserialize"); break;
-    case 5: CHECK(fmi->step(NULL, 0.0, 1.0) == ERROR, "no instance"); break;
+    case 5: CHECK(fmi->step(NULL, 0.0, 1.0, &reached) == ERROR, "no instance"); break;
     case 6: CHECK(fmi->get_real(NULL, NULL, 0, NULL) == ERROR, "no instance"); break;
     default: CHECK(fmi->absent(i->c, below(fmi->absent_count)) != OK, "absent");
     }
@@ -385,7 +421,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
     const unsigned state = i->state;
     unsigned char *bytes = traced ? bytes_of(i, &size) : NULL;
     const long before = messages.count;
-    if (call < 16) get_reals(i);
+    if (call < 13) get_reals(i);
+    else if (call < 16) output_derivatives(i);
     else if (call < 20) directional(i);
     else if (call < 24) other_types(i);
     else if (call < 28) save(i);
@@ -399,6 +436,7 @@ static void random_call(instance *i, const char *folder, const char *token) {
         i->state = INSTANTIATED;
         i->time = 0.0;
     } else if (call < 55) set_reals(i);
+    else if (call < 72 && i->events && in(i, STEP_EVENTS) && below(2)) exchange(i);
     else if (call < 72 && (i->interface || below(4) == 0)) step(i);
     else if (call < 72) exchange(i);
     else if (call < 76) end(i);

@@ -244,12 +244,12 @@ static void check_recent_motion(int modes, int contacts) {
     CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
     CHECK_STATUS(sm_component_get_state(m.component, before), SM_OK);
     memcpy(inputs.angle, out + 5, sizeof inputs.angle);
-    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
+    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, 0, motion), SM_OK);
     CHECK_STATUS(sm_component_get_state(m.component, after), SM_OK);
     CHECK(memcmp(before, after, m.state * sizeof(double)) == 0);
     for (size_t k = 0; k < count; k++) CHECK_NEAR(motion[k], out[SM_OUTPUTS_FIXED + k], 1e-5);
     inputs.frequency_rate[0] = 10.0; /* faster than could be, so long ago */
-    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, motion), SM_OK);
+    CHECK_STATUS(sm_component_recent_motion(m.component, &inputs, out + 1, rate, 0, motion), SM_OK);
     CHECK_FINITE(motion, count);
     free(out);
     free(motion);

@@ -35,12 +35,12 @@ static void check_null(model *m) {
     CHECK_STATUS(sm_component_run(c, 1, values, NULL, values, &done), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_run(c, 1, values, &inputs, NULL, &done), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_run(c, 1, values, &inputs, values, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_recent_motion(NULL, &inputs, values, values, values),
+    CHECK_STATUS(sm_component_recent_motion(NULL, &inputs, values, values, 0, values),
                  SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_recent_motion(c, NULL, values, values, values), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_recent_motion(c, &inputs, NULL, values, values), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, NULL, values), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, values, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, NULL, values, values, 0, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, NULL, values, 0, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, NULL, 0, values), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_recent_motion(c, &inputs, values, values, 0, NULL), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_get_state(NULL, values), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_get_state(c, NULL), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_set_state(NULL, values), SM_BAD_ARGUMENT);

@@ -15,7 +15,7 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region, corners, with_neighbours
 from slipmode.runner.cli import main
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan import amplitude_range, table_cost
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 
@@ -284,7 +284,7 @@ def test_the_plan_says_what_is_tabulated(change, choice, reason):
 
 
 def test_an_fmu_does_the_steps_on_the_whole_table(tmp_path):
-    path = export_fmu(scene("part"), tmp_path / "part.fmu")
+    path = export_fmu(scene("part"), tmp_path / "part.fmu", headroom=1.0)
     through = runner.run(scene("through"), tmp_path, fmu=path)
     assert through.model.table.region is None
     assert "an FMU has all of it" in [d.reason for d in through.plan.decisions]

@@ -184,7 +184,7 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
     one = np.ones(1)
     columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
     with pytest.raises(SlipmodeError, match=r"a tolerance of 0\.0.* is within reach") as refusal:
-        refine(Sampling(at, columns, np.array([[1 / 0.7]]), 1e-4), one, 1e-3)
+        refine(Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4), 1e-3)
     assert np.diff(np.unique(np.concatenate(solved))).min() > 1e-7  # 1e-16 without a least width
     assert sum(map(len, solved)) < 2500
     assert 3e-3 < float(str(refusal.value).split("tolerance of ")[1].split()[0]) < 0.05

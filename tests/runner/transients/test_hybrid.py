@@ -6,7 +6,7 @@ from elastic.frictional_beam import ROWS, TIP, structure
 
 from slipmode import rom, runner
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.fmu_export import export_fmu
+from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory

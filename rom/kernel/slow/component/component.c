@@ -306,7 +306,7 @@ sm_status sm_component_outputs(sm_component *c, double *outputs) {
 }
 
 sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
-                                     const double *amplitude, const double *rate,
+                                     const double *amplitude, const double *rate, int smooth,
                                      double *motion) {
     if (!c || !inputs || !amplitude || !rate || !motion) return SM_BAD_ARGUMENT;
     if (!c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
@@ -314,7 +314,9 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     if (!sm_all_finite(amplitude, count) || !sm_all_finite(rate, count)) return SM_NOT_FINITE;
     const sm_status status = check_inputs(c, inputs);
     if (status != SM_OK) return status;
-    return sm_contact_output_recent(&c->contacts, &c->flow, inputs, amplitude, rate, motion);
+    const sm_detail detail = smooth ? SM_UNHALVED : SM_TO_BE_READ;
+    return sm_contact_output_recent(&c->contacts, &c->flow, inputs, amplitude, rate, detail,
+                                    motion);
 }
 
 sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,

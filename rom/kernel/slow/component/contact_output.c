@@ -379,7 +379,7 @@ static sm_inputs begun_inputs(const sm_inputs *inputs, int modes, double duratio
 
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
                                    const sm_inputs *inputs, const double *y, const double *rate,
-                                   double *values) {
+                                   sm_detail detail, double *values) {
     const int modes = out->contact.modes;
     const size_t count = (size_t)out->contact.contacts, bytes = count * sizeof(double);
     const double duration = memory_of(out, inputs);
@@ -391,7 +391,7 @@ sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *f
         past.rate[k] = past.rate_end[k] = rate[k];
     }
     sm_march_start(&out->march, &out->contact, NULL);
-    const sm_status status = march(out, flow, &past, 0.0, SM_TO_BE_READ);
+    const sm_status status = march(out, flow, &past, 0.0, detail);
     if (status != SM_OK) return status;
     memcpy(values, out->march.x, bytes);
     memcpy(values + count, out->march.v, bytes);

@@ -68,7 +68,9 @@ SM_HOT void sm_response_coefficients(const sm_response_point *point, int count,
         }
 }
 
-void sm_response_add_sums(const sm_response_point *point, int count, const int32_t *orders,
+#define BLOCK 32 /* values side by side: even, they come in pairs */
+
+SM_HOT void sm_response_add_sums(const sm_response_point *point, int count, const int32_t *orders,
                           size_t width, const double *values, const sm_complex carrier[SM_MODES],
                           double *signal) {
     const size_t per_node = (size_t)count * width * 2;
@@ -76,10 +78,16 @@ void sm_response_add_sums(const sm_response_point *point, int count, const int32
     const sm_complex rotated[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
                                          sm_cmul(point->unit[1], carrier[1])};
     sm_harmonic_phasors(count, orders, rotated, re, im);
-    for (size_t q = 0; q < (size_t)count; q++)
-        for (size_t s = 0; s < width; s++) {
-            const size_t k = 2 * (q * width + s);
-            signal[s] += re[q] * interpolated(point, values, per_node, k)
-                         - im[q] * interpolated(point, values, per_node, k + 1);
+    size_t q = 0, s = 0;
+    for (size_t first = 0; first < per_node; first += BLOCK) {
+        double value[BLOCK];
+        const size_t size = per_node - first < BLOCK ? per_node - first : BLOCK;
+        SM_SIMD
+        for (size_t k = 0; k < size; k++)
+            value[k] = interpolated(point, values, per_node, first + k);
+        for (size_t k = 0; k < size; k += 2) {
+            signal[s] += re[q] * value[k] - im[q] * value[k + 1];
+            if (++s == width) s = 0, q++;
         }
+    }
 }

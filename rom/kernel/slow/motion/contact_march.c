@@ -250,7 +250,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
     const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
-    const int halved = detail == SM_TO_BE_READ || !elastic;
+    const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,

@@ -42,7 +42,8 @@ typedef enum {
     SM_RESOLVED,  /* rigid contacts: steps in which a velocity bends are halved, up to three times,
                      for what is left of a contact's own vibration as it begins to slip; once where
                      that dies away before the end */
-    SM_TO_BE_READ /* and the last step, where a velocity bends at all; of elastic contacts it is
+    SM_UNHALVED,  /* no step is halved: smoothly as amplitudes, angles and forces change */
+    SM_TO_BE_READ /* resolved, and the last step, where a velocity bends at all; of elastic contacts it is
                      halved again and again towards its end, for their velocities have jumps and
                      are means of the last step */
 } sm_detail;

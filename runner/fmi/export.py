@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import isfinite
 from os import PathLike
 from pathlib import Path
 
 from slipmode import fmu
-from slipmode.fmu.description.description import FmiVersion
+from slipmode.fmu.description.description import FmiVersion, Origin
+from slipmode.fmu.description.reference_result import Stimuli
 from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import Finding, warn
+from slipmode.runner.fmi.command import HEADROOM
+from slipmode.runner.fmi.force_range import largest_forces
 from slipmode.runner.plan.euler_step import euler_step
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.scene.schedule import rate_of
 
 
 def export_fmu(
@@ -23,7 +26,9 @@ def export_fmu(
     fmi: FmiVersion = 3,
     platforms: Sequence[str] = (),
     *,
-    headroom: float = 1.0,
+    headroom: float = HEADROOM,
+    contacts: bool = False,
+    origin: Origin | None = None,
     progress: bool = False,
 ) -> Path:
     """Export the model that a scene needs.
@@ -42,9 +47,12 @@ def export_fmu(
     fmi, platforms
         As in `slipmode.fmu.archive.export`.
     headroom : float
-        Range of the friction table relative to what the scene needs, 1 or more: for importers
-        that force the model harder. With 1 runs of the scene by the FMU have the bits of those
-        without it.
+        Range of the friction table relative to what the scene needs, 1 or more, rounded up to
+        eighths: for importers that force the model harder.
+    contacts : bool
+        Have the contacts among the outputs though the scene has no [[contact]] window.
+    origin
+        As in `slipmode.fmu.archive.export`.
     progress : bool
         Progress bars on work longer than a second.
     """
@@ -56,10 +64,9 @@ def export_fmu(
         reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
         warn([Finding("transients", "in slow time", reason, "warning")])
     plan = make_plan(scene, progress=progress)
-    plan = replace(plan, amplitude=tuple(headroom * reach for reach in plan.amplitude))
     elastic = plan.scene.output.elastic
-    contact = bool(scene.contact or elastic)
-    model, _ = plan.model(contact=contact, progress=progress)
+    contact = bool(scene.contact or elastic or contacts)
+    model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)
     names = list(plan.schedule.scripts)
     (first,) = plan.schedule.inputs(names, slice(1)).tolist()
     return fmu.export(
@@ -73,8 +80,18 @@ def export_fmu(
         mode_names=plan.excited.modes,
         name=scene.title,
         start=dict(zip(names, first, strict=True)) | plan.excited.start(),
+        largest_force=largest_forces(plan, model),
         stop_time=scene.run.duration,
         step_size=euler_step(plan, model),
         reference_step=scene.run.step,
+        stimuli=_stimuli(plan),
         tolerance=scene.run.tolerance,
+        origin=origin,
     )
+
+
+def _stimuli(plan: Plan) -> Stimuli:
+    """What the scripts of a scene do to the inputs."""
+    scripts = tuple(plan.schedule.scripts)
+    names = (*scripts, *map(rate_of, scripts))
+    return Stimuli(names, plan.schedule.durations(), plan.schedule.inputs(names))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from os import PathLike
 
+import numpy as np
+
 from slipmode.fmu.archive.contents import Archive
 from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Imported
@@ -13,20 +15,35 @@ from slipmode.runner.recording.channels import energy
 from slipmode.runner.scene.schedule import rate_of
 
 
-def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
-    """An FMU at t = 0 of a scene, whatever it starts with by itself.
+def headroom_of(path: str | PathLike[str], plan: Plan) -> float:
+    """How far the friction table of an FMU of a scene goes, relative to what the scene needs.
 
     Raises
     ------
     SlipmodeError
         If the file is no FMU for this machine, or not of the scene's model.
     """
+    found = Archive(path).amplitude_range
+    if len(found) != len(plan.amplitude):
+        raise _another_model(path)
+    factor = np.divide(found, plan.amplitude)
+    if factor.min() < 1.0 or not np.allclose(factor, factor[0], rtol=1e-9, atol=0.0):
+        raise _another_model(path)
+    return float(factor[0])
+
+
+def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
+    """An FMU at t = 0 of a scene, whatever it starts with by itself.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file is no FMU for this machine, or does not hold this model.
+    """
     archive = Archive(path)
     schedule = plan.schedule
     if archive.identity != identity(model, plan.excited.force_patterns):
-        raise SlipmodeError(
-            f"{path}: holds another model than the scene's; export that one with slipmode fmu"
-        )
+        raise _another_model(path)
     scripts = schedule.scripts
     scripted = (*scripts, *(rate_of(name) for name in scripts))
     archive.require(scripted, archive.inputs, "inputs")
@@ -39,3 +56,9 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     if "contact_wanted" in archive.settable:
         start["contact_wanted"] = False  # the runner reconstructs it
     return Imported(archive, start)
+
+
+def _another_model(path: str | PathLike[str]) -> SlipmodeError:
+    return SlipmodeError(
+        f"{path}: holds another model than the scene's; export that one with slipmode fmu"
+    )

@@ -1,0 +1,101 @@
+"""How far the FMU of a scene goes beyond it."""
+
+from dataclasses import replace
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_exchange import SceneFmu
+
+from slipmode import runner
+from slipmode.rom import SlipmodeError
+from slipmode.runner import load_scene, shipped_scenes
+from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner.fmi.force_range import largest_forces
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.scene.script import Script
+
+SHIPPED = [
+    pytest.param(name, marks=[] if name == "one-mode" else [pytest.mark.slow])
+    for name in shipped_scenes()
+]
+
+
+def forced(scene, factor):
+    """The scene under more force."""
+    forcing = {
+        mode: replace(
+            force,
+            amplitude=Script(
+                force.amplitude.times, tuple(factor * v for v in force.amplitude.values)
+            ),
+        )
+        for mode, force in scene.forcing.items()
+    }
+    return replace(scene, forcing=forcing)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_tenth_more_force_stays_inside(name, tmp_path):
+    scene = load_scene(name)
+    path = export_fmu(scene, tmp_path / f"{name}.fmu")
+    time, rows = SceneFmu(path, forced(scene, 1.1)).co_simulated()
+    assert time[-1] == scene.run.duration and np.isfinite(rows).all()
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_inputs_declare_how_far_they_go(fmi, tmp_path):
+    scene = load_scene("two-mode")
+    path = export_fmu(scene, tmp_path / "scene.fmu", fmi)
+    declared = {v.name: v for v in fmpy.read_model_description(path).modelVariables}
+    for mode, force in (("A", 0.15), ("B", 0.25)):
+        most = float(declared[f"force_{mode}"].max)
+        assert float(declared[f"force_{mode}"].min) == -most
+        assert 1.1 * force < most < 2.0 * force
+        frequency = declared[f"frequency_{mode}"]
+        assert float(frequency.min) < scene.forcing[mode].frequency.value(0.0)
+        assert scene.forcing[mode].frequency.value(0.0) < float(frequency.max)
+
+
+def test_the_declared_forces_are_where_the_table_ends(tmp_path):
+    """To 1 %: so far the FMU goes, and no further."""
+    scene = load_scene("one-mode")
+    plan = make_plan(scene)
+    model, _ = plan.model(contact=True, headroom=1.25)
+    (most,) = largest_forces(plan, model).values()
+    path = export_fmu(scene, tmp_path / "scene.fmu")
+    SceneFmu(path, forced(scene, most / 0.15)).co_simulated()
+    with pytest.raises(Exception, match=r"[Dd]iscard|status 2"):
+        SceneFmu(path, forced(scene, 1.02 * most / 0.15)).co_simulated()
+
+
+def test_what_no_force_moves_declares_no_force(tmp_path):
+    """Mode B swings freely."""
+    scene = load_scene("two-mode")
+    scene = replace(scene, forcing={"A": scene.forcing["A"]}, initial={"B": 0.3 + 0j})
+    path = export_fmu(scene, tmp_path / "scene.fmu")
+    declared = {v.name: v for v in fmpy.read_model_description(path).modelVariables}
+    assert declared["force_B"].max is None and declared["force_A"].max is not None
+
+
+def test_runs_by_an_fmu_take_its_range(tmp_path):
+    """Its table is the scene's up to where that ends."""
+    path = export_fmu("one-mode", tmp_path / "scene.fmu")
+    through = runner.run("one-mode", tmp_path / "through", fmu=path)
+    inside = runner.run("one-mode", tmp_path / "inside")
+    assert through.model.table.amplitude_range == pytest.approx(
+        1.25 * inside.model.table.amplitude_range
+    )
+    _, time, expected = inside.read().channels["/modes"]
+    _, again, found = through.read().channels["/modes"]
+    np.testing.assert_array_equal(again, time)
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+
+
+def test_an_fmu_of_another_range_is_of_another_model(tmp_path):
+    scene = load_scene("one-mode")
+    path = export_fmu(
+        replace(scene, model=replace(scene.model, amplitude=(3.61,))), tmp_path / "other.fmu"
+    )
+    with pytest.raises(SlipmodeError, match="holds another model"):
+        runner.run(scene, tmp_path, fmu=path)
