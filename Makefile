@@ -12,6 +12,7 @@
 #              CONTACTS="2 4 12" (2: the two-mass model) choose others than 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
+# make bench-study  set up .venv and measure studies on a Dask cluster: workers, tasks, memory
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
@@ -29,7 +30,7 @@ test test-all: export OPENBLAS_NUM_THREADS := 1
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full bench-study gallery docs \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -63,6 +64,10 @@ bench-scale: $(VENV)/.installed
 
 bench-full: $(VENV)/.installed-report
 	$(BIN)/python -m slipmode.runner.report.methods.full_order
+
+bench-study: $(VENV)/.installed
+	@$(PIP) "slipmode[study]"
+	$(BIN)/python -m slipmode.runner.report.answers.studies
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

@@ -29,6 +29,7 @@ from slipmode.runner.study.tasks import Task
 
 _ANSWERS = 10.0  # [s] in which a scheduler has to
 _PER_WORKER = 3  # tasks that wait or run: enough that none is idle, few enough for memory
+_LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
 
 
 @contextmanager
@@ -40,8 +41,8 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     SlipmodeError
         If a scheduler does not answer, or has nobody to work.
     """
-    distributed = extra("distributed", "study")
-    with _quiet():
+    distributed, config = extra("distributed", "study"), extra("dask.config", "study")
+    with _quiet(), config.set({"distributed.admin.low-level-log-length": _LOGGED}):
         yield from _client(distributed, workers, scheduler)
 
 
@@ -125,6 +126,14 @@ class _Work:
     step: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class _Portion:
+    """Values and numbers of samples; in lists of its own Dask would look for futures, for long."""
+
+    rows: Sequence[tuple[Any, ...]]
+    numbers: Sequence[int]
+
+
 class Foreman:
     """Hands out tasks, sends samples up the ladder of tables, and passes on what is finished.
 
@@ -179,9 +188,10 @@ class Foreman:
         if work.step not in group.models:
             group.models[work.step] = submit(_model, group.shared, work.step)
         rows = self._design.rows(slice(task.start, task.stop))
+        portion = _Portion([rows[k] for k in work.places], [task.start + k for k in work.places])
         future = submit(
             *(_compute, self._samples, self._modes, group.shared, group.models[work.step]),
-            *([rows[k] for k in work.places], [task.start + k for k in work.places]),
+            portion,
         )
         group.working += 1
         self._at_work[future.key] = work
@@ -232,9 +242,9 @@ def _compute(
     modes: Sequence[str],
     shared: SceneModel,
     model: Model,
-    rows: Sequence[tuple[Any, ...]],
-    numbers: Sequence[int],
+    portion: _Portion,
 ) -> tuple[Batch, bool]:
     """Results, and whether there may be larger tables."""
     with np.errstate(all="ignore"):
-        return compute(samples, modes, shared, model, rows, numbers), shared.may_grow
+        found = compute(samples, modes, shared, model, portion.rows, portion.numbers)
+    return found, shared.may_grow

@@ -1,0 +1,4 @@
+"""What the answers cost that engineers ask for, beside others: make bench-study.
+
+studies.py    studies on a cluster: what a second worker, a task, and many samples cost
+"""
