@@ -13,6 +13,8 @@
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
 # make bench-study  set up .venv and measure studies on a Dask cluster: workers, tasks, memory
+# make bench-curves  set up .venv and compare response curves with harmonic balance. PUBLISHED=folder
+#              adds the curve of NLvib 08 from there
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
@@ -30,7 +32,7 @@ test test-all: export OPENBLAS_NUM_THREADS := 1
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full bench-study gallery docs \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full bench-study bench-curves gallery docs \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -68,6 +70,9 @@ bench-full: $(VENV)/.installed-report
 bench-study: $(VENV)/.installed
 	@$(PIP) "slipmode[study]"
 	$(BIN)/python -m slipmode.runner.report.answers.studies
+
+bench-curves: $(VENV)/.installed-report
+	$(BIN)/python -m slipmode.runner.report.answers.curves $(PUBLISHED:%=--published %)
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

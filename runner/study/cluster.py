@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
@@ -128,10 +129,13 @@ class _Work:
 
 @dataclass(frozen=True, eq=False)
 class _Portion:
-    """Values and numbers of samples; in lists of its own Dask would look for futures, for long."""
+    """Samples at work: the value of each key and their numbers, as arrays.
 
-    rows: Sequence[tuple[Any, ...]]
-    numbers: Sequence[int]
+    In lists and tuples of numbers Dask would look for futures, one by one, and keep each.
+    """
+
+    columns: tuple[NDArray[Any], ...]
+    numbers: NDArray[np.intp]
 
 
 class Foreman:
@@ -187,8 +191,8 @@ class Foreman:
             group = self._groups[task.group] = _Group(shared)
         if work.step not in group.models:
             group.models[work.step] = submit(_model, group.shared, work.step)
-        rows = self._design.rows(slice(task.start, task.stop))
-        portion = _Portion([rows[k] for k in work.places], [task.start + k for k in work.places])
+        numbers = task.start + np.array(work.places)
+        portion = _Portion(tuple(column[numbers] for column in self._design.columns), numbers)
         future = submit(
             *(_compute, self._samples, self._modes, group.shared, group.models[work.step]),
             portion,
@@ -246,5 +250,6 @@ def _compute(
 ) -> tuple[Batch, bool]:
     """Results, and whether there may be larger tables."""
     with np.errstate(all="ignore"):
-        found = compute(samples, modes, shared, model, portion.rows, portion.numbers)
+        rows = Design(samples.keys, portion.columns).rows(slice(None))
+        found = compute(samples, modes, shared, model, rows, portion.numbers.tolist())
     return found, shared.may_grow

@@ -56,7 +56,7 @@ class NoWork:
             return None
         self.tasks += 1
         samples, modes, _, _, portion = arguments
-        return self.Future(self.tasks, (Batch.empty(samples, modes, len(portion.rows)), True))
+        return self.Future(self.tasks, (Batch.empty(samples, modes, portion.numbers.size), True))
 
 
 class Completed:
