@@ -38,7 +38,7 @@ def folding():
 
 
 def test_stability_does_not_depend_on_units(both):
-    """Limits and forces a ten-millionth of others: so are the amplitudes, and decay is the same."""
+    """Limits and forces a ten-millionth of others: so are amplitudes; decay is the same."""
     part = 1e-7
     reduced = both.reduced
     small = rom.tabulate(reduced, rom.Coulomb(2.0 * part), (4.0 * part, 2.0 * part), 2e-3)
