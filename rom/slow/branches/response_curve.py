@@ -16,6 +16,7 @@ from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.continuation import Branch, Kind, branch_through
 from slipmode.rom.slow.branches.forced import SAME, ForcedSlowFlow, Varied
+from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import motion_findings, warn
@@ -68,6 +69,8 @@ class ResponseCurve:
     special : tuple of SpecialPoint
     mode_shapes : (n_dofs, modes) ndarray
         [kg^-1/2]
+    cycles : SlowCycles
+        Beyond Hopf points: between what amplitudes oscillate in slow time.
     """
 
     vary: str
@@ -77,6 +80,7 @@ class ResponseCurve:
     branch: NDArray[np.intp]
     special: tuple[SpecialPoint, ...]
     mode_shapes: Floats
+    cycles: SlowCycles
 
     __repr__ = short_repr
 
@@ -117,7 +121,10 @@ class ResponseCurve:
         return units.of_frequency(parameter) if of_frequency else np.asarray(parameter)
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """|a_j|, or a DOF, against the parameter: stable solid, unstable dashed; folds, Hopf."""
+        """|a_j|, or a DOF, against the parameter: stable solid, unstable dashed; folds, Hopf.
+
+        Where amplitudes oscillate in slow time, bars from the least to the largest.
+        """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         parameter, sizes = (
             self._shown(self.parameter, units),
@@ -130,12 +137,17 @@ class ResponseCurve:
                 for shown, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(shown, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
+            ends = (self.cycles.lowest, self.cycles.highest)
+            low, high = (self._sized(end.astype(complex), dof, units)[:, j] for end in ends)
+            ax.vlines(
+                self._shown(self.cycles.parameter, units), low, high, color=color, alpha=0.3, lw=3
+            )
             ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
             for kind, marker in (("fold", "o"), ("Hopf", "s")):
                 at = [point for point in self.special if point.kind == kind]
                 where = [self._shown(point.parameter, units) for point in at]
-                high = [self._sized(point.amplitude, dof, units)[j] for point in at]
-                ax.plot(where, high, marker, color=color)
+                tops = [self._sized(point.amplitude, dof, units)[j] for point in at]
+                ax.plot(where, tops, marker, color=color)
         unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
         size_unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
         ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=f"amplitude {size_unit}")
@@ -236,6 +248,7 @@ def response_curve(
         np.array([number for number, _ in points]),
         tuple(special),
         model.reduced.mode_shapes.copy(),
+        slow_cycles(problem, [point for _, point in points]),
     )
 
 
