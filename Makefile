@@ -12,6 +12,9 @@
 #              CONTACTS="2 4 12" (2: the two-mass model) choose others than 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of large structures
+# make bench-study  set up .venv and measure studies on a Dask cluster: workers, tasks, memory
+# make bench-curves  set up .venv and compare response curves with harmonic balance. PUBLISHED=folder
+#              adds the curve of NLvib 08 from there
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
@@ -33,7 +36,8 @@ test test-all: export OPENBLAS_NUM_THREADS := 1
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full gallery docs docs-links wheels \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full \
+	bench-study bench-curves gallery docs docs-links wheels \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -67,6 +71,13 @@ bench-scale: $(VENV)/.installed
 
 bench-full: $(VENV)/.installed-report
 	$(BIN)/python -m slipmode.runner.report.methods.full_order
+
+bench-study: $(VENV)/.installed
+	@$(PIP) "slipmode[study]"
+	$(BIN)/python -m slipmode.runner.report.answers.studies
+
+bench-curves: $(VENV)/.installed-report
+	$(BIN)/python -m slipmode.runner.report.answers.curves $(PUBLISHED:%=--published %)
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed

@@ -37,6 +37,7 @@ from slipmode.rom.slow.steady import (
     steady,
 )
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.pairing.contact_pairs import contact_pairs
@@ -80,6 +81,7 @@ __all__ = [
     "SteadyState",
     "Structure",
     "Tanh",
+    "Units",
     "ValidityWarning",
     "__version__",
     "backbone",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
@@ -30,3 +31,8 @@ def extra(module: str, name: str) -> Any:
             f"{(error.name or module).partition('.')[0]} is not installed: "
             f"pip install 'slipmode[{name}]'"
         ) from error
+
+
+def dataframe(columns: Mapping[str, object]) -> Any:
+    """A pandas DataFrame of columns by name."""
+    return extra("pandas", "pandas").DataFrame(columns)

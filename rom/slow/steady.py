@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_problem import SteadyProblem
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _CURVE_PASSES = 12
 
@@ -52,11 +58,14 @@ class ResonanceSurface:
         [rad/s]
     amplitude : (n_A, n_B, 2) complex ndarray
         a_A and a_B [kg^1/2 m].
+    mode_shapes : (n_dofs, 2) ndarray
+        [kg^-1/2]
     """
 
     frequency_A: Floats
     frequency_B: Floats
     amplitude: Complexes
+    mode_shapes: Floats
 
     __repr__ = short_repr
 
@@ -64,6 +73,59 @@ class ResonanceSurface:
     def euclidean(self) -> Floats:
         """sqrt(|a_A|^2 + |a_B|^2), (n_A, n_B)."""
         return np.asarray(np.linalg.norm(self.amplitude, axis=-1))
+
+    def displacement(self, dof: int) -> Floats:
+        """Amplitude of a DOF in the shape of each mode, (n_A, n_B, 2) [m], without contacts."""
+        each = [
+            modal_displacement(self.mode_shapes[:, j], np.abs(self.amplitude[..., j]), dof)
+            for j in range(2)
+        ]
+        return np.stack(each, axis=-1)
+
+    def plot(
+        self,
+        axes: tuple[Axes, Axes] | None = None,
+        dof: int | None = None,
+        units: Units = SI,
+    ) -> Any:
+        """|a_A| and |a_B|, or what they move a DOF, as colours over both frequencies."""
+        if axes is None:
+            shared = {"sharex": True, "sharey": True, "layout": "constrained"}
+            axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
+        size = np.abs(self.amplitude)
+        if dof is not None:
+            size = units.of_displacement(self.displacement(dof))
+        along, up = units.of_frequency(self.frequency_A), units.of_frequency(self.frequency_B)
+        unit = f"[{MODAL}]" if dof is None else f"at DOF {dof} [{units.displacement}]"
+        for j, ax in enumerate(axes):
+            colours = ax.pcolormesh(along, up, size[..., j].T, shading="nearest")
+            ax.figure.colorbar(colours, ax=ax, label=f"|{'AB'[j]}| {unit}")
+            ax.set_xlabel(f"frequency A [{units.frequency}]")
+        axes[0].set_ylabel(f"frequency B [{units.frequency}]")
+        return axes
+
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
+        """By name, with the amplitude of a DOF in each mode where one is given."""
+        grid = np.meshgrid(
+            units.of_frequency(self.frequency_A),
+            units.of_frequency(self.frequency_B),
+            indexing="ij",
+        )
+        found = {
+            units.named(f"frequency_{mode}"): axis.ravel()
+            for mode, axis in zip("AB", grid, strict=True)
+        }
+        for j, mode in enumerate("AB"):
+            a = self.amplitude[..., j].ravel()
+            found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag}
+            if dof is not None:
+                moved = units.of_displacement(self.displacement(dof)[..., j])
+                found[units.of_dof(mode, dof)] = moved.ravel()
+        return found
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """One row per pair of frequencies; see `columns`."""
+        return dataframe(self.columns(dof, units))
 
 
 def steady(
@@ -135,7 +197,9 @@ def resonance(
     """
     axis_A, axis_B = (np.asarray(axis, dtype=float) for axis in (frequency_A, frequency_B))
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
-    return ResonanceSurface(axis_A, axis_B, steady(model, grid, force))
+    return ResonanceSurface(
+        axis_A, axis_B, steady(model, grid, force), model.reduced.mode_shapes.copy()
+    )
 
 
 def resonance_curve(

@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
 from slipmode.rom.extras import extra
+
+if TYPE_CHECKING:
+    from slipmode import rom
 
 _BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
 
@@ -27,10 +30,14 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     curve.add_argument(
         "--vary",
         choices=[name for name in get_args(Varied) if name != "frequency"],
-        help="what: rad/s, or a factor on the scene's forces or limits (first mode's frequency)",
+        help="a frequency, or a factor on the scene's forces or limits (first mode's frequency)",
     )
     curve.add_argument(
-        "--span", nargs=2, type=float, metavar=("FROM", "TO"), help="5 %% around the mode's own"
+        "--span",
+        nargs=2,
+        type=float,
+        metavar=("FROM", "TO"),
+        help="in the scene's [units] (5 %% around the mode's own)",
     )
     backbone = command(
         "backbone",
@@ -50,6 +57,9 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
     for parser in (backbone, design):
         parser.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     for parser in (curve, backbone, design):
+        parser.add_argument(
+            "--dof", type=int, help="amplitudes of a DOF besides, in the scene's [units]"
+        )
         parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
         parser.add_argument(
             "-o", "--output", type=Path, default=Path("logs"), help="folder (logs)"
@@ -61,15 +71,16 @@ def _curve(options: argparse.Namespace) -> int:
     from slipmode.runner.scene.scene import load_scene
 
     scene = load_scene(options.scene)
-    curve = scene_response_curve(scene, options.vary, options.span, progress=True)
-    modes = curve.amplitude.shape[1]
-    names = [f"{'AB'[j]}_{part}" for j in range(modes) for part in ("re", "im")]
-    columns = (curve.parameter, curve.branch, curve.amplitude.view(float), curve.growth)
-    header = [curve.vary, "branch", *names, "growth"]
-    _written(options.output, f"{scene.name}.curve", header, columns, curve.plot, 1)
+    units, span = scene.units, options.span
+    of_frequency = options.vary is None or options.vary.startswith("frequency")
+    if span is not None and of_frequency:
+        span = [end * units.per_frequency for end in span]
+    curve = scene_response_curve(scene, options.vary, span, progress=True)
+    _written(options, f"{scene.name}.curve", curve, units, 1)
     for point in curve.special:
         sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))
-        print(f"{point.kind} at {curve.vary} = {point.parameter:.6g}: {sizes}")
+        at = float(units.of_frequency(point.parameter)) if of_frequency else point.parameter
+        print(f"{point.kind} at {curve.vary} = {at:.6g}: {sizes}")
     peaks = np.abs(curve.amplitude).max(axis=0)
     print("largest: " + ", ".join(f"|{'AB'[j]}| = {peak:.4g}" for j, peak in enumerate(peaks)))
     return 0
@@ -81,11 +92,10 @@ def _backbone(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    columns = (curve.amplitude, curve.frequency, curve.damping, curve.decay)
-    header = ["amplitude", "frequency", "damping", "decay"]
-    _written(options.output, f"{scene.name}.backbone", header, columns, curve.plot, 2)
-    low, high = curve.frequency.min(), curve.frequency.max()
-    print(f"frequency {low:.6g} to {high:.6g} rad/s, damping ratio to {curve.damping.max():.3g}")
+    _written(options, f"{scene.name}.backbone", curve, scene.units, 2)
+    low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
+    unit = scene.units.frequency
+    print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
     return 0
 
 
@@ -95,9 +105,7 @@ def _design(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    columns = (curve.limit, curve.peak, curve.frequency)
-    header = ["limit", "peak", "frequency"]
-    _written(options.output, f"{scene.name}.design", header, columns, curve.plot, 1)
+    _written(options, f"{scene.name}.design", curve, scene.units, 1)
     limit, peak = curve.optimum
     if peak >= _BETTER * curve.peak[-1]:
         print(f"lowest peak {peak:.4g} kg^0.5 m where the contacts stick: no limit is better")
@@ -109,23 +117,23 @@ def _design(options: argparse.Namespace) -> int:
 
 
 def _written(
-    folder: Path,
+    options: argparse.Namespace,
     name: str,
-    header: list[str],
-    columns: tuple[Any, ...],
-    plot: Callable[[Any], Any],
+    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
+    units: rom.Units,
     panels: int,
 ) -> None:
     """A table of numbers and a picture."""
+    columns = curve.columns(options.dof, units)
     figure = extra("matplotlib.figure", "pictures").Figure(
         figsize=(8, 4 + panels), layout="constrained"
     )
-    plot(figure.subplots(panels, sharex=True))
+    curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
+    folder: Path = options.output
     folder.mkdir(parents=True, exist_ok=True)
     table, picture = folder / f"{name}.csv", folder / f"{name}.png"
-    np.savetxt(
-        table, np.column_stack(columns), delimiter=",", header=",".join(header), comments=""
-    )
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(table, rows, delimiter=",", header=",".join(columns), comments="")
     figure.savefig(picture, dpi=120)
     print(table)
     print(picture)

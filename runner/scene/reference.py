@@ -91,6 +91,7 @@ _MEANINGS = {
     ),
     "elastic": "A window in which the DOFs of `[output]` alone are reconstructed.",
     "output": "DOFs of the structure that are reconstructed inside the windows.",
+    "units": "In which the frequencies of forces are given, and curves shown.",
     "log": "Which recordings are written.",
 }
 
@@ -220,7 +221,7 @@ _WORDS: dict[str, dict[str, _Words]] = {
         "amplitude": (_SCRIPT, ">= 0", "N", _REQUIRED, "Force amplitude over time."),
         "frequency": (
             *(_SCRIPT, "> 0", "rad/s", _REQUIRED),
-            "Forcing frequency over time; sweeps are continuous in phase.",
+            "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.",
         ),
         "phase": (_SCRIPT, "finite", "rad", "0.0", "Phase over time."),
     },
@@ -279,6 +280,16 @@ _WORDS: dict[str, dict[str, _Words]] = {
     "log": {
         "mcap": ("boolean", "", "-", "true", "Write an MCAP file."),
         "rerun": ("boolean", "", "-", "true", "Write an .rrd file with views for Rerun."),
+    },
+    "units": {
+        "frequency": (
+            *("string", '"rad/s", "Hz"', "-", '"rad/s"'),
+            "Of forcing frequencies here, and of those in curves, their pictures and studies.",
+        ),
+        "displacement": (
+            *("string", '"m", "mm", "um"', "-", '"m"'),
+            "Of DOFs in curves and their pictures.",
+        ),
     },
 }
 _WINDOWS: dict[str, _Words] = {

@@ -7,12 +7,13 @@ from dataclasses import replace
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.slow.units import FrequencyUnit, LengthUnit, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.structure import two_mass
@@ -84,6 +85,7 @@ SECTIONS = {
     "model": ("tolerance", "formulation", "amplitude", "table", "transients"),
     "output": ("elastic", "nodes"),
     "log": ("mcap", "rerun"),
+    "units": ("frequency", "displacement"),
 }
 FORCING = ("dof", "node", "direction", "vector", "amplitude", "frequency", "phase")
 WINDOW = ("window", "samples_per_period")
@@ -159,7 +161,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     groups = root.sections("contacts", CONTACTS, _OF_WINDOWS)
     modes = _modes(section["modes"])
     run = _run(section["run"])
-    forcing = _forcing(section["forcing"], modes, run.duration)
+    units = _units(section["units"])
+    forcing = _forcing(section["forcing"], modes, run.duration, units)
     initial, aerodynamics = (
         _complex(section[name], modes) for name in ("initial", "aerodynamics")
     )
@@ -196,6 +199,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         output=_output(section["output"], contact, elastic),
         log=_log(section["log"]),
         text=text,
+        units=units,
     )
 
 
@@ -275,9 +279,16 @@ def _present_modes(table: Table, modes: Modes) -> list[str]:
     return [mode for mode in MODES if mode in table]
 
 
-def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
+def _units(table: Table) -> Units:
+    return Units(
+        cast(FrequencyUnit, table.choice("frequency", get_args(FrequencyUnit), default="rad/s")),
+        cast(LengthUnit, table.choice("displacement", get_args(LengthUnit), default="m")),
+    )
+
+
+def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
     forcing = {
-        mode: _forcing_of(mode, table.section(mode, FORCING))
+        mode: _forcing_of(mode, table.section(mode, FORCING), units)
         for mode in _present_modes(table, modes)
     }
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
@@ -285,7 +296,7 @@ def _forcing(table: Table, modes: Modes, duration: float) -> dict[str, Forcing]:
     return forcing
 
 
-def _forcing_of(mode: str, table: Table) -> Forcing:
+def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
     if sum(key in table for key in ("dof", "node", "vector")) != 1:
         raise table.error("dof", "give exactly one of dof and vector (or node, direction)")
     if "direction" in table and "node" not in table:
@@ -294,7 +305,7 @@ def _forcing_of(mode: str, table: Table) -> Forcing:
         mode=mode,
         pattern=_pattern(table),
         amplitude=table.script("amplitude", _AMPLITUDE),
-        frequency=table.script("frequency", POSITIVE),
+        frequency=table.script("frequency", POSITIVE).scaled(units.per_frequency),
         phase=table.script("phase", FINITE, default=0.0),
     )
 

@@ -1,7 +1,7 @@
 """A scripted scalar: a force amplitude, frequency or phase over slow time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Literal, Self, overload
@@ -59,6 +59,12 @@ class Script:
     def through(cls, breakpoints: Sequence[Sequence[float]]) -> Self:
         """Through [[t, value], ...]."""
         return cls(tuple(t for t, _ in breakpoints), tuple(value for _, value in breakpoints))
+
+    def scaled(self, factor: float) -> Self:
+        """The same script of values that are a factor larger."""
+        return (
+            self if factor == 1.0 else replace(self, values=tuple(factor * v for v in self.values))
+        )
 
     @overload
     def value(self, t: float) -> float: ...

@@ -16,6 +16,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.reduction.reduced import force_vector
+from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.nodes import NodeDof
@@ -232,6 +233,8 @@ class Scene:
     log : Log
     text : str
         The TOML source.
+    units : Units
+        Of the frequencies in the file, here in rad/s as all others, and of pictures and tables.
     path : Path or None
         The file it came from.
     name : str
@@ -255,6 +258,7 @@ class Scene:
     output: Output
     log: Log
     text: str = field(repr=False)
+    units: Units = SI
     path: Path | None = None
     name: str = "scene"
 

@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
@@ -29,6 +30,7 @@ from slipmode.runner.study.tasks import Task
 
 _ANSWERS = 10.0  # [s] in which a scheduler has to
 _PER_WORKER = 3  # tasks that wait or run: enough that none is idle, few enough for memory
+_LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
 
 
 @contextmanager
@@ -40,8 +42,8 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     SlipmodeError
         If a scheduler does not answer, or has nobody to work.
     """
-    distributed = extra("distributed", "study")
-    with _quiet():
+    distributed, config = extra("distributed", "study"), extra("dask.config", "study")
+    with _quiet(), config.set({"distributed.admin.low-level-log-length": _LOGGED}):
         yield from _client(distributed, workers, scheduler)
 
 
@@ -125,6 +127,17 @@ class _Work:
     step: int = 0
 
 
+@dataclass(frozen=True, eq=False)
+class _Portion:
+    """Samples at work: the value of each key and their numbers, as arrays.
+
+    In lists and tuples of numbers Dask would look for futures, one by one, and keep each.
+    """
+
+    columns: tuple[NDArray[Any], ...]
+    numbers: NDArray[np.intp]
+
+
 class Foreman:
     """Hands out tasks, sends samples up the ladder of tables, and passes on what is finished.
 
@@ -178,10 +191,11 @@ class Foreman:
             group = self._groups[task.group] = _Group(shared)
         if work.step not in group.models:
             group.models[work.step] = submit(_model, group.shared, work.step)
-        rows = self._design.rows(slice(task.start, task.stop))
+        numbers = task.start + np.array(work.places)
+        portion = _Portion(tuple(column[numbers] for column in self._design.columns), numbers)
         future = submit(
             *(_compute, self._samples, self._modes, group.shared, group.models[work.step]),
-            *([rows[k] for k in work.places], [task.start + k for k in work.places]),
+            portion,
         )
         group.working += 1
         self._at_work[future.key] = work
@@ -232,9 +246,10 @@ def _compute(
     modes: Sequence[str],
     shared: SceneModel,
     model: Model,
-    rows: Sequence[tuple[Any, ...]],
-    numbers: Sequence[int],
+    portion: _Portion,
 ) -> tuple[Batch, bool]:
     """Results, and whether there may be larger tables."""
     with np.errstate(all="ignore"):
-        return compute(samples, modes, shared, model, rows, numbers), shared.may_grow
+        rows = Design(samples.keys, portion.columns).rows(slice(None))
+        found = compute(samples, modes, shared, model, rows, portion.numbers.tolist())
+    return found, shared.may_grow

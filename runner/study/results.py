@@ -133,7 +133,7 @@ class Results:
         if study.asked.times:
             coordinates["time"] = np.array(study.asked.times)
         if study.asked.curve:
-            coordinates["frequency"] = study.asked.curve.frequency
+            coordinates["frequency"] = study.scene.units.of_frequency(study.asked.curve.frequency)
         for name, values in coordinates.items():
             dtype = str if values.dtype == object else values.dtype
             add(name, [name], values.shape, dtype=dtype)[:] = values
@@ -141,7 +141,8 @@ class Results:
             dtype, values = column.dtype, column
             if column.dtype == object:
                 dtype, values = str, np.array([str(value) for value in column], dtype=object)
-            words = {"units": unit(key)}
+            of_frequency = unit(key) == "rad/s"
+            words = {"units": study.scene.units.frequency if of_frequency else unit(key)}
             add(key, ["sample"], [rows], dtype=dtype, attributes=words)[:] = values
         for result in study.asked.results(modes):
             words = {"units": result.unit, "long_name": result.meaning}

@@ -19,6 +19,7 @@ from slipmode.rom import Model, Structure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.units import Units
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.amplitude_range import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -141,7 +142,8 @@ def typical(
             low, high = float(numbers.min()), float(numbers.max())
             value = np.quantile(numbers, 0.5, method="lower")
             if low < high:
-                frequencies[key.split(".")[1]] = low, high
+                per_unit = Units(get(samples.content, "units.frequency") or "rad/s").per_frequency
+                frequencies[key.split(".")[1]] = per_unit * low, per_unit * high
         elif numbers.size and (key.endswith(".amplitude") or is_limit(key) or key == _SCALE):
             value = float(np.sqrt(numbers.min() * numbers.max()))
         row.append(value.item() if isinstance(value, np.generic) else value)

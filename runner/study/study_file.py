@@ -299,7 +299,8 @@ def _asked(table: Table, scene: Scene) -> Asked:
         part = table.section("curve", ("mode", "from", "to", "points"))
         curve = Curve(
             mode_of(part, "mode"),
-            *(part.number("from", POSITIVE), part.number("to", POSITIVE)),
+            scene.units.per_frequency * part.number("from", POSITIVE),
+            scene.units.per_frequency * part.number("to", POSITIVE),
             part.integer("points", _AT_LEAST_TWO),
         )
     times = table.numbers("times", NON_NEGATIVE) if "times" in table else ()

@@ -14,7 +14,7 @@ from slipmode.runner.study.scene_model import Samples, model_of
 from slipmode.runner.study.shared_limits import is_limit
 
 # Samples of a task: what it costs to hand it out, some ms, is then little for each.
-AT_ONCE = 250
+AT_ONCE = 500
 _RUNS_AT_ONCE = 50
 _RECORDINGS_AT_ONCE = 5
 _BLOCK = 4096

@@ -29,7 +29,9 @@ static void put(const sm_modal *values, int modes, double *out) {
     }
 }
 
-/* d rate / d amplitude (2 modes, 2 modes), a column for each real part and each imaginary one. */
+/* d rate / d amplitude (2 modes, 2 modes), a column for each real part and each imaginary one.
+ * Along a change that is slow for the amplitude there is, whatever units it has: beside a fast one
+ * it would count as none. */
 static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
                         const sm_flow_state *state, double *jacobian) {
     const int modes = flow->table.modes, unknowns = 2 * modes;
@@ -39,12 +41,15 @@ static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
         sm_modal along = {{0.0}, {0.0}};
         sm_flow_change change;
         double rate[2 * SM_MODES] = {0.0};
-        sm_put(&along, column / 2, sm_cx(column % 2 == 0, column % 2));
+        const int mode = column / 2;
+        const double slow = instant->inputs.frequency[mode] * state->effective.modulus[mode];
+        const double speed = slow > 0.0 ? slow : 1.0;
+        sm_put(&along, mode, sm_cscale(sm_cx(column % 2 == 0, column % 2), speed));
         const sm_direction direction = {
             .amplitude = &along, .now = &still, .combination_angle = combination_angle, .limit_scale = 0.0};
         sm_first_order_change(flow, instant, state, &direction, &change);
         put(&change.rate, modes, rate);
-        for (int row = 0; row < unknowns; row++) jacobian[row * unknowns + column] = rate[row];
+        for (int row = 0; row < unknowns; row++) jacobian[row * unknowns + column] = rate[row] / speed;
     }
 }
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
+from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -62,28 +63,42 @@ class Backbone:
 
     def displacement(self, dof: int) -> Floats:
         """Amplitude of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
-        return np.asarray(2.0 * abs(self.mode_shape[dof]) * self.amplitude)
+        return modal_displacement(self.mode_shape, self.amplitude, dof)
 
-    def plot(self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None) -> Any:
+    def plot(
+        self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
+    ) -> Any:
         """Frequency and damping ratio against the amplitude, of a DOF where one is given."""
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
-        against = self.amplitude if dof is None else self.displacement(dof)
-        for ax, values, name in zip(
-            axes, (self.frequency, self.damping), ("frequency [rad/s]", "damping [-]"), strict=True
-        ):
+        against = self.amplitude if dof is None else units.of_displacement(self.displacement(dof))
+        shown = {
+            f"frequency [{units.frequency}]": units.of_frequency(self.frequency),
+            "damping [-]": self.damping,
+        }
+        for ax, (name, values) in zip(axes, shown.items(), strict=True):
             ax.semilogx(against, values)
             ax.set_ylabel(name)
-        where = "[kg$^{1/2}$ m]" if dof is None else f"of DOF {dof} [m]"
+        where = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
         axes[1].set_xlabel(f"amplitude {where}")
         return axes
 
-    def to_dataframe(self) -> Any:
-        """One row per amplitude."""
-        columns = {
-            name: getattr(self, name) for name in ("amplitude", "frequency", "damping", "decay")
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
+        """By name, with the amplitude of a DOF where one is given."""
+        found = {
+            "amplitude": self.amplitude,
+            units.named("frequency"): units.of_frequency(self.frequency),
+            "damping": self.damping,
+            "decay": self.decay,
         }
-        return extra("pandas", "pandas").DataFrame(columns)
+        if dof is not None:
+            name = units.of_dof("amplitude", dof)
+            found[name] = units.of_displacement(self.displacement(dof))
+        return found
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """One row per amplitude; see `columns`."""
+        return dataframe(self.columns(dof, units))
 
 
 def backbone(

@@ -25,6 +25,7 @@ Kind = Literal["fold", "Hopf"]
 _PASSES = 8
 _EASY_PASSES = 3  # up to which the next step may be longer
 _CONVERGED = 1e-10  # of Newton's last update
+_FARTHEST = 0.05  # that Newton's method goes from its start: beyond, there may not be an F
 _LARGEST_TURN = 0.15  # of the tangent between two points [rad]
 _SHORTEST = 1e-7
 _MOST_POINTS = 5000
@@ -157,6 +158,8 @@ def _corrected(
             tangent = tangent if tangent @ onward >= 0.0 else -tangent
             return Point(z, tangent, np.linalg.eigvals(J[:, :-1]).astype(complex)), passes
         z = z - update
+        if not np.abs(z - guess).max() <= _FARTHEST:
+            return None
     return None
 
 

@@ -15,7 +15,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import inputs_of, rate_and_jacobian, shifted_flow
+from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, rates, shifted_flow
 from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers
@@ -144,6 +144,24 @@ class ForcedSlowFlow:
         settled = y[size <= _SETTLED]
         _, first = np.unique(np.round(settled / SAME), axis=0, return_index=True)
         return np.column_stack((settled[np.sort(first)], np.full(first.size, part)))
+
+    def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
+        """Rates with a'' too, (points, k) at y (points, k); NaN outside the friction table.
+
+        As steady states have them where there are combination resonances, which turn meanwhile.
+        """
+        frequency, excitation = self.inputs(part)
+        inputs = inputs_of(excitation, frequency)
+
+        def rates_of(y: Floats) -> Floats:
+            a = np.ascontiguousarray(y * self.scale).view(complex)
+            moving = balance(self.flow, inputs, a).rate
+            if not self.model.combinations:
+                inside = np.isfinite(moving).all(axis=1)
+                moving[inside] = rates(self.flow, inputs[inside], a[inside])
+            return np.asarray(np.ascontiguousarray(moving).view(float) / self.scale)
+
+        return rates_of
 
     def _at(self, y: Floats, part: Floats) -> tuple[Floats, Floats]:
         """Rates (points, k) and their Jacobians by y."""

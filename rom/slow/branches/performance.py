@@ -16,10 +16,11 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
+from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -68,24 +69,34 @@ class PerformanceCurve:
 
     def displacement(self, dof: int) -> Floats:
         """Peak of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
-        return np.asarray(2.0 * abs(self.mode_shape[dof]) * self.peak)
+        return modal_displacement(self.mode_shape, self.peak, dof)
 
-    def plot(self, ax: Axes | None = None, dof: int | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        peak = self.peak if dof is None else self.displacement(dof)
+        peak = self.peak if dof is None else units.of_displacement(self.displacement(dof))
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
-        unit = "[kg$^{1/2}$ m]" if dof is None else f"of DOF {dof} [m]"
+        unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
         ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=f"resonance peak {unit}")
         ax.legend()
         return ax
 
-    def to_dataframe(self) -> Any:
-        """One row per factor."""
-        columns = {name: getattr(self, name) for name in ("limit", "peak", "frequency")}
-        return extra("pandas", "pandas").DataFrame(columns)
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
+        """By name, with the peak of a DOF where one is given."""
+        found = {
+            "limit": self.limit,
+            "peak": self.peak,
+            units.named("frequency"): units.of_frequency(self.frequency),
+        }
+        if dof is not None:
+            found[units.of_dof("peak", dof)] = units.of_displacement(self.displacement(dof))
+        return found
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """One row per factor; see `columns`."""
+        return dataframe(self.columns(dof, units))
 
 
 def performance_curve(

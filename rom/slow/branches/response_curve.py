@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
+from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.continuation import Branch, Kind, branch_through
 from slipmode.rom.slow.branches.forced import SAME, ForcedSlowFlow, Varied
+from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import motion_findings, warn
 
@@ -65,6 +67,10 @@ class ResponseCurve:
     branch : (n,) ndarray of int
         Neighbours of one branch follow one another along the curve.
     special : tuple of SpecialPoint
+    mode_shapes : (n_dofs, modes) ndarray
+        [kg^-1/2]
+    cycles : SlowCycles
+        Beyond Hopf points: between what amplitudes oscillate in slow time.
     """
 
     vary: str
@@ -73,6 +79,8 @@ class ResponseCurve:
     growth: Floats
     branch: NDArray[np.intp]
     special: tuple[SpecialPoint, ...]
+    mode_shapes: Floats
+    cycles: SlowCycles
 
     __repr__ = short_repr
 
@@ -93,36 +101,74 @@ class ResponseCurve:
         a = (1.0 - part) * self.amplitude[before] + part * self.amplitude[before + 1]
         return a, self.stable[np.where(part[:, 0] < 0.5, before, before + 1)]
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """|a_j| against the parameter: stable solid, unstable dashed; folds and Hopf points."""
+    def displacement(self, dof: int) -> Floats:
+        """Amplitude of a DOF in each mode's shape, (n, modes) [m], without the contacts' share."""
+        return self._sized(self.amplitude, dof, SI)
+
+    def _sized(self, amplitude: Complexes, dof: int | None, units: Units) -> Floats:
+        """|a_j| (..., modes), or what they move a DOF."""
+        size = np.abs(amplitude)
+        if dof is None:
+            return size
+        each = [
+            modal_displacement(shape, size[..., j], dof)
+            for j, shape in enumerate(self.mode_shapes.T)
+        ]
+        return units.of_displacement(np.stack(each, axis=-1))
+
+    def _shown(self, parameter: Floats | float, units: Units) -> Floats:
+        of_frequency = self.vary.startswith("frequency_")
+        return units.of_frequency(parameter) if of_frequency else np.asarray(parameter)
+
+    def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
+        """|a_j|, or a DOF, against the parameter: stable solid, unstable dashed; folds, Hopf.
+
+        Where amplitudes oscillate in slow time, bars from the least to the largest.
+        """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        parameter, sizes = (
+            self._shown(self.parameter, units),
+            self._sized(self.amplitude, dof, units),
+        )
         for j in range(self.amplitude.shape[1]):
-            size, color = np.abs(self.amplitude[:, j]), f"C{j}"
+            size, color = sizes[:, j], f"C{j}"
             for number in np.unique(self.branch):
                 own = self.branch == number
                 for shown, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(shown, size, np.nan)[own]
-                    ax.plot(self.parameter[own], part, style, color=color)
+                    ax.plot(parameter[own], part, style, color=color)
+            ends = (self.cycles.lowest, self.cycles.highest)
+            low, high = (self._sized(end.astype(complex), dof, units)[:, j] for end in ends)
+            ax.vlines(
+                self._shown(self.cycles.parameter, units), low, high, color=color, alpha=0.3, lw=3
+            )
             ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
             for kind, marker in (("fold", "o"), ("Hopf", "s")):
                 at = [point for point in self.special if point.kind == kind]
-                where = [point.parameter for point in at]
-                ax.plot(where, [abs(point.amplitude[j]) for point in at], marker, color=color)
-        unit = "[rad/s]" if self.vary.startswith("frequency_") else "[-]"
-        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel="amplitude [kg$^{1/2}$ m]")
+                where = [self._shown(point.parameter, units) for point in at]
+                tops = [self._sized(point.amplitude, dof, units)[j] for point in at]
+                ax.plot(where, tops, marker, color=color)
+        unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
+        size_unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
+        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=f"amplitude {size_unit}")
         ax.legend()
         return ax
 
-    def to_dataframe(self) -> Any:
-        """One row per steady state."""
-        columns: dict[str, object] = {self.vary: self.parameter, "branch": self.branch}
-        for j in range(self.amplitude.shape[1]):
-            name = "AB"[j]
-            columns |= {f"{name}_re": self.amplitude[:, j].real}
-            columns |= {f"{name}_im": self.amplitude[:, j].imag}
-        return extra("pandas", "pandas").DataFrame(
-            columns | {"growth": self.growth, "stable": self.stable}
-        )
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
+        """By name, with the amplitude of a DOF in each mode where one is given."""
+        name = units.named(self.vary) if self.vary.startswith("frequency_") else self.vary
+        found: dict[str, Any] = {name: self._shown(self.parameter, units), "branch": self.branch}
+        for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
+            found |= {f"{mode}_re": self.amplitude[:, j].real}
+            found |= {f"{mode}_im": self.amplitude[:, j].imag}
+        if dof is not None:
+            for mode, size in zip("AB", self._sized(self.amplitude, dof, units).T, strict=False):
+                found[units.of_dof(mode, dof)] = size
+        return found | {"growth": self.growth}
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """One row per steady state; see `columns`."""
+        return dataframe(self.columns(dof, units) | {"stable": self.stable})
 
 
 def response_curve(
@@ -201,6 +247,8 @@ def response_curve(
         np.array([point.eigenvalues.real.max() for _, point in points]),
         np.array([number for number, _ in points]),
         tuple(special),
+        model.reduced.mode_shapes.copy(),
+        slow_cycles(problem, [point for _, point in points]),
     )
 
 

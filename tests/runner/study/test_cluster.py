@@ -9,6 +9,7 @@ import time
 import numpy as np
 import pytest
 
+from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.cluster import Foreman
 from slipmode.runner.study.design import Design
@@ -54,8 +55,8 @@ class NoWork:
         if function.__name__ != "_compute":
             return None
         self.tasks += 1
-        samples, modes, _, _, rows, _ = arguments
-        return self.Future(self.tasks, (Batch.empty(samples, modes, len(rows)), True))
+        samples, modes, _, _, portion = arguments
+        return self.Future(self.tasks, (Batch.empty(samples, modes, portion.numbers.size), True))
 
 
 class Completed:
@@ -84,9 +85,9 @@ def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
     client, finished = NoWork(), []
     tasks = make_tasks(samples, design)
     Foreman(client, samples, design, ("A",)).work_on(tasks, lambda task, _: finished.append(task))
-    assert client.tasks == len(finished) == 200
+    assert client.tasks == len(finished) == 100
     assert Completed.most <= 6
-    assert sorted((t.start, t.stop) for t in finished)[-1] == (49_750, 50_000)
+    assert sorted((t.start, t.stop) for t in finished)[-1] == (49_500, 50_000)
 
 
 @pytest.mark.slow
@@ -135,3 +136,47 @@ def test_a_study_that_is_killed_goes_on(study_file, tmp_path):
     after = done.dataset().load()
     assert (after["status"].values == 1).all()
     np.testing.assert_array_equal(after["peak"][kept], before["peak"][kept])
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_lost_is_said_and_what_was_computed_stays(
+    study_file, tmp_path, monkeypatch
+):
+    path, found = study_file(PEAKS), tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "dask"]
+    file = ["--scheduler-file", str(found)]
+    scheduler = subprocess.Popen(
+        [*dask, "scheduler", *file, "--port", "0", "--dashboard-address", ":0"],
+        stderr=subprocess.DEVNULL,
+    )
+    worker = subprocess.Popen(
+        [*dask, "worker", *file, "--nthreads", "1", "--no-nanny", "--no-dashboard"],
+        stderr=subprocess.DEVNULL,
+    )
+
+    class Murderous(Foreman):
+        def work_on(self, tasks, finished):
+            def kill(task, batch):
+                finished(task, batch)
+                scheduler.kill()
+                scheduler.wait()
+
+            super().work_on(tasks, kill)
+
+    try:
+        distributed = pytest.importorskip("distributed")
+        with distributed.Client(scheduler_file=str(found), timeout=60) as client:
+            client.wait_for_workers(1, timeout=60)
+            address = client.scheduler.address
+        with monkeypatch.context() as patched:
+            patched.setattr(of_study, "Foreman", Murderous)
+            with pytest.raises(SlipmodeError, match=r"^scheduler: was lost; what was computed"):
+                run_study(path, tmp_path, scheduler=address)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    kept = np.count_nonzero(open_results(tmp_path / "study.zarr")["status"].values)
+    assert 0 < kept < 600
+    done = run_study(path, tmp_path, workers=1)
+    assert (done.found, done.failed) == (kept, 0)

@@ -163,3 +163,14 @@ def test_a_scene_written_as_text_is_the_same(name):
     content = tomllib.loads(path.read_text())
     assert tomllib.loads(toml_text(content)) == content
     read_scene(tomllib.loads(toml_text(content)), path.parent)
+
+
+def test_frequencies_are_in_the_units_of_the_scene(study_file):
+    study = load_study(
+        study_file(
+            '[set]\n"units.frequency" = "Hz"\n"forcing.A.frequency" = 0.156\n'
+            '[[vary]]\nkey = "forcing.A.frequency"\nvalues = [0.155, 0.156]\n'
+            '[outputs]\ncurve = { mode = "A", from = 0.15, to = 0.16, points = 3 }\n'
+        )
+    )
+    assert study.asked.curve.frequency == pytest.approx(2 * np.pi * np.array([0.15, 0.155, 0.16]))

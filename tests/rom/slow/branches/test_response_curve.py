@@ -37,6 +37,21 @@ def folding():
     return structure, law, model
 
 
+def test_stability_does_not_depend_on_units(both):
+    """Limits and forces a ten-millionth of others: so are amplitudes; decay is the same."""
+    part = 1e-7
+    reduced = both.reduced
+    small = rom.tabulate(reduced, rom.Coulomb(2.0 * part), (4.0 * part, 2.0 * part), 2e-3)
+    forces = [{dof: part * size for dof, size in force.items()} for force in FORCE]
+    curve, scaled = (
+        rom.response_curve(model, FREQUENCY, force, "frequency_A", (0.95, 1.02))
+        for model, force in ((both, FORCE), (small, forces))
+    )
+    assert scaled.parameter.size == pytest.approx(curve.parameter.size, rel=0.05)
+    growth = np.interp(curve.parameter, scaled.parameter, scaled.growth)
+    assert np.abs(growth / curve.growth - 1.0).max() <= 5e-3
+
+
 @pytest.mark.parametrize(
     ("vary", "span"),
     [

@@ -1,0 +1,73 @@
+"""Units in which curves are drawn and listed; what they hold is in rad/s and m."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+
+FrequencyUnit = Literal["rad/s", "Hz"]
+LengthUnit = Literal["m", "mm", "um"]
+
+_PER_UNIT = {"rad/s": 1.0, "Hz": 2.0 * pi, "m": 1.0, "mm": 1e-3, "um": 1e-6}
+MODAL = "kg$^{1/2}$ m"
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of pictures and tables.
+
+    Attributes
+    ----------
+    frequency : {"rad/s", "Hz"}
+    displacement : {"m", "mm", "um"}
+        Of DOFs; modal amplitudes stay in kg^1/2 m.
+    """
+
+    frequency: FrequencyUnit = "rad/s"
+    displacement: LengthUnit = "m"
+
+    def __post_init__(self) -> None:
+        for name, allowed in (("frequency", FrequencyUnit), ("displacement", LengthUnit)):
+            if getattr(self, name) not in get_args(allowed):
+                raise SlipmodeError(
+                    f"units.{name}: must be one of {', '.join(get_args(allowed))}, got "
+                    f"{getattr(self, name)!r}"
+                )
+
+    @property
+    def per_frequency(self) -> float:
+        """[rad/s] in one."""
+        return _PER_UNIT[self.frequency]
+
+    def of_frequency(self, omega: ArrayLike) -> Floats:
+        """An angular frequency [rad/s] in these units."""
+        return np.asarray(omega, dtype=float) / self.per_frequency
+
+    def of_displacement(self, x: ArrayLike) -> Floats:
+        """A displacement [m] in these units."""
+        return np.asarray(x, dtype=float) / _PER_UNIT[self.displacement]
+
+    def named(self, name: str) -> str:
+        """A column of frequencies: with its unit where that is not rad/s."""
+        return name if self.frequency == "rad/s" else f"{name} [{self.frequency}]"
+
+    def of_dof(self, name: str, dof: int) -> str:
+        """A column of the amplitude of a DOF, with its unit."""
+        return f"{name} at DOF {dof} [{self.displacement}]"
+
+
+SI = Units()
+
+
+def modal_displacement(mode_shape: Floats, amplitude: Floats, dof: int) -> Floats:
+    """Amplitude of a DOF in a mode's shape [m]; refused for a DOF that there is not."""
+    if not 0 <= dof < mode_shape.size:
+        raise SlipmodeError(f"dof: must be 0 to {mode_shape.size - 1}, got {dof}")
+    return np.asarray(2.0 * abs(mode_shape[dof]) * amplitude)
