@@ -17,6 +17,7 @@ from slipmode.fmu.description.xml_writer import literal, to_bytes
 from slipmode.fmu.stepping import StoppedError
 from slipmode.fmu.variables.variable import Causality, Kind, Variable
 from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import short_repr
 
 _NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 _FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -41,6 +42,8 @@ class Stimuli:
     names: Sequence[str]
     durations: Floats
     values: Floats
+
+    __repr__ = short_repr
 
     @classmethod
     def constant(cls, start: Mapping[str, float], experiment: Experiment) -> Stimuli:
