@@ -202,6 +202,17 @@ def contact_findings(
     return found
 
 
+def unanswered_findings(unanswered: float) -> list[Finding]:
+    """Of a table: motion by a harmonic that no mode is taken to respond to, `Accuracy`."""
+    if not unanswered:
+        return []
+    reason = (
+        f"a harmonic beyond the fifth would move them by up to {unanswered:.1%}, but they do not "
+        "settle with the modes' response to it, which is left out; compare with slipmode validate"
+    )
+    return [Finding("contacts", "answered in part", reason, "warning")]
+
+
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:
     """Directions of a contact must be unit vectors at right angles."""
     reason = skewed_directions(structure.directions, law)

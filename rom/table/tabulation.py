@@ -39,7 +39,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
 from slipmode.rom.table.region import Region
-from slipmode.rom.validity import model_findings, warn
+from slipmode.rom.validity import model_findings, unanswered_findings, warn
 
 _Solved = TypeVar("_Solved")
 
@@ -196,6 +196,8 @@ def tabulate(
         lines=resolution.grid.lines,
         solved=samples.solved,
     )
+    if warned:
+        warn(unanswered_findings(unanswered))
     kept = _harmonics(table, orders, carried) if harmonics else None
     if reduced.force_patterns is None:
         reduced = replace(
