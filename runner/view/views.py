@@ -51,6 +51,7 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
 }
 
 _PLOTS, _TEXTS = 5, 1  # shares of the height
+_MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
 
 # The last word of a field's name tells its quantity; fields of one quantity share a plot.
 _QUANTITIES = {"re": "components", "im": "components"}
@@ -244,16 +245,20 @@ def blueprint(
     def of_kind(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
-    kinds = (PHASE_PORTRAIT, RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
+    motion = _motion(channels, drawn.windows if drawn else ())
+    beside, beneath = of_kind(PHASE_PORTRAIT), of_kind(TRAJECTORY)
+    if len(motion) > _MOST_MOTION:
+        beside, beneath = [*beside, *beneath], []
+    kinds = (RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row) for row in map(of_kind, kinds) if row
+        rrb.Horizontal(*row) for row in (beside, *map(of_kind, kinds)) if row
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
         (6, _plots(channels, _SLOW_PLOTS)),
-        (5, _motion(channels, drawn.windows if drawn else (), of_kind(TRAJECTORY))),
+        (5, [*motion, *beneath]),
         (6, rows),
     ]
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
@@ -271,12 +276,11 @@ def blueprint(
 
 
 def _motion(
-    channels: Sequence[Channel], windows: Sequence[Window], trajectories: Sequence[rrb.View]
+    channels: Sequence[Channel], windows: Sequence[Window]
 ) -> list[rrb.View | rrb.Container]:
     """Fast motion, of windows that are apart behind tabs of their own."""
     if len(windows) < 2:
-        whole = _plots(channels, _MOTION_PLOTS, windows[0] if windows else None)
-        return [*whole, *trajectories]
+        return [*_plots(channels, _MOTION_PLOTS, windows[0] if windows else None)]
     tabs = [
         rrb.Vertical(
             *_plots(channels, _MOTION_PLOTS, window),
@@ -284,7 +288,7 @@ def _motion(
         )
         for window in windows
     ]
-    return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1), *trajectories]
+    return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1)]
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
