@@ -16,7 +16,7 @@ from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_problem import SteadyProblem
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
 
@@ -76,11 +76,7 @@ class ResonanceSurface:
 
     def displacement(self, dof: int) -> Floats:
         """Amplitude of a DOF in the shape of each mode, (n_A, n_B, 2) [m], without contacts."""
-        each = [
-            modal_displacement(self.mode_shapes[:, j], np.abs(self.amplitude[..., j]), dof)
-            for j in range(2)
-        ]
-        return np.stack(each, axis=-1)
+        return modal_displacements(self.mode_shapes, np.abs(self.amplitude), dof)
 
     def plot(
         self,

@@ -71,3 +71,11 @@ def modal_displacement(mode_shape: Floats, amplitude: Floats, dof: int) -> Float
     if not 0 <= dof < mode_shape.size:
         raise SlipmodeError(f"dof: must be 0 to {mode_shape.size - 1}, got {dof}")
     return np.asarray(2.0 * abs(mode_shape[dof]) * amplitude)
+
+
+def modal_displacements(mode_shapes: Floats, amplitude: Floats, dof: int) -> Floats:
+    """Likewise in each mode's shape, (..., modes) of amplitudes (..., modes)."""
+    each = [
+        modal_displacement(shape, amplitude[..., j], dof) for j, shape in enumerate(mode_shapes.T)
+    ]
+    return np.stack(each, axis=-1)

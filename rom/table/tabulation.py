@@ -15,11 +15,7 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import (
-    Resolution,
-    choose_resolution,
-    least_force,
-)
+from slipmode.rom.contact.resolution import Resolution, choose_resolution, least_force
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget

@@ -17,7 +17,7 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.continuation import Branch, Kind, branch_through
 from slipmode.rom.slow.branches.forced import SAME, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
+from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import motion_findings, warn
 
@@ -110,11 +110,7 @@ class ResponseCurve:
         size = np.abs(amplitude)
         if dof is None:
             return size
-        each = [
-            modal_displacement(shape, size[..., j], dof)
-            for j, shape in enumerate(self.mode_shapes.T)
-        ]
-        return units.of_displacement(np.stack(each, axis=-1))
+        return units.of_displacement(modal_displacements(self.mode_shapes, size, dof))
 
     def _shown(self, parameter: Floats | float, units: Units) -> Floats:
         of_frequency = self.vary.startswith("frequency_")
