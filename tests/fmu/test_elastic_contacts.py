@@ -14,6 +14,11 @@ from stepping import march
 from slipmode import fmu, rom
 
 FMI_ERRORS = fmpy.fmi1.FMICallException
+# The table with a gap takes half a minute.
+LAWS = [
+    pytest.param(name, marks=[pytest.mark.slow] if name == "with a gap" else [])
+    for name in joints.LAWS
+]
 DURATIONS = np.tile([0.3, 2.0, 31.0, 1e-2, 7.0], 3)  # shorter and longer than the contacts' memory
 
 
@@ -97,7 +102,7 @@ def test_contacts_that_are_all_open_at_rest_are_refused():
         rom.reduce(joints.cantilever(law), (0,), law=law)
 
 
-@pytest.mark.parametrize("name", joints.LAWS)
+@pytest.mark.parametrize("name", LAWS)
 def test_many_steps_in_one_call_have_the_bits_of_single_ones(name):
     single, at_once = component(name), component(name)
     inputs = dict.fromkeys(at_once.input_names, 0.0) | joints.FORCES
@@ -110,7 +115,7 @@ def test_many_steps_in_one_call_have_the_bits_of_single_ones(name):
     assert np.abs(rows[:, f]).max(axis=0).min() > 1e-3
 
 
-@pytest.mark.parametrize("name", joints.LAWS)
+@pytest.mark.parametrize("name", LAWS)
 def test_the_state_has_where_the_sliders_are(name):
     one, other = component(name), component(name)
     march(one, DURATIONS)
@@ -163,13 +168,7 @@ def test_model_exchange_marches_the_same_contacts(fmus, fmi):
         assert solved[name] == pytest.approx(stepped[name], abs=2e-3 if name[-1] == "x" else 2e-2)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.slow] if name == "with a gap" else [])
-        for name in joints.LAWS
-    ],
-)
+@pytest.mark.parametrize("name", LAWS)
 def test_outputs_are_described_by_what_they_are(name, tmp_path):
     path, folder = exported(tmp_path, name)
     described = {v.name: v.description for v in fmpy.read_model_description(path).modelVariables}

@@ -59,6 +59,7 @@ def blank_parts(picture):
     ]
 
 
+@pytest.mark.slow
 def test_the_scenes_as_they_are_replayed(tmp_path, viewer, shipped_scene):
     """One after the other in one viewer; every part of every picture is drawn on."""
     for name in shipped_scenes():
