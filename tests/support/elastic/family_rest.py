@@ -7,7 +7,10 @@ take) and where the picture goes as arguments.
 
 import sys
 import warnings
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from itertools import repeat
+from multiprocessing import get_context
 
 import numpy as np
 from elastic.family import Member, member
@@ -213,35 +216,38 @@ def from_rest(case: Member, reference: Reference) -> tuple[rom.Model, Run]:
     raise left
 
 
+def outcome(seed: int, limit: float) -> tuple[Run | None, str]:
+    """The comparison of a member, None where there is none, and what there is to say of it."""
+    warnings.simplefilter("ignore")
+    case = member(seed)
+    try:
+        reference = limited(5 * limit, lambda: at_full_order(case))
+        _, run = limited(limit, lambda: from_rest(case, reference))
+    except (rom.SlipmodeError, StoppedError, TooLongError) as reason:
+        return None, f"{case.name}: NO TABLE, {reason}"
+    off, left, change = (
+        np.array2string(100 * part, precision=2) for part in (run.error, run.at_end, run.change)
+    )
+    cycles = reference.run_in * min(case.frequency) / (2 * np.pi)
+    said = f"off by {off} % in {cycles:.0f} cycles, {left} % at their end"
+    return run, f"{case.name}: {said}, change up to {change} %"
+
+
 def main(seeds: int, limit: float, picture: str) -> None:
     """Print the report and draw the curve."""
-    warnings.simplefilter("ignore")
     runs: dict[int, Run] = {}
-    without: dict[int, str] = {}
-    for seed in range(seeds):
-        case = member(seed)
-        try:
-            reference = limited(5 * limit, lambda: at_full_order(case))  # noqa: B023
-            _, run = limited(limit, lambda: from_rest(case, reference))  # noqa: B023
-        except (rom.SlipmodeError, StoppedError, TooLongError) as reason:
-            without[seed] = str(reason)
-            print(f"{case.name}: NO TABLE, {reason}", flush=True)
-            continue
-        runs[seed] = run
-        off, left, change = (
-            np.array2string(100 * part, precision=2)
-            for part in (run.error, run.at_end, run.change)
-        )
-        cycles = reference.run_in * min(case.frequency) / (2 * np.pi)
-        said = f"off by {off} % in {cycles:.0f} cycles, {left} % at their end"
-        said += f", change up to {change} %"
-        print(f"{case.name}: {said}", flush=True)
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        found = pool.map(outcome, range(seeds), repeat(limit))
+        for seed, (run, said) in enumerate(found):
+            print(said, flush=True)
+            if run is not None:
+                runs[seed] = run
     error, change = (
         np.array([getattr(run, name).max() for run in runs.values()])
         for name in ("error", "change")
     )
     slow = change <= LARGEST_CHANGE
-    print(f"{len(runs)} of {seeds} compared, {len(without)} without a table")
+    print(f"{len(runs)} of {seeds} compared, {seeds - len(runs)} without a table")
     for said, chosen in ((f"up to {LARGEST_CHANGE:.0%}", slow), ("more", ~slow)):
         within = np.sum(error[chosen] <= REQUIRED)
         print(f"amplitudes change by {said} a cycle: {within} of {chosen.sum()} within 1 %")
