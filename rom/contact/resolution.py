@@ -12,7 +12,13 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.torus import ContactTerms, Discretisation, contact_orders, contact_terms
+from slipmode.rom.contact.torus import (
+    ContactTerms,
+    Discretisation,
+    contact_orders,
+    contact_terms,
+    step_counts,
+)
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
@@ -23,7 +29,7 @@ from slipmode.rom.representable import round_up
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
-_STEPS = (32, 64, 128, 256, 512, 1024, 2048)
+_LEAST_STEPS = 32
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = 3  # that the probes are split into; fixed, whatever the number of threads
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
@@ -153,19 +159,19 @@ def _resolution(
         apart = np.abs(fine.S - coarse.S).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
-    lines = 1
+    counts, lines = step_counts(reduced.carrier, _LEAST_STEPS), 1
     if modes == 2:
         # fewer lines would take one harmonic m for another, and the modes respond to both
         highest = max(abs(m) for _, m in contact_orders(reduced, combinations, 1, further))
         enough = [count for count in _LINES if count > 2 * highest]
         lines = _settled(
             enough,
-            lambda count: solve(_STEPS[1], count),
+            lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
         )
     steps = _settled(
-        _STEPS,
+        counts,
         lambda count: solve(count, lines),
         change,
         budget.steps_or_lines,

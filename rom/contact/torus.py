@@ -30,6 +30,8 @@ from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.short_repr import short_repr
 
 _MAX_PERIODS = 400
+_LEAST_STEPS_PER_PERIOD = 4  # of either mode, on the coarsest grid
+_MOST_STEPS = 2048
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,19 @@ def closed_lines(ratio: float, least: int) -> tuple[int, float]:
     counts = range(least, least + least // 2 + 1)
     lines = min(counts, key=lambda count: abs(round(ratio * count) / count - ratio))
     return lines, round(ratio * lines) / lines
+
+
+def step_counts(carrier: Floats, least: int) -> tuple[int, ...]:
+    """Time steps per period of mode A to try, from `least`, each twice the one before.
+
+    The first sees several in a period of mode B too: with fewer, slip would follow another path
+    than the one along a phase line, and as steadily on twice as many.
+    """
+    fewest = _LEAST_STEPS_PER_PERIOD * max(float(carrier.max() / carrier[0]), 1.0)
+    while least < fewest:
+        least *= 2
+    most = max(_MOST_STEPS, 16 * least)
+    return tuple(least << k for k in range((most // least).bit_length()))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.contact.torus import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
@@ -29,7 +29,7 @@ from slipmode.rom.slow.direct.integrated import integrated, integration_effort
 from slipmode.rom.structure.structure import Structure
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
-_LEAST_STEPS, _MOST_STEPS = 128, 2048
+_LEAST_STEPS = 128
 _SAFETY = 2.0
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
 # often the first do.
@@ -174,12 +174,13 @@ def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floa
     """The steady state to the tolerance, and the error of its amplitudes."""
     modes = len(balance.half)
     orders = harmonic_orders(RESPONSE_ORDER, modes, balance.reduced.even)
-    found = balance.solve(orders, Discretisation(_LEAST_STEPS, enough_lines(orders)), begin)
+    steps, *_, most = step_counts(balance.reduced.carrier, _LEAST_STEPS)
+    found = balance.solve(orders, Discretisation(steps, enough_lines(orders)), begin)
     found, by_harmonics = _with_harmonics(balance, found)
     by_grid = np.zeros(modes)
     if modes == 2:
-        found, by_grid = _resolved(balance, found, "lines", 0.5)
-    found, by_steps = _resolved(balance, found, "steps", 1.0)
+        found, by_grid = _resolved(balance, found, "lines", LINES[-1], 0.5)
+    found, by_steps = _resolved(balance, found, "steps", most, 1.0)
     # steps are of second order: a third of the change is left; what changes tell is no bound
     return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0) + found.off, found
 
@@ -199,13 +200,12 @@ def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, 
 
 
 def _resolved(
-    balance: ForcedBalance, found: Balanced, name: str, part: float
+    balance: ForcedBalance, found: Balanced, name: str, most: int, part: float
 ) -> tuple[Balanced, Floats]:
     """With so many "steps" or "lines" that twice as many change less than a part of the tolerance.
 
-    And that change.
+    Of `most` at most; and that change.
     """
-    most = {"steps": _MOST_STEPS, "lines": LINES[-1]}[name]
     least = np.inf
     while 2 * getattr(found.grid, name) <= most:
         grid = replace(found.grid, **{name: 2 * getattr(found.grid, name)})

@@ -5,7 +5,7 @@ import pytest
 from elastic.frictional_beam import ROWS, structure
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, closed_lines, contact_terms
+from slipmode.rom.contact.torus import Discretisation, closed_lines, contact_terms, step_counts
 from slipmode.rom.reduction.combination import combination_resonances
 
 LIFT_OFF, SLIDER = ROWS[1], ROWS[4]
@@ -49,3 +49,10 @@ def test_a_point_after_another_is_what_it_is_alone():
     alone = [terms(LIFT_OFF, grid, 1e-7, (part,)) for part in parts]
     exact = np.array([one.S[0] for one in alone])
     np.testing.assert_allclose(together.S, exact, atol=1e-5 * np.abs(exact).max())
+
+
+def test_steps_are_many_enough_for_the_faster_carrier():
+    assert step_counts(np.array([2.0, 5.0]), 32) == (32, 64, 128, 256, 512, 1024, 2048)
+    assert step_counts(np.array([2.0]), 1024) == (1024, 2048, 4096, 8192, 16384)
+    counts = step_counts(np.array([1.0, 542.0]), 128)
+    assert counts == (4096, 8192, 16384, 32768, 65536)
