@@ -3,6 +3,9 @@
 Whatever else runs on a machine takes from times by the clock, not from those of the processor.
 Where each process has a core to itself, a study takes as long as the busiest of them works; on two
 cores at least half of what all of them do.
+
+What Dask itself needs is measured by tasks without anything in them that take as long on the
+workers, of which each needs a message, a transition and a result all the same.
 """
 
 from __future__ import annotations
@@ -18,12 +21,14 @@ from pathlib import Path
 from typing import Any
 
 from slipmode.rom.extras import extra
+from slipmode.runner.study.cluster import most_at_once
 from slipmode.runner.study.study import run_study
 
 _SIZES = (100, 1_000, 10_000, 100_000)
-_COMPARED = 20_000  # samples of the study that one and two workers do ...
+_COMPARED = 60_000  # samples of the study that one and two workers do ...
 _FEW = 200  # ... without what this many take
 _MIB = 1024.0**2
+_IDLE = 20.0  # [s]
 _SAMPLED = 0.2  # [s] between looks at memory
 _STUDY = """
 scene = "two-mode"
@@ -73,6 +78,10 @@ class Cost:
         """Seconds that it takes on two cores with nothing else on them."""
         return max(*self.seconds, sum(self.seconds) / 2.0)
 
+    def overhead(self, idle: float) -> float:
+        """Of client and scheduler for a task [ms], without what is spent on none."""
+        return 1e3 * (self.seconds[0] + self.seconds[1] - idle * self.clock) / self.tasks
+
 
 def main(arguments: list[str] | None = None) -> None:
     """Print the tables; sizes may be given."""
@@ -99,10 +108,14 @@ def main(arguments: list[str] | None = None) -> None:
             f"2 workers are {one.least / two.least:.2f} times 1 on two cores of their own, "
             f"{one.clock / two.clock:.2f} times by the clock"
         )
-        overhead = 1e3 * (one.seconds[0] + one.seconds[1]) / one.tasks
+        length = one.seconds[2] / one.tasks
+        empty = empty_cost(1, one.tasks + 1, length).beyond(empty_cost(1, 1, length))
+        idle = idle_cost(1)
+        ours, theirs = one.overhead(idle), empty.overhead(idle)
         print(
-            f"client and scheduler need {overhead:.1f} ms for each of {one.tasks} tasks, "
-            f"{overhead * one.tasks / (_COMPARED - _FEW):.3f} ms a sample"
+            f"client and scheduler need {ours:.1f} ms for each of {one.tasks} tasks, and as many "
+            f"empty ones of {length:.2f} s {theirs:.1f} ms: {ours - theirs:.1f} ms are of the "
+            f"study. A scheduler without tasks needs {1e3 * idle:.0f} ms a second besides."
         )
         print(f"\n{'samples':>8} {'clock':>8} {'client':>12} {'scheduler':>12}")
         for size in sizes:
@@ -115,9 +128,24 @@ def main(arguments: list[str] | None = None) -> None:
 
 def study_cost(workers: int, samples: int, folder: Path) -> Cost:
     """A study on a cluster of its own, from its start to its results."""
-    distributed, psutil = extra("distributed", "study"), extra("psutil", "study")
     path = folder / f"{samples}-on-{workers}.toml"
     path.write_text(_STUDY.format(samples=samples), encoding="utf-8")
+    return _cost(workers, "run", path, folder)
+
+
+def empty_cost(workers: int, tasks: int, seconds: float) -> Cost:
+    """Tasks that do nothing, for so long each, on a cluster of its own."""
+    return _cost(workers, "empty", tasks, seconds)
+
+
+def idle_cost(workers: int) -> float:
+    """Of a scheduler that has nothing to do, seconds a second."""
+    *_, scheduler = _cost(workers, "idle", _IDLE).seconds[:2]
+    return scheduler / _IDLE
+
+
+def _cost(workers: int, *client_is: Any) -> Cost:
+    distributed, psutil = extra("distributed", "study"), extra("psutil", "study")
     with (
         distributed.SubprocessCluster(
             n_workers=workers, threads_per_worker=1, dashboard_address=":0"
@@ -130,7 +158,7 @@ def study_cost(workers: int, samples: int, folder: Path) -> Cost:
         before = [_seconds(process) for process in others]
         start = time.perf_counter()
         study = subprocess.Popen(
-            [sys.executable, "-m", _MODULE, "run", path, folder, cluster.scheduler_address],
+            [sys.executable, "-m", _MODULE, *map(str, client_is), cluster.scheduler_address],
             stdout=subprocess.PIPE,
             text=True,
         )
@@ -155,6 +183,30 @@ def run(path: str, folder: str, scheduler: str) -> None:
     """The client: a study on a scheduler; prints the seconds of its processor."""
     run_study(path, folder, scheduler=scheduler)
     print(json.dumps(time.process_time()))
+
+
+def run_empty(tasks: int, seconds: float, scheduler: str) -> None:
+    """The client: as many tasks at once as in a study; prints the same."""
+    distributed = extra("distributed", "study")
+    with distributed.Client(scheduler) as client:
+        completed = distributed.as_completed(loop=client.loop)
+        left = tasks
+        for _ in range(min(tasks, most_at_once(client))):
+            completed.add(client.submit(_compute, seconds, pure=False))
+            left -= 1
+        for future in completed:
+            future.result()
+            if left > 0:
+                completed.add(client.submit(_compute, seconds, pure=False))
+                left -= 1
+    print(json.dumps(time.process_time()))
+
+
+def _compute(seconds: float) -> None:
+    """Nothing; `_tasks` counts it as it does those of studies."""
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        pass
 
 
 def _number() -> int:
@@ -187,5 +239,10 @@ _MODULE = "slipmode.runner.report.answers.studies"
 if __name__ == "__main__":
     if sys.argv[1:2] == ["run"]:
         run(*sys.argv[2:])
+    elif sys.argv[1:2] == ["idle"]:
+        time.sleep(float(sys.argv[2]))
+        print(json.dumps(time.process_time()))
+    elif sys.argv[1:2] == ["empty"]:
+        run_empty(int(sys.argv[2]), float(sys.argv[3]), sys.argv[4])
     else:
         main()
