@@ -91,13 +91,13 @@ class Chart:
         for k, layer in enumerate(self.layers):
             x = _ASPECT * _part(layer.x, xs, self.x.log)
             points = np.column_stack([x, -_part(layer.y, ys, self.y.log)])
-            style = {"colors": layer.color, "radii": rr.Radius.ui_points(layer.width)}
+            color, radius = layer.color, rr.Radius.ui_points(layer.width)
             drawn: rr.LineStrips2D | rr.Points2D
             if layer.curve:
-                drawn = rr.LineStrips2D(_strips(points), draw_order=1.0 + k, **style)
+                drawn = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
             else:
                 seen = points[np.isfinite(points).all(axis=1)]
-                drawn = rr.Points2D(seen, draw_order=1.0 + k, **style)
+                drawn = rr.Points2D(seen, colors=color, radii=radius)
             stream.log(f"{self.entity}/layers/{k}", drawn, static=True)
 
     def _box(
@@ -161,11 +161,10 @@ def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
         powers = range(floor(log10(low)), ceil(log10(high)) + 1)
         found = [m * 10.0**power for power in powers for m in (1.0, 2.0, 5.0)]
         inside = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
-        step = -(-len(inside) // (2 * _TICKS)) or 1
-        return [(v, f"{v:.4g}") for v in inside[::step]]
+        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // (2 * _TICKS) + 1]]
     least = (high - low) / _TICKS
-    power = 10.0 ** floor(log10(least))
-    step = next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= least * 0.999)
+    unit = 10.0 ** floor(log10(least))
+    step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.999)
     first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
     return [(k * step, f"{k * step:.6g}") for k in range(first, last + 1)]
 
