@@ -89,7 +89,7 @@ def test_folds_and_branches_are_told_apart_in_recordings():
     parameter, branch = np.array([1.0, 2.0, 1.5, 1.0, 2.0]), np.array([0, 0, 0, 1, 1])
     shapes = np.ones((1, 1))
     curve = rom.ResponseCurve(
-        "limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles
+        "limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles, np.zeros(0)
     )
     (((chart),),) = curve_charts(curve, Shown(None, rom.Units("Hz")))
     stable, unstable, at_fold, band = chart.layers
