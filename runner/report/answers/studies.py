@@ -122,8 +122,8 @@ def main(arguments: list[str] | None = None) -> None:
         ours, theirs = overheads(length, idle, folder)
         print(
             f"client and scheduler need {ours:.1f} ms for each task, and for empty ones of "
-            f"{length:.2f} s {theirs:.1f} ms: {ours - theirs:.1f} ms are of the study. A scheduler "
-            f"without tasks needs {1e3 * idle:.0f} ms a second besides."
+            f"{length:.2f} s {theirs:.1f} ms: {ours - theirs:.1f} ms are of the study. A "
+            f"scheduler without tasks needs {1e3 * idle:.0f} ms a second besides."
         )
         print(f"\n{'samples':>8} {'clock':>8} {'client':>12} {'scheduler':>12}")
         for size in sizes:
