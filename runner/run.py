@@ -148,7 +148,7 @@ def run(
         table_seconds += time.perf_counter() - left
         pass_ = through(plan, model)
     if mcap:
-        write_layout(mcap, _channels(plan, model))
+        write_layout(mcap, _channels(plan, model), plan.scene.units)
     return Recording(
         plan=plan,
         model=model,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import logging
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
@@ -13,6 +15,9 @@ from slipmode.rom.extras import extra
 
 if TYPE_CHECKING:
     from slipmode import rom
+    from slipmode.runner.scene.scene import Scene
+
+_log = logging.getLogger("slipmode.curves")
 
 _BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
 
@@ -75,8 +80,11 @@ def _curve(options: argparse.Namespace) -> int:
     of_frequency = options.vary is None or options.vary.startswith("frequency")
     if span is not None and of_frequency:
         span = [end * units.per_frequency for end in span]
-    curve = scene_response_curve(scene, options.vary, span, progress=True)
-    _written(options, f"{scene.name}.curve", curve, units, 1)
+    with warnings.catch_warnings(record=True) as said:
+        curve = scene_response_curve(scene, options.vary, span, progress=True)
+    for words in dict.fromkeys(str(each.message) for each in said):
+        _log.warning("%s", words)
+    _written(options, f"{scene.name}.curve", curve, scene, 1)
     for point in curve.special:
         sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))
         at = float(units.of_frequency(point.parameter)) if of_frequency else point.parameter
@@ -92,7 +100,7 @@ def _backbone(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    _written(options, f"{scene.name}.backbone", curve, scene.units, 2)
+    _written(options, f"{scene.name}.backbone", curve, scene, 2)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
     unit = scene.units.frequency
     print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
@@ -105,7 +113,7 @@ def _design(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    _written(options, f"{scene.name}.design", curve, scene.units, 1)
+    _written(options, f"{scene.name}.design", curve, scene, 1)
     limit, peak = curve.optimum
     if peak >= _BETTER * curve.peak[-1]:
         print(f"lowest peak {peak:.4g} kg^0.5 m where the contacts stick: no limit is better")
@@ -120,10 +128,14 @@ def _written(
     options: argparse.Namespace,
     name: str,
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
-    units: rom.Units,
+    scene: Scene,
     panels: int,
 ) -> None:
-    """A table of numbers and a picture."""
+    """A table of numbers, a picture and a recording."""
+    from slipmode.runner.curves.curve_charts import Shown, curve_charts
+    from slipmode.runner.view.charts.rrd_file import write_charts
+
+    units = scene.units
     columns = curve.columns(options.dof, units)
     figure = extra("matplotlib.figure", "pictures").Figure(
         figsize=(8, 4 + panels), layout="constrained"
@@ -132,8 +144,12 @@ def _written(
     folder: Path = options.output
     folder.mkdir(parents=True, exist_ok=True)
     table, picture = folder / f"{name}.csv", folder / f"{name}.png"
-    rows = np.column_stack(list(columns.values()))
-    np.savetxt(table, rows, delimiter=",", header=",".join(columns), comments="")
+    numbers = np.column_stack(list(columns.values()))
+    np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
     figure.savefig(picture, dpi=120)
-    print(table)
-    print(picture)
+    recording = folder / f"{name}.rrd"
+    title = f"{scene.title or scene.name}: {name.rpartition('.')[2]}"
+    rows = curve_charts(curve, Shown(options.dof, units))
+    write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
+    for path in (table, picture, recording):
+        print(path)

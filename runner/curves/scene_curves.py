@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -97,7 +98,9 @@ def scene_response_curve(
     tried = np.array(forcing.plan.amplitude)
     largest = _LARGEST_GROWTH * tried
     while True:
-        curve, reached = _curve(forcing, which, span, tried, _COARSE, progress)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rom.ValidityWarning)  # of the curve itself there are
+            _, reached = _curve(forcing, which, span, tried, _COARSE, progress)
         cut_off = reached > _NEAR * tried
         if not cut_off.any():
             break

@@ -47,7 +47,7 @@ class Script:
         for first, third in zip(self.times, self.times[2:], strict=False):
             if first == third:
                 raise SlipmodeError(f"at most two breakpoints (a jump) at one time, t = {first:g}")
-        if not np.isfinite(self._slopes).all():
+        if len(self.times) > 1 and not np.isfinite(self._slopes).all():
             raise SlipmodeError("breakpoints too close in time for the change between them")
 
     @classmethod
@@ -72,7 +72,7 @@ class Script:
     def value(self, t: Floats) -> Floats: ...
     def value(self, t: float | Floats) -> float | Floats:
         """The value at `t`; right of the jump where there is one. Same shape as `t`."""
-        return _like(t, self._evaluate(t, "right"))
+        return self._at(t, "right")
 
     @overload
     def value_before(self, t: float) -> float: ...
@@ -80,7 +80,7 @@ class Script:
     def value_before(self, t: Floats) -> Floats: ...
     def value_before(self, t: float | Floats) -> float | Floats:
         """The limit from the left at `t`; differs from `value` at a jump only."""
-        return _like(t, self._evaluate(t, "left"))
+        return self._at(t, "left")
 
     @overload
     def rate(self, t: float) -> float: ...
@@ -121,6 +121,12 @@ class Script:
             runs, rises = (np.diff(part) for part in self._points)
             inner = np.divide(rises, runs, out=np.zeros_like(rises), where=runs > 0.0)
         return np.concatenate(([0.0], inner, [0.0]))
+
+    def _at(self, t: float | Floats, side: Literal["left", "right"]) -> float | Floats:
+        if len(self.times) == 1:  # as in most samples of a study, which are many
+            value = float(self.values[0])
+            return np.full(t.shape, value) if isinstance(t, np.ndarray) else value
+        return _like(t, self._evaluate(t, side))
 
     def _evaluate(self, t: ArrayLike, side: Literal["left", "right"]) -> Floats:
         """Interpolate in the segment that holds the points next to `t` on that side."""

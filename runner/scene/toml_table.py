@@ -4,13 +4,13 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.representable import ALLOWED, fits
+from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
 
@@ -46,7 +46,7 @@ class Table:
     ----------
     content : Mapping
         The table as tomllib returns it.
-    keys : iterable of str
+    keys : collection of str
         The keys it may have; any other is refused at once.
     path : str
         Where the table is in the file, "forcing.A"; empty for the file itself.
@@ -57,15 +57,15 @@ class Table:
     def __init__(
         self,
         content: Mapping[str, Any],
-        keys: Iterable[str],
+        keys: Collection[str],
         path: str = "",
         elsewhere: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self._content = content
         self._path = path
-        allowed = sorted(keys)
         for key in content:
-            if key not in allowed:
+            if key not in keys:
+                allowed = sorted(keys)
                 hint = f"; {elsewhere[key]}" if key in elsewhere else _hint(key, allowed)
                 raise self.error(key, f"unknown key; allowed: {', '.join(allowed)}{hint}")
 
@@ -76,7 +76,7 @@ class Table:
         """The refusal of a key of this table, to be raised."""
         return SlipmodeError(f"{self._full(key)}: {message}")
 
-    def section(self, key: str, keys: Iterable[str]) -> "Table":
+    def section(self, key: str, keys: Collection[str]) -> "Table":
         """The table [key], empty if absent."""
         return self._table(self._full(key), self._content.get(key, {}), keys)
 
@@ -184,7 +184,7 @@ class Table:
         self,
         name: str,
         value: Any,
-        keys: Iterable[str],
+        keys: Collection[str],
         elsewhere: Mapping[str, str] = MappingProxyType({}),
     ) -> "Table":
         if not isinstance(value, dict):
@@ -215,7 +215,7 @@ def _number(name: str, value: Any, rule: Rule) -> float:
         number = math.inf
     if not (math.isfinite(number) and rule.holds(number)):
         raise SlipmodeError(f"{name}: must be {rule.text}, got {_shown(value)}")
-    if not fits(number):
+    if not (number == 0.0 or SMALLEST <= abs(number) <= LARGEST):
         raise SlipmodeError(f"{name}: must be {ALLOWED}, got {_shown(value)}")
     return number
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.outputs.batch import Batch, compute
+from slipmode.runner.study.scene_keys import Content
 from slipmode.runner.study.scene_model import (
     MOST_STEPS,
     Samples,
@@ -29,7 +31,7 @@ from slipmode.runner.study.scene_model import (
 from slipmode.runner.study.tasks import Task
 
 _ANSWERS = 10.0  # [s] in which a scheduler has to
-_PER_WORKER = 3  # tasks that wait or run: enough that none is idle, few enough for memory
+_PER_WORKER = 3  # tasks
 _LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
 
 
@@ -95,15 +97,15 @@ class _Group:
 
     Attributes
     ----------
-    shared : future of SceneModel
-    models : dict of int to future of Model
-        By step of the ladder.
+    shared : future of _Shared
+    models : list of future of Model
+        Of each step of the ladder that a sample has asked for.
     working : int
         Tasks of it.
     """
 
     shared: Any
-    models: dict[int, Any] = field(default_factory=dict)
+    models: list[Any] = field(default_factory=list)
     working: int = 0
 
 
@@ -119,12 +121,22 @@ class _Work:
     places : sequence of int
         Of the samples at work in the task.
     step : int
+        The last that they try.
     """
 
     task: Task
     batch: Batch
     places: Sequence[int]
     step: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """What all samples of a group have: handed to each worker once, not with each task."""
+
+    samples: Samples
+    modes: Sequence[str]
+    scene_model: SceneModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +181,7 @@ class Foreman:
             If the scheduler is lost, and whatever `finished` raises.
         """
         completed = extra("distributed", "study").as_completed(loop=self._client.loop)
-        most = _PER_WORKER * max(2, len(self._client.nthreads()))
+        most = most_at_once(self._client)
         for task in tasks:
             count = task.stop - task.start
             batch = Batch.empty(self._samples, self._modes, count)
@@ -187,18 +199,16 @@ class Foreman:
         if group is None:
             columns = [column[slice(*task.group)] for column in self._design.columns]
             contents, frequencies = typical(self._samples, columns)
-            shared = submit(SceneModel.of, self._samples, contents, frequencies)
+            shared = submit(_share, self._samples, self._modes, contents, frequencies)
             group = self._groups[task.group] = _Group(shared)
-        if work.step not in group.models:
-            group.models[work.step] = submit(_model, group.shared, work.step)
+        while len(group.models) <= work.step:
+            group.models.append(submit(_model, group.shared, len(group.models)))
         numbers = task.start + np.array(work.places)
         portion = _Portion(tuple(column[numbers] for column in self._design.columns), numbers)
-        future = submit(
-            *(_compute, self._samples, self._modes, group.shared, group.models[work.step]),
-            portion,
-        )
+        models = [group.models[work.step], *_made(group.models[work.step + 1 :])]
+        future = submit(_compute, group.shared, models, portion)
         group.working += 1
-        self._at_work[future.key] = work
+        self._at_work[future.key] = replace(work, step=work.step + len(models) - 1)
         return future
 
     def _take(self, completed: Any, finished: Callable[[Task, Batch], None]) -> None:
@@ -223,33 +233,49 @@ class Foreman:
         self._groups[work.task.group].working -= 1
 
 
+def most_at_once(client: Any) -> int:
+    """Tasks that wait or run: enough that no worker is idle, few enough for memory."""
+    return _PER_WORKER * max(2, len(client.nthreads()))
+
+
+def _made(models: Sequence[Any]) -> Sequence[Any]:
+    """The first of them, up to one that is not there, or never will be."""
+    return list(takewhile(lambda model: model.status == "finished", models))
+
+
 def _merge(work: _Work, found: Batch, may_grow: bool) -> list[int]:
     """Put results of samples in their places; the places of those for a larger table."""
-    higher: list[int] = []
-    for k, place in enumerate(work.places):
-        if found.outside[k] and may_grow and work.step < MOST_STEPS:
-            higher.append(place)
-            continue
-        why = found.reason[k]
-        work.batch.reason[place] = step_refusal(may_grow, why) if found.outside[k] else why
-        for name, values in found.values.items():
-            work.batch.values[name][place] = values[k]
-    return higher
+    work.batch.put(work.places, found)
+    outside = [place for place in work.places if work.batch.outside[place]]
+    if may_grow and work.step < MOST_STEPS:
+        return outside
+    for place in outside:
+        work.batch.reason[place] = step_refusal(may_grow, work.batch.reason[place])
+    return []
 
 
-def _model(shared: SceneModel, step: int) -> Model:
-    return shared.model(step)
+def _share(
+    samples: Samples, modes: Sequence[str], contents: list[Content], frequencies: dict[str, Any]
+) -> _Shared:
+    return _Shared(samples, modes, SceneModel.of(samples, contents, frequencies))
 
 
-def _compute(
-    samples: Samples,
-    modes: Sequence[str],
-    shared: SceneModel,
-    model: Model,
-    portion: _Portion,
-) -> tuple[Batch, bool]:
-    """Results, and whether there may be larger tables."""
+def _model(shared: _Shared, step: int) -> Model:
+    return shared.scene_model.model(step)
+
+
+def _compute(shared: _Shared, models: Sequence[Model], portion: _Portion) -> tuple[Batch, bool]:
+    """Results, each of the first model that holds it; whether there may be larger tables."""
+    samples, scene_model = shared.samples, shared.scene_model
+    rows = Design(samples.keys, portion.columns).rows(slice(None))
+    numbers = portion.numbers.tolist()
+    batch = Batch.empty(samples, shared.modes, len(rows))
+    batch.outside[:] = True
     with np.errstate(all="ignore"):
-        rows = Design(samples.keys, portion.columns).rows(slice(None))
-        found = compute(samples, modes, shared, model, rows, portion.numbers.tolist())
-    return found, shared.may_grow
+        for model in models:
+            places = np.flatnonzero(batch.outside).tolist()
+            if not places:
+                break
+            some = [rows[k] for k in places], [numbers[k] for k in places]
+            batch.put(places, compute(samples, shared.modes, scene_model, model, *some))
+    return batch, scene_model.may_grow

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,8 @@ from slipmode.runner.study.tasks import AT_ONCE, Task
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
 _DIGEST = "study_digest"
+_EVERY = 1.0  # [s] between writings: no more is lost with the machine, beside what is at work
+_CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20  # a chunk that is not full is written anew
 
 
 class Results:
@@ -61,6 +65,8 @@ class Results:
                 "give another --output, or remove it"
             )
         self._status = self._group["status"][:]
+        self._kept: list[tuple[Task, Batch]] = []
+        self._flushed = time.monotonic()
 
     @property
     def done(self) -> int:
@@ -77,14 +83,33 @@ class Results:
         return bool(self._status[task.start : task.stop].all())
 
     def write(self, task: Task, batch: Batch) -> None:
-        """Keep a batch; its status last, so that what is marked is there."""
-        at = slice(task.start, task.stop)
-        status = np.where([bool(why) for why in batch.reason], FAILED, DONE).astype(np.int8)
+        """Keep a batch: on disk within a second while others come, or after `flush`."""
+        self._kept.append((task, batch))
+        if time.monotonic() > self._flushed + _EVERY:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what is kept, neighbours at once: each writing costs some ms, whatever it has."""
+        kept = sorted(self._kept, key=lambda pair: pair[0].start)
+        self._kept.clear()
+        while kept:
+            row = [kept.pop(0)]
+            while kept and kept[0][0].start == row[-1][0].stop:
+                row.append(kept.pop(0))
+            self._write(row)
+        self._flushed = time.monotonic()
+
+    def _write(self, row: Sequence[tuple[Task, Batch]]) -> None:
+        """Batches that follow each other; status last, so that what is marked is there."""
+        at = slice(row[0][0].start, row[-1][0].stop)
+        batches = [batch for _, batch in row]
+        reason = [why for batch in batches for why in batch.reason]
+        status = np.where([bool(why) for why in reason], FAILED, DONE).astype(np.int8)
         with self._written():
-            for name, values in batch.values.items():
-                self._group[name][at] = values
-            if any(batch.reason):
-                self._group["reason"][at] = np.array(batch.reason, dtype=object)
+            for name in batches[0].values:
+                self._group[name][at] = np.concatenate([batch.values[name] for batch in batches])
+            if any(reason):
+                self._group["reason"][at] = np.array(reason, dtype=object)
             self._group["status"][at] = status
         self._status[at] = status
 
@@ -116,7 +141,9 @@ class Results:
             }
         )
         modes = MODES[: len(study.scene.modes.numbers)]
-        rows, chunk = design.samples, min(design.samples, AT_ONCE)
+        asked = study.asked.results(modes)
+        rows, largest = design.samples, max((8 * prod(r.shape) for r in asked), default=8)
+        chunk = min(rows, _CHUNK, max(_CHUNK_BYTES // largest, 1))
 
         def add(name: str, dims: Sequence[str], shape: Sequence[int], **given: Any) -> Any:
             attributes = given.pop("attributes", {})
@@ -144,7 +171,7 @@ class Results:
             of_frequency = unit(key) == "rad/s"
             words = {"units": study.scene.units.frequency if of_frequency else unit(key)}
             add(key, ["sample"], [rows], dtype=dtype, attributes=words)[:] = values
-        for result in study.asked.results(modes):
+        for result in asked:
             words = {"units": result.unit, "long_name": result.meaning}
             dims, shape = ["sample", *result.dims], [rows, *result.shape]
             add(result.name, dims, shape, dtype=float, fill_value=np.nan, attributes=words)

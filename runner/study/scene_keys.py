@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import MODES
@@ -65,16 +65,21 @@ def get(content: Content, key: str) -> Any:
     return found
 
 
-def put(content: Content, key: str, value: Any) -> None:
-    """Set a key, in place; tables that the scene leaves out are made."""
-    *above, last = key.split(".")
-    table: Any = content
-    for part in above:
-        table = table[int(part)] if isinstance(table, list) else table.setdefault(part, {})
+def with_value(content: Content, key: str, value: Any) -> Content:
+    """The scene with another value of a key; tables that it leaves out are made.
+
+    What is beside the key is the same object in both: a study has many scenes.
+    """
+    return cast(Content, _with(content, key.split("."), value))
+
+
+def _with(table: Any, parts: Sequence[str], value: Any) -> Any:
+    first, rest = parts[0], parts[1:]
     if isinstance(table, list):
-        table[int(last)] = value
-    else:
-        table[last] = value
+        copy, place = list(table), int(first)
+        copy[place] = _with(copy[place], rest, value) if rest else value
+        return copy
+    return table | {first: _with(table.get(first, {}), rest, value) if rest else value}
 
 
 def unit(key: str) -> str:

@@ -26,7 +26,7 @@ from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, read_scene
 from slipmode.runner.scene.toml_writer import toml_text
 from slipmode.runner.study.outputs.asked import Asked
-from slipmode.runner.study.scene_keys import Content, get, is_load, put
+from slipmode.runner.study.scene_keys import Content, get, is_load, with_value
 from slipmode.runner.study.shared_limits import is_limit, on_shared_limits
 
 MOST_STEPS = 10  # up the ladder
@@ -47,9 +47,9 @@ class Samples:
         """Scenes of some samples, as parsed TOML, on limits that they share."""
         found = []
         for row in rows:
-            content = copy.deepcopy(self.content)
+            content = self.content
             for key, value in zip(self.keys, row, strict=True):
-                put(content, key, value)
+                content = with_value(content, key, value)
             found.append(on_shared_limits(content, self.content))
         return found
 

@@ -114,7 +114,10 @@ def run_study(
                 results.write(task, batch)
                 bar.update(task.stop - task.start)
 
-            Foreman(client, samples, design, modes).work_on(missing, keep)
+            try:
+                Foreman(client, samples, design, modes).work_on(missing, keep)
+            finally:
+                results.flush()
     return StudyResults(
         study, folder / f"{study.name}.zarr", design.samples, found, results.failed
     )

@@ -24,7 +24,7 @@ from slipmode.runner.scene.scene import Scene, load_scene, read_scene
 from slipmode.runner.scene.sections import MatrixFile, StaticForce
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Rule, Table, between
 from slipmode.runner.study.outputs.asked import Asked, Curve
-from slipmode.runner.study.scene_keys import Content, check_key, put
+from slipmode.runner.study.scene_keys import Content, check_key, with_value
 
 _TOP = ("title", "scene", "set", "vary", "sampling", "outputs", "choose")
 _RANGE = ("from", "to", "points", "spacing")
@@ -174,7 +174,7 @@ def _study(text: str, path: Path) -> Study:
     original = load_scene(beside if beside.is_file() else name)
     assert original.path is not None  # it was loaded
     content, folder = tomllib.loads(original.text), original.path.parent.resolve()
-    _set(given.get("set", {}), content)
+    content = _set(given.get("set", {}), content)
     scene = read_scene(content, folder, original.text)
     varied = tuple(
         _varied(table, f"vary[{k}]", content)
@@ -197,14 +197,15 @@ def _study(text: str, path: Path) -> Study:
     )
 
 
-def _set(values: Any, content: Content) -> None:
+def _set(values: Any, content: Content) -> Content:
     if not isinstance(values, Mapping):
         raise SlipmodeError('set: must be a table of keys of the scene, "run.step" = 0.1')
     for key, value in values.items():
         if isinstance(value, Mapping):
             raise SlipmodeError(f'set: keys with dots are quoted: "{key}.{next(iter(value), "")}"')
         check_key("set", key, content)
-        put(content, key, value)
+        content = with_value(content, key, value)
+    return content
 
 
 def _varied(table: Table, name: str, content: Content) -> Varied:

@@ -16,6 +16,7 @@ import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.slow.units import SI
 from slipmode.runner.recording.channels import EVENTS, Channel, Level
 from slipmode.runner.recording.record import (
     Header,
@@ -27,6 +28,7 @@ from slipmode.runner.recording.record import (
 )
 from slipmode.runner.view import views
 from slipmode.runner.view.envelope import Envelope
+from slipmode.runner.view.layout.shown_units import factors, in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.viewer import Viewer
 
@@ -39,7 +41,8 @@ _FLUSH_TIMEOUT = 60.0  # [s]
 class RerunSink(Sink):
     """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
 
-    A series longer than `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
+    What is in rad/s and m is shown in the [units] of the scene. A series longer than
+    `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
 
     Parameters
     ----------
@@ -60,6 +63,10 @@ class RerunSink(Sink):
     ) -> None:
         self._target = target if isinstance(target, Viewer) else Path(target)
         self._playing = playing
+        units = units_of(header.scene_text)
+        self._factors = {channel.topic: factors(channel, units) for channel in channels}
+        self._shown_as_recorded = units == SI
+        channels = [in_units(channel, units) for channel in channels]
         self._channels = {channel.topic: channel for channel in channels}
         self._paths = Paths(channels)
         self._envelopes = {topic: Envelope() for topic in self._channels}
@@ -75,6 +82,8 @@ class RerunSink(Sink):
         """Append a batch of samples; see `Sink.write`."""
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
+        if not self._shown_as_recorded:
+            rows = rows * self._factors[topic]
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
         if len(rows):

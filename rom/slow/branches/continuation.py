@@ -28,7 +28,7 @@ _CONVERGED = 1e-10  # of Newton's last update
 _FARTHEST = 0.05  # that Newton's method goes from its start: beyond, there may not be an F
 _LARGEST_TURN = 0.15  # of the tangent between two points [rad]
 _SHORTEST = 1e-7
-_MOST_POINTS = 5000
+MOST_POINTS = 5000  # to each side of where a curve is found
 _BISECTIONS = 40
 
 
@@ -59,11 +59,14 @@ class Branch:
         Folds and Hopf points, in the same order.
     closed : bool
         Whether the last point is followed by the first.
+    cut_off : list of Point
+        Ends at which the curve goes on, but it has too many points.
     """
 
     points: list[Point]
     special: list[tuple[Kind, Point]]
     closed: bool
+    cut_off: list[Point]
 
     __repr__ = short_repr
 
@@ -90,24 +93,27 @@ def branch_through(rates: Rates, z: Floats, largest_step: float) -> Branch | Non
         return None
     start = first[0]
     there, closed = _traced(rates, start, largest_step)
+    sides = [there]
     if closed:
         points = there
     else:
         back, _ = _traced(rates, _turned(start), largest_step)
+        sides.append(back)
         points = [*(_turned(point) for point in back[:0:-1]), *there]
     special = [
         found
         for before, after in pairwise(points)
         if (found := _special(rates, before, after)) is not None
     ]
-    return Branch(points, special, closed)
+    cut_off = [side[-1] for side in sides if not closed and len(side) >= MOST_POINTS]
+    return Branch(points, special, closed, cut_off)
 
 
 def _traced(rates: Rates, start: Point, largest_step: float) -> tuple[list[Point], bool]:
     """Points from a start on, and whether the curve comes back to it."""
     points, step = [start], 0.25 * largest_step
     far = False
-    while len(points) < _MOST_POINTS:
+    while len(points) < MOST_POINTS:
         last = points[-1]
         found = _stepped(rates, last, step)
         if found is None:

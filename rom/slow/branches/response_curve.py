@@ -14,12 +14,18 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.continuation import Branch, Kind, branch_through
+from slipmode.rom.slow.branches.continuation import (
+    MOST_POINTS,
+    Branch,
+    Kind,
+    Point,
+    branch_through,
+)
 from slipmode.rom.slow.branches.forced import SAME, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import motion_findings, warn
+from slipmode.rom.validity import Finding, motion_findings, warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,6 +77,9 @@ class ResponseCurve:
         [kg^-1/2]
     cycles : SlowCycles
         Beyond Hopf points: between what amplitudes oscillate in slow time.
+    cut_off : (n,) ndarray
+        Values of the parameter where a branch goes on, but was followed no farther: it has too
+        many points.
     """
 
     vary: str
@@ -81,6 +90,7 @@ class ResponseCurve:
     special: tuple[SpecialPoint, ...]
     mode_shapes: Floats
     cycles: SlowCycles
+    cut_off: Floats
 
     __repr__ = short_repr
 
@@ -201,7 +211,7 @@ def response_curve(
     Returns
     -------
     ResponseCurve
-        It ends where an amplitude leaves the table.
+        It ends where an amplitude leaves the table, or after 5000 points to a side: `cut_off`.
 
     Raises
     ------
@@ -211,7 +221,8 @@ def response_curve(
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes.
+        Where friction or the force strain what the method assumes, or a branch has too many
+        points.
     """
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span)
     branches: list[Branch] = []
@@ -231,6 +242,8 @@ def response_curve(
     z = np.array([point.z for _, point in points])
     amplitude = np.array([problem.amplitude(row) for row in z])
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    cut_off = np.array([float(problem.parameter(end.z[-1])) for end in _cut_off(branches)])
+    warn(_cut_off_findings(vary, cut_off))
     special = [
         SpecialPoint(kind, float(problem.parameter(at.z[-1])), problem.amplitude(at.z))
         for branch in branches
@@ -245,7 +258,26 @@ def response_curve(
         tuple(special),
         model.reduced.mode_shapes.copy(),
         slow_cycles(problem, [point for _, point in points]),
+        cut_off,
     )
+
+
+def _cut_off(branches: list[Branch]) -> list[Point]:
+    """Ends at which a curve goes on, and no other search has found what comes next."""
+    return [
+        end
+        for branch in branches
+        for end in branch.cut_off
+        if not any(_passes(other, end.z) for other in branches if other is not branch)
+    ]
+
+
+def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
+    if not cut_off.size:
+        return []
+    where = ", ".join(f"{value:.6g}" for value in cut_off)
+    reason = f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
+    return [Finding("curve", f"not followed beyond {vary} = {where}", reason, "warning")]
 
 
 def _passes(branch: Branch, z: Floats) -> bool:

@@ -47,6 +47,14 @@ class Batch:
         }
         return cls(values, [""] * count, np.zeros(count, dtype=bool))
 
+    def put(self, places: Sequence[int], found: Batch) -> None:
+        """Results of some of the samples, in their places."""
+        for name, values in found.values.items():
+            self.values[name][places] = values
+        self.outside[places] = found.outside
+        for place, why in zip(places, found.reason, strict=True):
+            self.reason[place] = why
+
 
 def compute(
     samples: Samples,

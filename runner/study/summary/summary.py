@@ -11,6 +11,7 @@ from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.summary.choice import Choice, choice
 from slipmode.runner.study.summary.picture import draw
+from slipmode.runner.study.summary.recording import record
 from slipmode.runner.study.summary.sensitivity import sensitivity
 
 _log = logging.getLogger("slipmode.study")
@@ -19,7 +20,7 @@ _MOST_REASONS = 3
 
 
 def summarise(done: StudyResults) -> list[str]:
-    """Lines that say what was found, failures first; a picture is beside the results."""
+    """Lines that say what was found, failures first; picture and recording are beside it."""
     dataset = done.dataset()
     lines = _failures(dataset)
     if done.failed == done.samples:
@@ -34,6 +35,7 @@ def summarise(done: StudyResults) -> list[str]:
             lines.append(chosen.text())
     if done.study.sampling.method == "saltelli":
         lines += _sensitivities(dataset, done)
+    found = list(lines)
     lines.append(str(done.path))
     picture = done.path.with_suffix(".png")
     try:
@@ -42,7 +44,9 @@ def summarise(done: StudyResults) -> list[str]:
         _log.warning("%s: not drawn: %s", picture, refusal)
     else:
         lines.append(str(picture))
-    return lines
+    recording = done.path.with_suffix(".rrd")
+    record(dataset, done.study, chosen, found, recording)
+    return [*lines, str(recording)]
 
 
 def _failures(dataset: Any) -> list[str]:

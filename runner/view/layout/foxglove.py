@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from slipmode.rom.files import replacing
+from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import EVENTS, FULL, Channel
+from slipmode.runner.view.layout.shown_units import factors, in_units
 
 _SLOW = (  # titles, topics, ends of the fields' names
     ("|A|", "/modes", "A_abs"),
@@ -35,9 +37,10 @@ def layout_path(mcap: Path) -> Path:
     return mcap.with_suffix(".foxglove.json")
 
 
-def write_layout(mcap: Path, channels: Sequence[Channel]) -> Path:
+def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> Path:
     """Write the layout of a recording with these channels beside its MCAP file.
 
+    Plots are in `units`, whatever the file is in.
     Foxglove opens it by its menu of layouts, Import from file.
 
     Raises
@@ -47,17 +50,18 @@ def write_layout(mcap: Path, channels: Sequence[Channel]) -> Path:
     """
     path = layout_path(mcap)
     with replacing(path) as file:
-        file.write(json.dumps(layout(channels), indent=1).encode())
+        file.write(json.dumps(layout(channels, units), indent=1).encode())
     return path
 
 
-def layout(channels: Sequence[Channel]) -> dict[str, Any]:
+def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
     """Foxglove's layout data: slow time to the left, motion, loops and events to the right."""
-    slow = _plots(channels, _SLOW)
-    motion = _plots(channels, _MOTION)
-    loops = [_loop(channel) for channel in channels if channel.topic.startswith("/contact/")]
+    slow = _plots(channels, _SLOW, units)
+    motion = _plots(channels, _MOTION, units)
+    contacts = [channel for channel in channels if channel.topic.startswith("/contact/")]
+    loops = [_loop(channel, units) for channel in contacts[:_LOOPS]]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
-    columns = [column for column in (slow, motion, [*loops[:_LOOPS], log]) if column]
+    columns = [column for column in (slow, motion, [*loops, log]) if column]
     stacks = [_split([name for name, _ in column], "column") for column in columns]
     return {
         "configById": dict(panel for column in columns for panel in column),
@@ -68,19 +72,29 @@ def layout(channels: Sequence[Channel]) -> dict[str, Any]:
     }
 
 
-def _plots(channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]]) -> list[_Panel]:
+def _plots(
+    channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]], units: Units
+) -> list[_Panel]:
     found = []
     for title, topic, name in wanted:
         paths = [
-            f"{channel.topic}.{field.name}"
+            _path(channel, field.name, units)
             for channel in channels
             if (channel.topic.removeprefix(FULL) + "/").startswith(topic)
             for field in channel.fields
             if _is(field.name, name)
         ]
         if paths:
-            found.append(_plot(title, [{"value": path} for path in paths]))
+            found.append(_plot(title, paths))
     return found
+
+
+def _path(channel: Channel, name: str, units: Units) -> dict[str, str]:
+    """A field in the units that are shown, with its name in the legend."""
+    at = channel.names.index(name)
+    factor, unit = factors(channel, units)[at].item(), in_units(channel, units).fields[at].unit
+    value = f"{channel.topic}.{name}" + (f".@mul({factor!r})" if factor != 1.0 else "")
+    return {"value": value, "label": f"{name} [{unit}]"}
 
 
 def _is(field: str, name: str) -> bool:
@@ -90,12 +104,12 @@ def _is(field: str, name: str) -> bool:
     return field.startswith(name) if name.endswith("_") else field == name
 
 
-def _loop(channel: Channel) -> _Panel:
+def _loop(channel: Channel, units: Units) -> _Panel:
     number = channel.topic.rpartition("/")[2]
-    name, config = _plot(f"Hysteresis of contact {number}", [{"value": f"{channel.topic}.f"}])
+    name, config = _plot(f"Hysteresis of contact {number}", [_path(channel, "f", units)])
     return name, config | {
         "xAxisVal": "custom",
-        "xAxisPath": {"value": f"{channel.topic}.x", "enabled": True},
+        "xAxisPath": _path(channel, "x", units) | {"enabled": True},
     }
 
 

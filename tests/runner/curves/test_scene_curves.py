@@ -7,6 +7,7 @@ import pytest
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
+from slipmode.rom.slow.branches import continuation
 from slipmode.runner.cli import main
 from slipmode.runner.curves.scene_curves import (
     SceneForcing,
@@ -20,6 +21,16 @@ def table(path):
     with path.open() as file:
         names = file.readline().strip().split(",")
         return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+
+
+def test_a_curve_that_goes_on_is_said_in_a_line(tmp_path, capsys, monkeypatch):
+    pytest.importorskip("matplotlib")
+    monkeypatch.setattr(continuation, "MOST_POINTS", 10)
+    assert main(["curve", "one-mode", "-o", str(tmp_path)]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "not followed" in line]
+    assert len(said) == 1
+    assert "curve not followed beyond frequency_A = 0.9" in said[0]
+    assert "a shorter span shows where it goes on" in said[0]
 
 
 def test_a_curve_is_written_and_drawn(tmp_path, capsys):

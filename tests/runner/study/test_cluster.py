@@ -12,12 +12,13 @@ import pytest
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.cluster import Foreman
-from slipmode.runner.study.design import Design
+from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.outputs.asked import Asked
 from slipmode.runner.study.outputs.batch import Batch
-from slipmode.runner.study.results import open_results
+from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study import run_study
+from slipmode.runner.study.study_file import load_study
 from slipmode.runner.study.tasks import make_tasks
 
 PEAKS = """
@@ -34,7 +35,7 @@ peak = true
 
 
 class NoWork:
-    """A client whose futures are finished at once, and that counts those that are not taken."""
+    """A client whose futures are finished at once; samples need a table above `outside` others."""
 
     class Future:
         status = "finished"
@@ -45,18 +46,23 @@ class NoWork:
         def result(self):
             return self._value
 
-    def __init__(self):
-        self.loop, self.tasks, self.at_once = None, 0, 0
+    def __init__(self, outside=0):
+        self.loop, self.tasks, self.steps, self.outside = None, 0, 0, outside
 
     def nthreads(self):
         return {"a": 1, "b": 1}
 
     def submit(self, function, *arguments, pure):
+        if function.__name__ == "_model":
+            self.steps += 1
+            return self.Future("model", arguments[1])
         if function.__name__ != "_compute":
-            return None
+            return arguments
         self.tasks += 1
-        samples, modes, _, _, portion = arguments
-        return self.Future(self.tasks, (Batch.empty(samples, modes, portion.numbers.size), True))
+        (samples, modes, *_), models, portion = arguments
+        batch = Batch.empty(samples, modes, portion.numbers.size)
+        batch.outside[:] = models[-1].result() < self.outside
+        return self.Future(self.tasks, (batch, True))
 
 
 class Completed:
@@ -88,6 +94,54 @@ def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
     assert client.tasks == len(finished) == 100
     assert Completed.most <= 6
     assert sorted((t.start, t.stop) for t in finished)[-1] == (49_500, 50_000)
+
+
+def test_a_task_climbs_the_tables_that_are_there_by_itself(monkeypatch, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(distributed, "as_completed", Completed)
+    samples = Samples(
+        {"forcing": {"A": {"amplitude": 1.0}}}, tmp_path, ("forcing.A.phase",), Asked(steady=True)
+    )
+    design = Design(samples.keys, (np.linspace(0.0, 1.0, 10_000),))
+    client, finished = NoWork(outside=2), []
+    tasks = make_tasks(samples, design)
+    Foreman(client, samples, design, ("A",)).work_on(
+        tasks, lambda task, batch: finished.append(batch)
+    )
+    assert (len(finished), client.steps) == (20, 3)
+    assert not any(batch.outside.any() for batch in finished)
+    assert client.tasks <= 20 + 2 * 6  # those of the beginning went up step by step
+
+
+def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path, monkeypatch):
+    pytest.importorskip("zarr")
+    study = load_study(study_file(PEAKS))
+    design = make_design(study)
+    samples = Samples(study.content, study.folder, design.keys, study.asked)
+    results = Results(tmp_path / "study.zarr", study, design)
+    written, write = [], Results._write
+
+    def counted(self, row):
+        written.append([task.start for task, _ in row])
+        write(self, row)
+
+    monkeypatch.setattr(Results, "_write", counted)
+    tasks = [task for task in make_tasks(samples, design) if task.start != 250]
+    for task in reversed(tasks):
+        batch = Batch.empty(samples, ("A",), task.stop - task.start)
+        batch.values["peak"][:, 0] = np.arange(task.start, task.stop)
+        batch.reason[0] = "none" if task.start == 500 else ""
+        results.write(task, batch)
+    results.flush()
+    assert written == [list(range(0, 250, 50)), list(range(300, 600, 50))]
+    data = open_results(tmp_path / "study.zarr").load()
+    found = data["status"].values
+    assert (found[250:300] == 0).all() and found[500] == 2 and data["reason"][500] == "none"
+    kept = found == 1
+    assert np.count_nonzero(kept) == 549
+    np.testing.assert_array_equal(data["peak"].values[kept, 0], np.flatnonzero(kept))
+    results.flush()
+    assert len(written) == 2
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from slipmode import rom, runner
 from slipmode.rom import SlipmodeError
 from slipmode.runner.curves.scene_curves import SceneForcing
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
-from slipmode.runner.study import scene_model, tasks
+from slipmode.runner.study import results, scene_model, tasks
 from slipmode.runner.study.results import Results
 from slipmode.runner.study.study import run_study
 
@@ -194,18 +194,19 @@ def test_a_full_disk_is_one_line_and_what_was_computed_stays(
     resource = pytest.importorskip("resource")
     monkeypatch.setattr(tasks, "AT_ONCE", 8)
     path = study_file(FORCES + STEADY)
-    write, before = Results.write, resource.getrlimit(resource.RLIMIT_FSIZE)
+    monkeypatch.setattr(results, "_EVERY", 0.0)
+    write, before = Results._write, resource.getrlimit(resource.RLIMIT_FSIZE)
 
-    def on_full_disk(self, task, batch):
+    def on_full_disk(self, row):
         if self.done:
             resource.setrlimit(resource.RLIMIT_FSIZE, (16, before[1]))
         try:
-            write(self, task, batch)
+            write(self, row)
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
     with monkeypatch.context() as patch:
-        patch.setattr(Results, "write", on_full_disk)
+        patch.setattr(Results, "_write", on_full_disk)
         with pytest.raises(SlipmodeError, match="cannot be written: File too large; what was"):
             run_study(path, tmp_path, scheduler=scheduler)
     done = run_study(path, tmp_path, scheduler=scheduler)

@@ -11,7 +11,7 @@ from slipmode.runner.scene.scene import read_scene, shipped_scenes
 from slipmode.runner.scene.toml_writer import toml_text
 from slipmode.runner.study import cluster
 from slipmode.runner.study.design import make_design
-from slipmode.runner.study.scene_keys import check_key, get, put, unit
+from slipmode.runner.study.scene_keys import check_key, get, unit, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 from slipmode.runner.study.study_file import load_study
 
@@ -131,13 +131,14 @@ def test_lists_are_walked_together(study_file):
 
 
 def test_keys_are_found_put_and_known_with_their_units():
-    content = tomllib.loads(shipped_scenes()["blade"].read_text())
+    content = original = tomllib.loads(shipped_scenes()["blade"].read_text())
     check_key("key", "contacts.0.preload.1", content)
     assert get(content, "contacts.0.preload.1") == 24.0
-    put(content, "contacts.0.preload.1", 30.0)
-    put(content, "limits.scale", 2.0)
+    content = with_value(content, "contacts.0.preload.1", 30.0)
+    content = with_value(content, "limits.scale", 2.0)
     assert content["contacts"][0]["preload"] == [16.0, 30.0]
     assert (get(content, "limits.scale"), get(content, "initial.A")) == (2.0, None)
+    assert original == tomllib.loads(shipped_scenes()["blade"].read_text())
     units = [unit(k) for k in ("contacts.0.preload.1", "forcing.B.amplitude", "run.step", "title")]
     assert units == ["N", "N", "s", "-"]
 

@@ -58,7 +58,7 @@ def test_the_command_says_what_was_found_and_draws_it(study_file, tmp_path, sche
     assert lines[0] == "study: 3 samples, 1 failed"
     assert lines[1].startswith("failed: 1 x frequency: must be")
     assert lines[2].startswith("best forcing.A.frequency = 0.9: 95% quantile of steady_A ")
-    assert lines[3:] == [str(tmp_path / "study.zarr"), str(tmp_path / "study.png")]
+    assert lines[3:] == [str(tmp_path / f"study.{kind}") for kind in ("zarr", "png", "rrd")]
     assert (tmp_path / "study.png").stat().st_size > 10_000
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from slipmode.rom.slow.branches import continuation
 from slipmode.rom.slow.branches.continuation import branch_through
 
 pytestmark = pytest.mark.quick
@@ -23,6 +24,16 @@ def test_a_closed_curve_is_passed_once():
     assert length == pytest.approx(0.8 * np.pi, rel=0.02)
     assert sorted(point.z[-1] for _, point in branch.special) == pytest.approx([0.1, 0.9])
     assert {kind for kind, _ in branch.special} == {"fold"}
+
+
+def test_a_curve_with_too_many_points_says_where_it_was_left(monkeypatch):
+    monkeypatch.setattr(continuation, "MOST_POINTS", 20)
+    branch = branch_through(circle, np.array([0.4, 0.5]), 0.02)
+    assert not branch.closed
+    ends = [branch.points[-1].z, branch.points[0].z]
+    np.testing.assert_array_equal([point.z for point in branch.cut_off], ends)
+    monkeypatch.setattr(continuation, "MOST_POINTS", 5000)
+    assert branch_through(circle, np.array([0.4, 0.5]), 0.02).cut_off == []
 
 
 def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_at_folds():

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from slipmode import fmu, rom
+from slipmode.rom import full
 
 FORCE, SPAN = ({0: 0.04},), (0.95, 1.03)
+SAMPLES = 32  # of a period
 
 
 @pytest.fixture(scope="module")
@@ -58,3 +60,33 @@ def test_curves_without_hopf_points_have_none():
     model = rom.tabulate(rom.reduce(rom.two_mass(beta=0.01), (0,)), rom.Coulomb(2.0), (4.0,), 1e-2)
     curve = rom.response_curve(model, (0.98,), ({0: 0.1},), "frequency_A", (0.95, 1.02))
     assert curve.cycles.parameter.size == 0
+
+
+@pytest.mark.slow
+def test_they_are_those_of_full_order(curve):
+    """Of a run from rest, by sliding windows of two periods: 0.8 and 0.4 % of the largest.
+
+    Of the least and the largest; but for where a steady state begins to attract.
+    """
+    model, found = curve
+    structure, cycles = rom.two_mass(beta=0.01), found.cycles
+    body = full.aeroelastic(structure, model.reduced)
+    row = (structure.mass @ model.reduced.mode_shapes).T
+    window = np.hanning(2 * SAMPLES + 1)[:-1] / SAMPLES
+    off = []
+    ends = np.array([point.parameter for point in found.special])
+    for k, Omega in enumerate(cycles.parameter):
+        if np.abs(ends - Omega).min() < 2e-3:
+            continue
+        times = np.arange(700 * SAMPLES, 1200 * SAMPLES) * 2.0 * np.pi / (Omega * SAMPLES)
+        excitation = full.Excitation.harmonic(body, FORCE, [Omega])
+        motion = full.integrate(
+            body, model.law, excitation, times, steps_per_period=SAMPLES, outputs=row
+        )
+        carried = motion.displacement[:, 0] * np.exp(-1j * Omega * motion.time)
+        size = np.abs(np.convolve(carried, window, "valid"))
+        assert size.min() < 0.7 * size.max()
+        off.append([cycles.lowest[k, 0] - size.min(), cycles.highest[k, 0] - size.max()])
+        off[-1] = (np.abs(off[-1]) / size.max()).tolist()
+    assert len(off) >= 10
+    assert np.max(off) <= 1e-2

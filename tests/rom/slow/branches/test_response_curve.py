@@ -7,6 +7,7 @@ from elastic.frictional_beam import structure as lifting
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError, full
+from slipmode.rom.slow.branches import continuation
 
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
@@ -189,3 +190,15 @@ def test_it_is_drawn(both, tmp_path):
     assert curve.plot(ax) is ax
     drawn = max(line.get_ydata().max(initial=0.0) for line in ax.lines if line.get_xdata().size)
     assert drawn == np.abs(curve.amplitude).max()
+
+
+def test_a_branch_with_too_many_points_is_said_to_go_on(both, monkeypatch):
+    monkeypatch.setattr(continuation, "MOST_POINTS", 10)
+    with pytest.warns(rom.ValidityWarning, match=r"^curve not followed beyond frequency_A = 0\."):
+        curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
+    ends = np.array([curve.parameter.min(), curve.parameter.max()])
+    assert curve.cut_off.size >= 1
+    assert np.all((curve.cut_off >= ends[0]) & (curve.cut_off <= ends[1]))
+    monkeypatch.undo()
+    whole = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
+    assert whole.cut_off.size == 0

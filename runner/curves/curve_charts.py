@@ -1,0 +1,105 @@
+"""Response curves, backbones and performance curves as recordings in Rerun, in a scene's units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode import rom
+from slipmode.rom.arrays import Floats
+from slipmode.rom.slow.units import modal_displacement
+from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
+
+_MODAL = "kg^0.5 m"
+_COLORS = (BLUE, ORANGE)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How a curve is shown: amplitudes of a DOF where one is given, and units."""
+
+    dof: int | None
+    units: rom.Units
+
+    def size(self, mode_shape: Floats, amplitude: Floats) -> Floats:
+        """Of modal amplitudes."""
+        if self.dof is None:
+            return amplitude
+        return self.units.of_displacement(modal_displacement(mode_shape, amplitude, self.dof))
+
+    def named(self, name: str) -> str:
+        """An amplitude with its unit."""
+        if self.dof is None:
+            return f"{name} [{_MODAL}]"
+        return f"{name} at DOF {self.dof} [{self.units.displacement}]"
+
+
+def curve_charts(
+    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
+) -> list[list[Chart]]:
+    """Rows of charts of a curve."""
+    if isinstance(curve, rom.ResponseCurve):
+        return [[_response(curve, j, shown) for j in range(curve.amplitude.shape[1])]]
+    if isinstance(curve, rom.Backbone):
+        size = curve.amplitude
+        if shown.dof is not None:
+            size = shown.units.of_displacement(curve.displacement(shown.dof))
+        x, frequency = Axis(shown.named("amplitude"), log=True), shown.units.frequency
+        of_frequency = shown.units.of_frequency(curve.frequency)
+        return [
+            [
+                _line(
+                    "/frequency", "Frequency", x, f"frequency [{frequency}]", size, of_frequency
+                ),
+                _line("/damping", "Damping ratio", x, "damping [-]", size, curve.damping),
+            ]
+        ]
+    peak = curve.peak
+    if shown.dof is not None:
+        peak = shown.units.of_displacement(curve.displacement(shown.dof))
+    x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
+    point = Layer(curve.limit[[best]], peak[[best]], ORANGE, "lowest", False, 5.0)
+    layers = [Layer(curve.limit, peak), point]
+    return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
+
+
+def _line(entity: str, title: str, x: Axis, label: str, at: Floats, values: Floats) -> Chart:
+    return Chart(entity, title, x, Axis(label), [Layer(at, values)], from_zero=False)
+
+
+def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
+    """|a_j|: what is stable, what is not, folds and Hopf points, bands of slow limit cycles."""
+    of_frequency, mode = curve.vary.startswith("frequency"), "AB"[j]
+    unit = shown.units.frequency if of_frequency else "-"
+
+    def at(parameter: Floats) -> Floats:
+        return shown.units.of_frequency(parameter) if of_frequency else parameter
+
+    def size(amplitude: Floats) -> Floats:
+        return shown.size(curve.mode_shapes[:, j], amplitude)
+
+    x, y = at(curve.parameter), size(np.abs(curve.amplitude[:, j]))
+    ends = np.flatnonzero(np.diff(curve.branch)) + 1  # curves do not go on from branch to branch
+    layers = []
+    for part, color, name in (
+        (curve.stable, _COLORS[j], "stable"),
+        (~curve.stable, GREY, "unstable"),
+    ):
+        if part.any():
+            own = np.insert(np.where(part, y, np.nan), ends, np.nan)
+            layers.append(Layer(np.insert(x, ends, np.nan), own, color, name))
+    for kind, color in (("fold", RED), ("Hopf", GREEN)):
+        found = [point for point in curve.special if point.kind == kind]
+        if found:
+            where = np.array([point.parameter for point in found])
+            tops = np.array([abs(point.amplitude[j]) for point in found])
+            layers.append(Layer(at(where), size(tops), color, kind, False, 5.0))
+    cycles = curve.cycles
+    if cycles.parameter.size:
+        low, high = size(cycles.lowest[:, j]), size(cycles.highest[:, j])
+        bars = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()
+        name = "slow limit cycles"
+        layers.append(Layer(np.repeat(at(cycles.parameter), 3), bars, GREEN, name, width=1.0))
+    label = f"{curve.vary.replace('_', ' ')} [{unit}]"
+    return Chart(f"/{mode}", f"|{mode}|", Axis(label), Axis(shown.named(f"|{mode}|")), layers)
