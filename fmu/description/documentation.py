@@ -65,8 +65,11 @@ _USE = (
     "time.",
     "<b>Events and early returns</b> (Co-Simulation of FMI 3.0). With event mode, forces that "
     "jump are set there; without, between two steps, which does the same. Where early returns are "
-    "allowed, a step that would leave the friction table ends where it does.",
-    "<b>Modal damping</b> may be tuned between steps and at events; the present amplitudes stay.",
+    "allowed, a step that would leave the friction table ends where it does. An importer with an "
+    "<b>intermediate update</b> is told of each internal step of a step, may read the outputs it "
+    "named there, and end the step; in a step that is discarded they do not count.",
+    "<b>Modal damping</b> and the <b>tolerance</b> may be tuned between steps and at events; the "
+    "present amplitudes stay.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "

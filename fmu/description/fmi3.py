@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from slipmode.fmu.description.description import MODEL_IDENTIFIER
 from slipmode.fmu.description.xml_writer import Writer, to_bytes
-from slipmode.fmu.variables.variable import Type
+from slipmode.fmu.variables.variable import Causality, Type
 
 _TAGS = {Type.REAL: "Float64", Type.ENUMERATION: "Enumeration", Type.BOOLEAN: "Boolean"}
 
@@ -37,6 +37,8 @@ class Fmi3Writer(Writer):
             canHandleVariableCommunicationStepSize="true",
             maxOutputDerivativeOrder="1",
             mightReturnEarlyFromDoStep="true",
+            providesIntermediateUpdate="true",
+            canReturnEarlyAfterIntermediateUpdate="true",
             hasEventMode="true",
         )
 
@@ -52,6 +54,8 @@ class Fmi3Writer(Writer):
     def _add_variables(self, variables: Element) -> None:
         for variable in self.variables:
             attributes = self._general(variable) | self._typed(variable)
+            if variable.causality is Causality.OUTPUT:
+                attributes["intermediateUpdate"] = "true"
             SubElement(variables, _TAGS[variable.type], attributes)
 
     def _add_structure(self, structure: Element) -> None:

@@ -192,6 +192,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
         start=choice.tolerance,
         minimum=1e-13,
         maximum=1e-2,
+        tunable=True,
     )
     if choice.contact:
         yield Variable(

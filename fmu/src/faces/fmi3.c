@@ -63,20 +63,33 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
     return instantiate(FMU_MODEL_EXCHANGE, name, token, path, &logger);
 }
 
+/* Inputs are not set within a step: each moves at its rate. */
+static int tell(const fmu_observer *observer, double time, int may_end, double *end) {
+    fmi3Boolean early = fmi3False;
+    ((fmi3IntermediateUpdateCallback)observer->callback)(
+        observer->environment, time, fmi3False, fmi3True, fmi3True, may_end != 0, &early, end);
+    return may_end && early;
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible, fmi3Boolean logging,
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference intermediate[],
     size_t intermediates, fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback,
     fmi3IntermediateUpdateCallback update) {
-    (void)visible, (void)intermediate, (void)update;
+    (void)visible;
     const fmu_logger logger = logger_of(environment, callback, logging);
-    if (intermediates > 0)
-        return refuse_instance(&logger, name, "the FMU provides no intermediate updates");
+    const fmu_observer observer = {.update = update ? tell : NULL,
+                                   .callback = (void (*)(void))update,
+                                   .environment = environment};
+    if (intermediates > 0 && !(intermediate && update))
+        return refuse_instance(&logger, name, "required intermediate variables need a callback");
     fmu_instance *c = instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
     if (!c) return NULL;
     c->event_mode = event_mode;
     c->early_return = early_return;
-    return c;
+    if (fmu_observe(c, &observer, intermediate, intermediates) == FMU_OK) return c;
+    fmu_free(c);
+    return NULL;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(

@@ -22,6 +22,11 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
                 TYPE_NAME[variable->type], TYPE_NAME[type]);
         return NULL;
     }
+    if (instance->state == FMU_INTERMEDIATE && !fmu_is_observed(instance, reference)) {
+        fmu_say(instance, FMU_ERROR, "%s: is not among the required intermediate variables",
+                instance->model->name[reference]);
+        return NULL;
+    }
     return variable;
 }
 
@@ -138,7 +143,7 @@ static const char *value_needs(const fmu_variable *variable, double value) {
 #define TUNABLE_IN (FMU_EVENTS | FMU_STEPPING | FMU_STEP_EVENTS)
 
 static int is_tunable(const fmu_variable *variable) {
-    return variable->kind == FMU_PARAMETER && variable->slot < FMU_TOLERANCE;
+    return variable->kind == FMU_PARAMETER && variable->slot != FMU_CONTACT_WANTED;
 }
 
 static fmu_status may_set(const fmu_instance *instance, const fmu_variable *variable,

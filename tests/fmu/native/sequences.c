@@ -124,7 +124,7 @@ static void end(instance *i) {
 
 static int is_settable(const instance *i, const fmu_variable *v) {
     if (v->kind == FMU_INPUT) return in(i, INSTANTIATED | INITIALIZATION | RUNNING);
-    const int tunable = v->kind == FMU_PARAMETER && v->slot < FMU_TOLERANCE;
+    const int tunable = v->kind == FMU_PARAMETER && v->slot != FMU_CONTACT_WANTED;
     return (v->kind == FMU_PARAMETER || v->kind == FMU_START) &&
            in(i, INSTANTIATED | INITIALIZATION | (tunable ? TUNABLE : 0));
 }
@@ -135,7 +135,7 @@ static int is_settable(const instance *i, const fmu_variable *v) {
 static double good_value(const fmu_variable *v) {
     if (v->kind == FMU_START) return (uniform() - 0.5) * 0.66 * model->nominal[v->slot - 1];
     if (v->kind == FMU_PARAMETER)
-        return v->slot == FMU_TOLERANCE ? 1e-6 : 0.001 + 0.01 * uniform();
+        return v->slot == FMU_TOLERANCE ? (below(2) ? 1e-6 : 1e-4) : 0.001 + 0.01 * uniform();
     if (v->slot == SLOT(limit_scale)) return 0.8 + 0.4 * uniform();
     if (v->slot == SLOT(frequency[0])) return model->flow.natural[0] * (0.9 + 0.2 * uniform());
     if (v->slot == SLOT(frequency[1])) return model->flow.natural[1] * (0.93 + 0.1 * uniform());
