@@ -140,6 +140,7 @@ def export(
         mode_names=modes,
         newtons=force_patterns is not None,
         contact=contact,
+        arrays=contact and fmi == 3,
         elastic=tuple(elastic),
         tolerance=tolerance,
         start=start or {},

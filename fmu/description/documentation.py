@@ -72,6 +72,8 @@ _USE = (
     "present amplitudes stay.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
+    "FMI 3.0: the motion of all contact DOFs is there as arrays as well, <code>contact_x</code>, "
+    "<code>contact_v</code>, <code>contact_f</code>.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
     "restored and serialized; a continued run has the same bits.",
 )

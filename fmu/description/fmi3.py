@@ -9,7 +9,12 @@ from slipmode.fmu.description.description import MODEL_IDENTIFIER
 from slipmode.fmu.description.xml_writer import Writer, to_bytes
 from slipmode.fmu.variables.variable import Causality, Type
 
-_TAGS = {Type.REAL: "Float64", Type.ENUMERATION: "Enumeration", Type.BOOLEAN: "Boolean"}
+_TAGS = {
+    Type.REAL: "Float64",
+    Type.ENUMERATION: "Enumeration",
+    Type.BOOLEAN: "Boolean",
+    Type.ARRAY: "Float64",
+}
 
 
 class Fmi3Writer(Writer):
@@ -56,7 +61,9 @@ class Fmi3Writer(Writer):
             attributes = self._general(variable) | self._typed(variable)
             if variable.causality is Causality.OUTPUT:
                 attributes["intermediateUpdate"] = "true"
-            SubElement(variables, _TAGS[variable.type], attributes)
+            element = SubElement(variables, _TAGS[variable.type], attributes)
+            if variable.size is not None:
+                SubElement(element, "Dimension", start=str(variable.size))
 
     def _add_structure(self, structure: Element) -> None:
         for tag, unknowns in (

@@ -6,7 +6,7 @@ value is; the rest goes into modelDescription.xml and the documentation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import inf, isfinite
@@ -40,6 +40,8 @@ class Choice:
         Whether forces are in newtons, not modal.
     contact : bool
         Whether there is contact motion.
+    arrays : bool
+        Whether contact motion is there as arrays as well.
     elastic : tuple of int
         DOFs whose displacement is an output.
     tolerance : float
@@ -53,6 +55,7 @@ class Choice:
     mode_names: tuple[str, ...]
     newtons: bool
     contact: bool
+    arrays: bool
     elastic: tuple[int, ...]
     tolerance: float
     start: Mapping[str, float]
@@ -315,6 +318,21 @@ def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
         description = f"Displacement of DOF {dof}"
         yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
         slot += 1
+    if choice.arrays:
+        yield from _motion_arrays(len(directions), moving)
+
+
+def _motion_arrays(size: int, moving: Callable[..., Variable]) -> Iterator[Variable]:
+    for k, (letter, word, quantity) in enumerate(
+        (
+            ("x", "Displacement", Quantity.DISPLACEMENT),
+            ("v", "Velocity", Quantity.VELOCITY),
+            ("f", "Force", Quantity.FORCE),
+        )
+    ):
+        description = f"{word} at every contact DOF, as contact_0_{letter}, ... have it"
+        one = moving(f"contact_{letter}", description, kernel.OUTPUTS_FIXED + k * size, quantity)
+        yield replace(one, type=Type.ARRAY, size=size)
 
 
 def _contact_words(letter: str, direction: ContactDirection, i: int) -> str:

@@ -9,6 +9,7 @@
 
 #define EARLY 1e-9 /* of a step: nothing, but for rounding */
 #define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
+#define AS_MANY "as many values are needed as the variables have"
 /* Of a call with arrays of `count` elements. */
 #define NEED_ARRAYS(count, values, name)                                        \
     REFUSE_IF((count) > 0 && (!vr || !value), name ": an array is NULL");       \
@@ -135,8 +136,8 @@ fmi3Status fmi3Reset(fmi3Instance c) {
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
                           fmi3Float64 value[], size_t values) {
     ALLOW(READABLE, "fmi3GetFloat64");
-    NEED_ARRAYS(count, values, "fmi3GetFloat64");
-    return (fmi3Status)fmu_get_reals(c, vr, count, value);
+    REFUSE_IF(count > 0 && (!vr || !value), "fmi3GetFloat64: an array is NULL");
+    return (fmi3Status)fmu_get_floats(c, vr, count, value, values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
@@ -229,9 +230,15 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     ALLOW(READABLE, "fmi3GetDirectionalDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !sensitivity)) || (knowns > 0 && (!known || !seed)),
               "fmi3GetDirectionalDerivative: an array is NULL");
-    REFUSE_IF(seeds != knowns || sensitivities != unknowns,
-              "fmi3GetDirectionalDerivative: as many values are needed as value references");
-    return (fmi3Status)fmu_directional(c, unknown, unknowns, known, knowns, seed, sensitivity);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status =
+        seeds == knowns && sensitivities == scalars
+            ? fmu_directional(c, scalar, scalars, known, knowns, seed, sensitivity)
+            : fmu_say(c, FMU_ERROR, "fmi3GetDirectionalDerivative: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
@@ -241,9 +248,15 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
     ALLOW(READABLE, "fmi3GetAdjointDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !seed)) || (knowns > 0 && (!known || !sensitivity)),
               "fmi3GetAdjointDerivative: an array is NULL");
-    REFUSE_IF(seeds != unknowns || sensitivities != knowns,
-              "fmi3GetAdjointDerivative: as many values are needed as value references");
-    return (fmi3Status)fmu_adjoint(c, unknown, unknowns, known, knowns, seed, sensitivity);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status =
+        seeds == scalars && sensitivities == knowns
+            ? fmu_adjoint(c, scalar, scalars, known, knowns, seed, sensitivity)
+            : fmu_say(c, FMU_ERROR, "fmi3GetAdjointDerivative: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 /* ---- events ---------------------------------------------------------------------------- */
@@ -346,11 +359,17 @@ fmi3Status fmi3EnterStepMode(fmi3Instance c) {
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
                                     const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
     ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, "fmi3GetOutputDerivatives");
-    NEED_ARRAYS(count, values, "fmi3GetOutputDerivatives");
-    REFUSE_IF(count > 0 && !order, "fmi3GetOutputDerivatives: an array is NULL");
+    REFUSE_IF(count > 0 && (!vr || !value || !order), "fmi3GetOutputDerivatives: an array is NULL");
     for (size_t k = 0; k < count; k++)
         REFUSE_IF(order[k] != 1, "fmi3GetOutputDerivatives: order must be 1");
-    return (fmi3Status)fmu_output_derivatives(c, vr, count, value);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, vr, count, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status = values == scalars
+                                  ? fmu_output_derivatives(c, scalar, scalars, value)
+                                  : fmu_say(c, FMU_ERROR, "fmi3GetOutputDerivatives: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,

@@ -109,6 +109,12 @@ double fmu_time(const fmu_instance *instance);
 
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          double *value);
+/* Likewise of arrays too, whose values lie one after the other; so many in all. */
+fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
+                          double *value, size_t values);
+/* Reals, and what arrays consist of, from malloc; NULL, with a logged reason, where memory is short. */
+uint32_t *fmu_scalars(const fmu_instance *instance, const uint32_t *reference, size_t count,
+                      size_t *scalars);
 fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          const double *value);
 /* Enumerations and booleans, `type` says which. */

@@ -233,6 +233,7 @@ const calls fmi3_calls = {
     .terminate = AS(status (*)(void *), fmi3Terminate),
     .reset = AS(status (*)(void *), fmi3Reset),
     .get_real = get_real,
+    .get_floats = AS(status (*)(void *, const uint32_t *, size_t, double *, size_t), fmi3GetFloat64),
     .set_real = set_real,
     .get_enumeration = get_enumeration,
     .get_boolean = get_boolean,
