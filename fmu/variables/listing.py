@@ -40,8 +40,6 @@ class Choice:
         Whether forces are in newtons, not modal.
     contact : bool
         Whether there is contact motion.
-    arrays : bool
-        Whether contact motion is there as arrays as well.
     elastic : tuple of int
         DOFs whose displacement is an output.
     tolerance : float
@@ -55,7 +53,6 @@ class Choice:
     mode_names: tuple[str, ...]
     newtons: bool
     contact: bool
-    arrays: bool
     elastic: tuple[int, ...]
     tolerance: float
     start: Mapping[str, float]
@@ -318,11 +315,11 @@ def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
         description = f"Displacement of DOF {dof}"
         yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
         slot += 1
-    if choice.arrays:
-        yield from _motion_arrays(len(directions), moving)
+    yield from _motion_arrays(len(directions), moving)
 
 
 def _motion_arrays(size: int, moving: Callable[..., Variable]) -> Iterator[Variable]:
+    """All of it once more, last of all: FMI 2.0 has no arrays, and does not know them."""
     for k, (letter, word, quantity) in enumerate(
         (
             ("x", "Displacement", Quantity.DISPLACEMENT),

@@ -44,6 +44,15 @@ def test_they_are_not_set(stepped):
     assert "contact_x: is an array" in stepped.messages[-1][1]
 
 
+def test_fmi_2_does_not_know_them(unzipped):
+    """They are in the resources, which both versions share."""
+    with instance(unzipped[2], 2) as made:
+        made.start()
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            made.fmu.getReal([len(made.reference)])
+        assert "contact_x: is an array, not a real" in made.messages[-1][1]
+
+
 def test_their_derivatives_are_those_of_their_elements(stepped):
     known = [stepped.reference[name] for name in ("A_re", "B_im")]
     unknown = [stepped.reference[name] for name in ("contact_x", "A_abs")]
