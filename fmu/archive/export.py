@@ -147,6 +147,8 @@ def export(
     )
     variables = list_variables(model, choice)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
+    if fmi == 2:
+        variables = [v for v in variables if v.size is None]
     sources = binaries.source_files(fmi)
     description = Description(
         name=name,

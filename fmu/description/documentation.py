@@ -65,10 +65,15 @@ _USE = (
     "time.",
     "<b>Events and early returns</b> (Co-Simulation of FMI 3.0). With event mode, forces that "
     "jump are set there; without, between two steps, which does the same. Where early returns are "
-    "allowed, a step that would leave the friction table ends where it does.",
-    "<b>Modal damping</b> may be tuned between steps and at events; the present amplitudes stay.",
+    "allowed, a step that would leave the friction table ends where it does. An importer with an "
+    "<b>intermediate update</b> is told of each internal step of a step, may read the outputs it "
+    "named there, and end the step; in a step that is discarded they do not count.",
+    "<b>Modal damping</b> and the <b>tolerance</b> may be tuned between steps and at events; the "
+    "present amplitudes stay.",
     "A sweep that the importer makes by setting the frequency alone, its rate left at 0, leaves "
     "out the term i (d frequency / dt) a of the amplitude equations, which is small.",
+    "FMI 3.0: the motion of all contact DOFs is there as arrays as well, <code>contact_x</code>, "
+    "<code>contact_v</code>, <code>contact_f</code>.",
     "Both: amplitudes <code>A_re</code>, ... may be set before the start. States can be saved, "
     "restored and serialized; a continued run has the same bits.",
 )

@@ -7,9 +7,14 @@ from xml.etree.ElementTree import Element, SubElement
 
 from slipmode.fmu.description.description import MODEL_IDENTIFIER
 from slipmode.fmu.description.xml_writer import Writer, to_bytes
-from slipmode.fmu.variables.variable import Type
+from slipmode.fmu.variables.variable import Causality, Type
 
-_TAGS = {Type.REAL: "Float64", Type.ENUMERATION: "Enumeration", Type.BOOLEAN: "Boolean"}
+_TAGS = {
+    Type.REAL: "Float64",
+    Type.ENUMERATION: "Enumeration",
+    Type.BOOLEAN: "Boolean",
+    Type.ARRAY: "Float64",
+}
 
 
 class Fmi3Writer(Writer):
@@ -37,6 +42,8 @@ class Fmi3Writer(Writer):
             canHandleVariableCommunicationStepSize="true",
             maxOutputDerivativeOrder="1",
             mightReturnEarlyFromDoStep="true",
+            providesIntermediateUpdate="true",
+            canReturnEarlyAfterIntermediateUpdate="true",
             hasEventMode="true",
         )
 
@@ -52,7 +59,11 @@ class Fmi3Writer(Writer):
     def _add_variables(self, variables: Element) -> None:
         for variable in self.variables:
             attributes = self._general(variable) | self._typed(variable)
-            SubElement(variables, _TAGS[variable.type], attributes)
+            if variable.causality is Causality.OUTPUT:
+                attributes["intermediateUpdate"] = "true"
+            element = SubElement(variables, _TAGS[variable.type], attributes)
+            if variable.size is not None:
+                SubElement(element, "Dimension", start=str(variable.size))
 
     def _add_structure(self, structure: Element) -> None:
         for tag, unknowns in (

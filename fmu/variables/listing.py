@@ -6,7 +6,7 @@ value is; the rest goes into modelDescription.xml and the documentation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import inf, isfinite
@@ -192,6 +192,7 @@ def _parameters(model: Model, choice: Choice) -> Iterator[Variable]:
         start=choice.tolerance,
         minimum=1e-13,
         maximum=1e-2,
+        tunable=True,
     )
     if choice.contact:
         yield Variable(
@@ -314,6 +315,21 @@ def _motion(model: Model, choice: Choice, needs: _Needs) -> Iterator[Variable]:
         description = f"Displacement of DOF {dof}"
         yield moving(f"x_{dof}", description, slot, Quantity.DISPLACEMENT)
         slot += 1
+    yield from _motion_arrays(len(directions), moving)
+
+
+def _motion_arrays(size: int, moving: Callable[..., Variable]) -> Iterator[Variable]:
+    """All of it once more, last of all: FMI 2.0 has no arrays, and does not know them."""
+    for k, (letter, word, quantity) in enumerate(
+        (
+            ("x", "Displacement", Quantity.DISPLACEMENT),
+            ("v", "Velocity", Quantity.VELOCITY),
+            ("f", "Force", Quantity.FORCE),
+        )
+    ):
+        description = f"{word} at every contact DOF, as contact_0_{letter}, ... have it"
+        one = moving(f"contact_{letter}", description, kernel.OUTPUTS_FIXED + k * size, quantity)
+        yield replace(one, type=Type.ARRAY, size=size)
 
 
 def _contact_words(letter: str, direction: ContactDirection, i: int) -> str:

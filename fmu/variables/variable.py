@@ -14,6 +14,7 @@ class Type(IntEnum):
     REAL = 0
     ENUMERATION = 1
     BOOLEAN = 2
+    ARRAY = 3  # of reals: an output of every contact DOF
 
 
 class Kind(IntEnum):
@@ -68,6 +69,8 @@ class Variable:
         Names of the parameters that it depends on.
     tunable : bool
         Of a parameter: whether it may change between steps and at events.
+    size : int, optional
+        Of an array.
     """
 
     name: str
@@ -85,13 +88,14 @@ class Variable:
     needs: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
     tunable: bool = False
+    size: int | None = None
 
     @property
     def variability(self) -> str:
         """Variability as both versions of the standard call it."""
         if self.causality is Causality.PARAMETER:
             return "tunable" if self.tunable else "fixed"
-        return "continuous" if self.type is Type.REAL else "discrete"
+        return "continuous" if self.type in (Type.REAL, Type.ARRAY) else "discrete"
 
     @property
     def initial(self) -> str | None:

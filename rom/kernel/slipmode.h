@@ -349,6 +349,9 @@ SM_API sm_status sm_component_set_amplitude(sm_component *component, const doubl
 SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
 /* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */
 SM_API sm_status sm_component_step(sm_component *component, double duration);
+/* The same by one internal step, or where these are too short to matter by several, at most by
+ * `most` > 0; `taken` says by how much. */
+SM_API sm_status sm_component_advance(sm_component *component, double most, double *taken);
 
 /* Outputs, packed: time, (Re, Im) of a_A and a_B, theta_A, theta_B, input power, power and energy
  * dissipated at the contacts; with motion.wanted also x_c, v_c, f_c (3 N_c) and the elastic

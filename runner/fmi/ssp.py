@@ -59,7 +59,7 @@ def _tag(prefix: str, name: str) -> str:
 def _structure(scene: Scene, variables: Sequence[Any]) -> bytes:
     root = Element(_tag("ssd", "SystemStructureDescription"), version="1.0", name=scene.title)
     system = SubElement(root, _tag("ssd", "System"), name="system", description=scene.title)
-    connected = [v for v in variables if v.causality in ("input", "output")]
+    connected = [v for v in variables if v.causality in ("input", "output") and not v.dimensions]
     _add_connectors(system, connected)
     elements = SubElement(system, _tag("ssd", "Elements"))
     component = SubElement(

@@ -5,7 +5,8 @@ import re
 import fmpy
 import pytest
 from fmpy.fmi2 import fmi2LastSuccessfulTime, fmi2Terminated
-from fmu_fixtures import VERSIONS, instance
+from fmu_exchange import Master
+from fmu_fixtures import START, VERSIONS, instance
 
 FMI_ERRORS = fmpy.fmi1.FMICallException
 
@@ -76,3 +77,21 @@ def test_a_refused_range_is_told_with_what_would_help(unzipped, fmi, two_mode_mo
         ends = float(f"{two_mode_model.table.amplitude_range[0]:.4g}")
         assert f"the table ends at {ends:g}; lower force_A, now 3, or export" in message
         assert "slipmode fmu --range" in message
+
+
+def test_a_time_at_which_an_input_has_moved_too_far_is_discarded(unzipped, fmi):
+    """An integrator may try it, and then another; what is set too far is an error."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        Master(made).start(frequency_rate_A=-1e-3)
+        for time in (1e4, 1e308):
+            made.fmu.setTime(time)
+            with pytest.raises(FMI_ERRORS) as refused:
+                made.get("der(A_re)")
+            assert refused.value.status == 2
+            assert "frequency_A: must be" in made.messages[-1][1]
+        made.fmu.setTime(1.0)
+        assert made.get("frequency_A")[0] == pytest.approx(START["frequency_A"] - 1e-3)
+        made.set(frequency_rate_A=0.0, frequency_A=1e3)
+        with pytest.raises(FMI_ERRORS) as refused:
+            made.get("der(A_re)")
+        assert refused.value.status == 3

@@ -312,7 +312,7 @@ def test_wrong_calls_are_refused_and_named(unzipped, fmi):
         refuse(made.set, reason="frequency_B: must be > 0", frequency_B=-1.0)
         refuse(made.set, reason="A_abs: is not an input or parameter", A_abs=1.0)
         refuse(made.set, reason="A_re: not allowed while the instance is in step mode", A_re=0.1)
-        refuse(made.set, reason="tolerance: not allowed", tolerance=1e-3)
+        refuse(made.set, reason="tolerance: must be 1e-13 to 0.01, got 0.1", tolerance=0.1)
         refuse(made.fmu.exitInitializationMode, reason="ExitInitializationMode: not allowed")
         getter = made.fmu.getReal if fmi == 2 else made.fmu.getFloat64
         refuse(getter, [999], reason="value reference 999: there is no such variable")

@@ -9,6 +9,7 @@
 
 #define EARLY 1e-9 /* of a step: nothing, but for rounding */
 #define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
+#define AS_MANY "as many values are needed as the variables have"
 /* Of a call with arrays of `count` elements. */
 #define NEED_ARRAYS(count, values, name)                                        \
     REFUSE_IF((count) > 0 && (!vr || !value), name ": an array is NULL");       \
@@ -63,20 +64,33 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
     return instantiate(FMU_MODEL_EXCHANGE, name, token, path, &logger);
 }
 
+/* Inputs are not set within a step: each moves at its rate. */
+static int tell(const fmu_observer *observer, double time, int may_end, double *end) {
+    fmi3Boolean early = fmi3False;
+    ((fmi3IntermediateUpdateCallback)observer->callback)(
+        observer->environment, time, fmi3False, fmi3True, fmi3True, may_end != 0, &early, end);
+    return may_end && early;
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String path, fmi3Boolean visible, fmi3Boolean logging,
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference intermediate[],
     size_t intermediates, fmi3InstanceEnvironment environment, fmi3LogMessageCallback callback,
     fmi3IntermediateUpdateCallback update) {
-    (void)visible, (void)intermediate, (void)update;
+    (void)visible;
     const fmu_logger logger = logger_of(environment, callback, logging);
-    if (intermediates > 0)
-        return refuse_instance(&logger, name, "the FMU provides no intermediate updates");
+    const fmu_observer observer = {.update = update ? tell : NULL,
+                                   .callback = (void (*)(void))update,
+                                   .environment = environment};
+    if (intermediates > 0 && !(intermediate && update))
+        return refuse_instance(&logger, name, "required intermediate variables need a callback");
     fmu_instance *c = instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
     if (!c) return NULL;
     c->event_mode = event_mode;
     c->early_return = early_return;
-    return c;
+    if (fmu_observe(c, &observer, intermediate, intermediates) == FMU_OK) return c;
+    fmu_free(c);
+    return NULL;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -122,8 +136,8 @@ fmi3Status fmi3Reset(fmi3Instance c) {
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
                           fmi3Float64 value[], size_t values) {
     ALLOW(READABLE, "fmi3GetFloat64");
-    NEED_ARRAYS(count, values, "fmi3GetFloat64");
-    return (fmi3Status)fmu_get_reals(c, vr, count, value);
+    REFUSE_IF(count > 0 && (!vr || !value), "fmi3GetFloat64: an array is NULL");
+    return (fmi3Status)fmu_get_floats(c, vr, count, value, values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
@@ -216,9 +230,15 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     ALLOW(READABLE, "fmi3GetDirectionalDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !sensitivity)) || (knowns > 0 && (!known || !seed)),
               "fmi3GetDirectionalDerivative: an array is NULL");
-    REFUSE_IF(seeds != knowns || sensitivities != unknowns,
-              "fmi3GetDirectionalDerivative: as many values are needed as value references");
-    return (fmi3Status)fmu_directional(c, unknown, unknowns, known, knowns, seed, sensitivity);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status =
+        seeds == knowns && sensitivities == scalars
+            ? fmu_directional(c, scalar, scalars, known, knowns, seed, sensitivity)
+            : fmu_say(c, FMU_ERROR, "fmi3GetDirectionalDerivative: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
@@ -228,9 +248,15 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
     ALLOW(READABLE, "fmi3GetAdjointDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !seed)) || (knowns > 0 && (!known || !sensitivity)),
               "fmi3GetAdjointDerivative: an array is NULL");
-    REFUSE_IF(seeds != unknowns || sensitivities != knowns,
-              "fmi3GetAdjointDerivative: as many values are needed as value references");
-    return (fmi3Status)fmu_adjoint(c, unknown, unknowns, known, knowns, seed, sensitivity);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status =
+        seeds == scalars && sensitivities == knowns
+            ? fmu_adjoint(c, scalar, scalars, known, knowns, seed, sensitivity)
+            : fmu_say(c, FMU_ERROR, "fmi3GetAdjointDerivative: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 /* ---- events ---------------------------------------------------------------------------- */
@@ -333,11 +359,17 @@ fmi3Status fmi3EnterStepMode(fmi3Instance c) {
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
                                     const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
     ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, "fmi3GetOutputDerivatives");
-    NEED_ARRAYS(count, values, "fmi3GetOutputDerivatives");
-    REFUSE_IF(count > 0 && !order, "fmi3GetOutputDerivatives: an array is NULL");
+    REFUSE_IF(count > 0 && (!vr || !value || !order), "fmi3GetOutputDerivatives: an array is NULL");
     for (size_t k = 0; k < count; k++)
         REFUSE_IF(order[k] != 1, "fmi3GetOutputDerivatives: order must be 1");
-    return (fmi3Status)fmu_output_derivatives(c, vr, count, value);
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, vr, count, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status = values == scalars
+                                  ? fmu_output_derivatives(c, scalar, scalars, value)
+                                  : fmu_say(c, FMU_ERROR, "fmi3GetOutputDerivatives: " AS_MANY);
+    free(scalar);
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,

@@ -10,6 +10,6 @@
 #define REFUSE_IF(condition, reason) \
     if (condition) return (fmi3Status)fmu_say(c, FMU_ERROR, "%s", (reason))
 
-#define READABLE (FMU_ANY & ~FMU_INSTANTIATED)
+#define READABLE ((FMU_ANY & ~FMU_INSTANTIATED) | FMU_INTERMEDIATE)
 
 #endif

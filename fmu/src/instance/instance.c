@@ -18,6 +18,7 @@ static const char *state_name(fmu_state state) {
     case FMU_CONTINUOUS: return "in continuous-time mode";
     case FMU_STEPPING: return "in step mode";
     case FMU_STEP_EVENTS: return "in event mode";
+    case FMU_INTERMEDIATE: return "in intermediate update mode";
     default: return "terminated";
     }
 }
@@ -90,6 +91,7 @@ void fmu_free(fmu_instance *instance) {
     sm_component_free(instance->component);
     fmu_model_release(instance->model);
     free(instance->outputs);
+    free(instance->observer.wanted);
     free(instance->name);
     free(instance);
 }

@@ -25,11 +25,12 @@ typedef enum {
     FMU_CONTINUOUS = 8,  /* Model Exchange */
     FMU_STEPPING = 16,   /* Co-Simulation */
     FMU_TERMINATED = 32,
-    FMU_STEP_EVENTS = 64 /* Co-Simulation, FMI 3.0 */
+    FMU_STEP_EVENTS = 64, /* Co-Simulation, FMI 3.0 */
+    FMU_INTERMEDIATE = 128 /* likewise, within a step */
 } fmu_state;
 #define FMU_BEFORE_START (FMU_INSTANTIATED | FMU_INITIALIZATION)
 #define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING | FMU_STEP_EVENTS)
-#define FMU_ANY 127
+#define FMU_ANY 127 /* but within a step */
 
 /* Where messages go; `callback` is the importer's, which only `write` knows how to call. */
 typedef struct fmu_logger {
@@ -40,8 +41,20 @@ typedef struct fmu_logger {
     int events; /* whether more than warnings and errors is wanted */
 } fmu_logger;
 
+/* Who is told of the internal steps of a step; `callback` is the importer's, which only `update`
+ * knows how to call. */
+typedef struct fmu_observer {
+    /* Whether the step is to end at `end` already, where it may. NULL: nobody is told. */
+    int (*update)(const struct fmu_observer *observer, double time, int may_end, double *end);
+    void (*callback)(void);
+    void *environment;
+    uint32_t *wanted; /* (count) the variables that may be read meanwhile, from malloc */
+    size_t count;
+} fmu_observer;
+
 typedef struct {
     fmu_logger logger;
+    fmu_observer observer;
     char *name;
     fmu_interface interface;
     fmu_state state;
@@ -96,6 +109,12 @@ double fmu_time(const fmu_instance *instance);
 
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          double *value);
+/* Likewise of arrays too, whose values lie one after the other; so many in all. */
+fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
+                          double *value, size_t values);
+/* Reals, and what arrays consist of, from malloc; NULL, with a logged reason, where memory is short. */
+uint32_t *fmu_scalars(const fmu_instance *instance, const uint32_t *reference, size_t count,
+                      size_t *scalars);
 fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          const double *value);
 /* Enumerations and booleans, `type` says which. */
@@ -165,6 +184,11 @@ fmu_status fmu_refuse_step(fmu_instance *instance, double duration);
 double fmu_step_partly(fmu_instance *instance, double duration);
 /* Steps that were discarded end the simulation where none can be done, or one is asked for again. */
 void fmu_note_refusal(fmu_instance *instance, double duration, int stuck);
+/* The inputs move at their rates. */
+void fmu_advance_inputs(sm_inputs *inputs, double duration);
+/* Advances the component, and tells the observer of each internal step; `duration` becomes shorter
+ * where the observer ends the step. On any status but SM_OK all is as before. */
+sm_status fmu_step_observed(fmu_instance *instance, double *duration);
 /* Goes on with other parameters. */
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters);
 /* Passes the inputs to a component if that is still to be done. */
@@ -175,6 +199,10 @@ fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters
 
 /* ---- Co-Simulation --------------------------------------------------------------------- */
 
+/* `observer` is told of internal steps, and may read so many variables then: outputs. */
+fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
+                       const uint32_t *wanted, size_t count);
+int fmu_is_observed(const fmu_instance *instance, uint32_t reference);
 fmu_status fmu_step(fmu_instance *instance, double time, double duration);
 
 /* ---- Model Exchange -------------------------------------------------------------------- */

@@ -2,13 +2,14 @@
 #include "instance/instance.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define EDGE 0.9 /* of the friction table's range: amplitudes beyond it are near the edge */
 
 enum { INSIDE = 1, NEAR_EDGE }; /* of the enumeration */
 
-static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean"};
+static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean", "an array"};
 
 static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint32_t reference) {
     if (reference >= (uint32_t)instance->model->variables) {
@@ -20,6 +21,11 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
     if (variable->type != type) {
         fmu_say(instance, FMU_ERROR, "%s: is %s, not %s", instance->model->name[reference],
                 TYPE_NAME[variable->type], TYPE_NAME[type]);
+        return NULL;
+    }
+    if (instance->state == FMU_INTERMEDIATE && !fmu_is_observed(instance, reference)) {
+        fmu_say(instance, FMU_ERROR, "%s: is not among the required intermediate variables",
+                instance->model->name[reference]);
         return NULL;
     }
     return variable;
@@ -95,6 +101,66 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
     return FMU_OK;
 }
 
+static int is_array(const fmu_instance *instance, uint32_t reference) {
+    const fmu_model *model = instance->model;
+    return reference < (uint32_t)model->variables && model->variable[reference].type == FMU_ARRAY;
+}
+
+fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
+                          double *value, size_t values) {
+    const size_t size = (size_t)instance->model->contact.contacts;
+    size_t needed = 0;
+    for (size_t k = 0; k < count; k++) {
+        const int array = is_array(instance, reference[k]);
+        if (!find(instance, array ? FMU_ARRAY : FMU_REAL, reference[k])) return FMU_ERROR;
+        needed += array ? size : 1;
+    }
+    if (values != needed)
+        return fmu_say(instance, FMU_ERROR, "values: the variables have %lu, not %lu",
+                       (unsigned long)needed, (unsigned long)values);
+    for (size_t k = 0; k < count; k++) {
+        const fmu_variable *variable = &instance->model->variable[reference[k]];
+        const fmu_status status = evaluate_for(instance, variable);
+        if (status != FMU_OK) return status;
+        if (variable->type == FMU_ARRAY) {
+            memcpy(value, instance->outputs + variable->slot, size * sizeof *value);
+            value += size;
+        } else {
+            *value++ = present_value(instance, variable);
+        }
+    }
+    return FMU_OK;
+}
+
+/* The reference of an output of this slot. */
+static uint32_t output_of(const fmu_model *model, int32_t slot) {
+    uint32_t k = 0;
+    while (k + 1 < (uint32_t)model->variables &&
+           (model->variable[k].kind != FMU_OUTPUT || model->variable[k].type != FMU_REAL ||
+            model->variable[k].slot != slot))
+        k++;
+    return k;
+}
+
+uint32_t *fmu_scalars(const fmu_instance *instance, const uint32_t *reference, size_t count,
+                      size_t *scalars) {
+    const fmu_model *model = instance->model;
+    const size_t size = (size_t)model->contact.contacts;
+    *scalars = 0;
+    for (size_t k = 0; k < count; k++) *scalars += is_array(instance, reference[k]) ? size : 1;
+    uint32_t *scalar = calloc(*scalars + 1, sizeof *scalar);
+    if (!scalar) fmu_say(instance, FMU_ERROR, "derivative: out of memory");
+    for (size_t k = 0, at = 0; scalar && k < count; k++) {
+        if (!is_array(instance, reference[k])) {
+            scalar[at++] = reference[k];
+            continue;
+        }
+        const int32_t first = model->variable[reference[k]].slot;
+        for (size_t e = 0; e < size; e++) scalar[at++] = output_of(model, first + (int32_t)e);
+    }
+    return scalar;
+}
+
 /* Whether an amplitude is near the edge of the friction table. */
 static int32_t margin(const fmu_instance *instance) {
     const sm_table *table = &instance->flow.table;
@@ -138,7 +204,7 @@ static const char *value_needs(const fmu_variable *variable, double value) {
 #define TUNABLE_IN (FMU_EVENTS | FMU_STEPPING | FMU_STEP_EVENTS)
 
 static int is_tunable(const fmu_variable *variable) {
-    return variable->kind == FMU_PARAMETER && variable->slot < FMU_TOLERANCE;
+    return variable->kind == FMU_PARAMETER && variable->slot != FMU_CONTACT_WANTED;
 }
 
 static fmu_status may_set(const fmu_instance *instance, const fmu_variable *variable,

@@ -302,9 +302,12 @@ static int load_variables(loader *l, fmu_model *model, int32_t count) {
     if (!variable) return 0;
     for (int32_t k = 0; k < count; k++) {
         const fmu_variable v = variable[k];
-        if (v.type < FMU_REAL || v.type > FMU_BOOLEAN || v.kind < FMU_OUTPUT ||
-            v.kind >= FMU_KINDS || v.slot < (v.kind == FMU_START) ||
-            v.slot >= slots(model, v.kind))
+        const int32_t size = v.type == FMU_ARRAY ? model->contact.contacts : 1;
+        const int misplaced = v.type == FMU_ARRAY &&
+                              (v.kind != FMU_OUTPUT || v.slot < SM_OUTPUTS_FIXED);
+        if (v.type < FMU_REAL || v.type > FMU_ARRAY || v.kind < FMU_OUTPUT ||
+            v.kind >= FMU_KINDS || v.slot < (v.kind == FMU_START) || misplaced ||
+            v.slot > slots(model, v.kind) - size)
             return refuse(l, "resources/variables.npy: variable %ld is none", (long)k);
     }
     char *text = model->memory[NAMES] = read_text(l, FILE_NAME[NAMES], MOST_NAME * (size_t)count);

@@ -14,7 +14,10 @@
 enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED };
 
 /* Type of a variable. */
-enum { FMU_REAL = 0, FMU_ENUMERATION, FMU_BOOLEAN };
+enum {
+    FMU_REAL = 0, FMU_ENUMERATION, FMU_BOOLEAN,
+    FMU_ARRAY /* of reals: an output of every contact, from the slot on */
+};
 
 /* What a variable is, and what its slot counts. */
 enum {

@@ -6,6 +6,7 @@ powers, then also every contact.
 """
 
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -58,7 +59,7 @@ def of_scene(name, where):
     last = schedule.at_ends(inputs, slice(schedule.steps - 1, schedule.steps))[0].tolist()
     names = [v.name for v in fmpy.read_model_description(path).modelVariables]
     slow = [n for n in names if n[0] in "AB" or n.endswith(("_power", "_energy"))]
-    contacts = [n for n in names if n.startswith("contact_") and n[-2:] in ("_x", "_v", "_f")]
+    contacts = [n for n in names if re.fullmatch(r"contact_\d+_[xvf]", n)]
     return path, scene.run.step, dict(zip(inputs, last, strict=True)), slow, contacts
 
 

@@ -27,6 +27,8 @@ typedef struct {
     status (*terminate)(void *c);
     status (*reset)(void *c);
     status (*get_real)(void *c, const uint32_t *vr, size_t count, double *value);
+    /* likewise, of so many values; or NULL */
+    status (*get_floats)(void *c, const uint32_t *vr, size_t count, double *value, size_t values);
     status (*set_real)(void *c, const uint32_t *vr, size_t count, const double *value);
     status (*get_enumeration)(void *c, const uint32_t *vr, size_t count, int32_t *value);
     status (*get_boolean)(void *c, const uint32_t *vr, size_t count, int *value);

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "calls.h"
+#include "driver.h"
 #include "fmi3Functions.h"
 
 static void write_message(fmi3InstanceEnvironment environment, fmi3Status given,
@@ -15,12 +15,60 @@ static void write_message(fmi3InstanceEnvironment environment, fmi3Status given,
     if (!category || !*category) abort();
 }
 
+static void *stepping; /* the instance whose step is under way */
+
+/* Within a step: some outputs may be read, and nothing else is allowed. What is refused here is
+ * nobody's message. */
+static void on_update(fmi3InstanceEnvironment environment, fmi3Float64 time,
+                      fmi3Boolean set_requested, fmi3Boolean get_allowed, fmi3Boolean finished,
+                      fmi3Boolean may_return, fmi3Boolean *early, fmi3Float64 *until) {
+    message_log *log = environment;
+    const message_log before = *log;
+    CHECK(!set_requested && get_allowed && finished && isfinite(time), "update");
+    for (int k = 0; k < 4; k++) {
+        const fmi3ValueReference vr = (fmi3ValueReference)below(64);
+        fmi3Boolean flag[3];
+        fmi3FMUState state = NULL;
+        double value = NAN;
+        const fmi3Status got = fmi3GetFloat64(stepping, &vr, 1, &value, 1);
+        CHECK(got != fmi3OK || isfinite(value), "read within a step");
+        CHECK(got == fmi3OK || log->count > before.count, "read within a step");
+        switch (below(6)) {
+        case 0: CHECK(fmi3SetFloat64(stepping, &vr, 1, &value, 1) == fmi3Error, "set"); break;
+        case 1:
+            CHECK(fmi3DoStep(stepping, time, 1.0, true, flag, flag + 1, flag + 2, &value)
+                      == fmi3Error, "step within a step");
+            break;
+        case 2: CHECK(fmi3GetFMUState(stepping, &state) == fmi3Error, "state"); break;
+        case 3: CHECK(fmi3Terminate(stepping) == fmi3Error, "terminate"); break;
+        case 4: CHECK(fmi3Reset(stepping) == fmi3Error, "reset"); break;
+        default: break;
+        }
+    }
+    *log = before;
+    const double ends[] = {time, time - 1.0, time + uniform(), NAN, INFINITY};
+    *early = below(8) == 0;
+    if (*early) *until = ends[below(5)];
+    (void)may_return; /* what may not be is no reason not to ask for it */
+}
+
 static void *instantiate(int interface, const char *name, const char *token, const char *folder,
                          message_log *log) {
     if (interface == 0)
         return fmi3InstantiateModelExchange(name, token, folder, false, false, log,
                                             write_message);
     const bool events = interface == 2;
+    const int told = below(2);
+    const message_log before = *log;
+    fmi3ValueReference wanted[6];
+    for (int k = 0; k < 6; k++) wanted[k] = (fmi3ValueReference)below(64);
+    void *c = told ? fmi3InstantiateCoSimulation(name, token, folder, false, false, events, events,
+                                                 wanted, (size_t)below(7), log, write_message,
+                                                 below(8) ? on_update : NULL)
+                   : NULL;
+    if (c) return c;
+    CHECK(!told || log->count == before.count + 1, "instantiate");
+    *log = before;
     return fmi3InstantiateCoSimulation(name, token, folder, false, false, events, events, NULL, 0,
                                        log, write_message, NULL);
 }
@@ -77,6 +125,7 @@ static status completed_step(void *c, int arguments) {
 
 static status step(void *c, double time, double length, double *reached) {
     fmi3Boolean event, terminate, early = false;
+    stepping = c;
     const status got =
         (status)fmi3DoStep(c, time, length, true, &event, &terminate, &early, reached);
     if (got == OK && early != (*reached < time + length * (1.0 - 1e-9))) abort();
@@ -184,6 +233,7 @@ const calls fmi3_calls = {
     .terminate = AS(status (*)(void *), fmi3Terminate),
     .reset = AS(status (*)(void *), fmi3Reset),
     .get_real = get_real,
+    .get_floats = AS(status (*)(void *, const uint32_t *, size_t, double *, size_t), fmi3GetFloat64),
     .set_real = set_real,
     .get_enumeration = get_enumeration,
     .get_boolean = get_boolean,

@@ -124,7 +124,7 @@ static void end(instance *i) {
 
 static int is_settable(const instance *i, const fmu_variable *v) {
     if (v->kind == FMU_INPUT) return in(i, INSTANTIATED | INITIALIZATION | RUNNING);
-    const int tunable = v->kind == FMU_PARAMETER && v->slot < FMU_TOLERANCE;
+    const int tunable = v->kind == FMU_PARAMETER && v->slot != FMU_CONTACT_WANTED;
     return (v->kind == FMU_PARAMETER || v->kind == FMU_START) &&
            in(i, INSTANTIATED | INITIALIZATION | (tunable ? TUNABLE : 0));
 }
@@ -135,7 +135,7 @@ static int is_settable(const instance *i, const fmu_variable *v) {
 static double good_value(const fmu_variable *v) {
     if (v->kind == FMU_START) return (uniform() - 0.5) * 0.66 * model->nominal[v->slot - 1];
     if (v->kind == FMU_PARAMETER)
-        return v->slot == FMU_TOLERANCE ? 1e-6 : 0.001 + 0.01 * uniform();
+        return v->slot == FMU_TOLERANCE ? (below(2) ? 1e-6 : 1e-4) : 0.001 + 0.01 * uniform();
     if (v->slot == SLOT(limit_scale)) return 0.8 + 0.4 * uniform();
     if (v->slot == SLOT(frequency[0])) return model->flow.natural[0] * (0.9 + 0.2 * uniform());
     if (v->slot == SLOT(frequency[1])) return model->flow.natural[1] * (0.93 + 0.1 * uniform());
@@ -186,6 +186,26 @@ static void get_reals(instance *i) {
     const status got = fmi->get_real(i->c, vr, count, value);
     judge(got, legal, 1, before, "get real");
     for (size_t k = 0; got == OK && k < count; k++) CHECK(isfinite(value[k]), "get real");
+}
+
+/* Arrays and reals in one call; as many values as they have, or not. */
+static void get_floats(instance *i) {
+    uint32_t vr[4];
+    const size_t count = (size_t)below(5), size = (size_t)model->contact.contacts;
+    size_t values = 0;
+    int legal = !in(i, INSTANTIATED);
+    for (size_t k = 0; k < count; k++) {
+        vr[k] = (uint32_t)(model->variables - 1 - below(8));
+        const int array = model->variable[vr[k]].type == FMU_ARRAY;
+        if (!array && model->variable[vr[k]].type != FMU_REAL) legal = 0;
+        values += array ? size : 1;
+    }
+    const size_t given = below(4) ? values : (size_t)below(6);
+    double value[64] = {0.0};
+    const long before = messages.count;
+    const status got = fmi->get_floats(i->c, vr, count, value, given);
+    judge(got, legal && given == values, 1, before, "get floats");
+    for (size_t k = 0; got == OK && k < given; k++) CHECK(isfinite(value[k]), "get floats");
 }
 
 /* Any unknowns by any knowns. Where there is none, as of a modulus at zero, is not known here. */
@@ -421,7 +441,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
     const unsigned state = i->state;
     unsigned char *bytes = traced ? bytes_of(i, &size) : NULL;
     const long before = messages.count;
-    if (call < 13) get_reals(i);
+    if (call < 4 && fmi->get_floats) get_floats(i);
+    else if (call < 13) get_reals(i);
     else if (call < 16) output_derivatives(i);
     else if (call < 20) directional(i);
     else if (call < 24) other_types(i);

@@ -119,6 +119,32 @@ def test_damping_may_be_tuned(scalable, fmi):
         assert "damping_A: must be >= 0" in stepped.messages[-1][1]
 
 
+@pytest.mark.parametrize("fmi", VERSIONS)
+def test_the_tolerance_may_be_tuned(scalable, fmi):
+    """Exact steps from where loose ones came to, the same whatever their length."""
+    with instance(scalable[fmi], fmi) as loose, instance(scalable[fmi], fmi) as short:
+        loose.start(tolerance=1e-2).step(0.0, 50.0)
+        short.restore(loose.serialize())
+        errors = []
+        for tolerance in (1e-2, 1e-11):
+            start, at = loose.serialize(), loose.get(*AMPLITUDES)
+            short.restore(start)
+            for one in (loose, short):
+                one.set(tolerance=tolerance)
+                assert one.get("tolerance") == [tolerance]
+                np.testing.assert_array_equal(one.get(*AMPLITUDES), at)
+            loose.step(50.0, 50.0)
+            for k in range(200):
+                short.step(50.0 + 0.25 * k, 0.25)
+            errors.append(np.abs(loose.get(*AMPLITUDES) - short.get(*AMPLITUDES)).max())
+            loose.restore(start)
+        assert errors[0] > 1e-5 and errors[1] < 1e-9, errors
+        for wrong in (0.0, 0.1, -1e-6):
+            with pytest.raises(fmpy.fmi1.FMICallException):
+                loose.set(tolerance=wrong)
+            assert f"tolerance: must be 1e-13 to 0.01, got {wrong:g}" in loose.messages[-1][1]
+
+
 def test_what_is_no_time_to_tune(scalable):
     with instance(scalable[3], 3, exchange=True) as made:
         Master(made).start()

@@ -42,7 +42,7 @@ static inline sm_dual sm_dual_scale(double factor, sm_dual a) {
 
 /* The root of a, 0 where rounding made a negative. */
 static inline sm_dual sm_dual_root(sm_dual a) {
-    const double root = sqrt(fmax(a.value, 0.0));
+    const double root = a.value > 0.0 ? sqrt(a.value) : 0.0;
     return sm_dual_of(root, root > 0.0 ? 0.5 / root : 0.0, a, 0.0, a);
 }
 

@@ -18,6 +18,9 @@
 /* Where else solutions are looked for: normal displacements, relative to all others. */
 static const double START[STARTS] = {0.0, -1.0, 1.0, -1e3, 1e3};
 
+/* fmax, but for NaN: a call costs more than the comparison. */
+static double larger(double a, double b) { return b > a ? b : a; }
+
 static size_t integers(int contacts, const sm_elastic *elastic) {
     return sm_doubles((2 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
 }
@@ -85,7 +88,7 @@ static double find_residual(sm_elastic_solver *s, const double *u, const double 
         double sum = x[i] - u[i];
         for (size_t k = 0; k < n; k++) sum -= row[k] * s->y[k];
         s->residual[i] = sum;
-        largest = fmax(largest, fabs(sum));
+        largest = larger(largest, fabs(sum));
     }
     return largest;
 }
@@ -171,8 +174,8 @@ static double search(sm_elastic_solver *s, const double *u, const double *memory
 static double tolerated(const sm_elastic_solver *s, const double *u, const double *x) {
     double scale = s->least;
     for (int i = 0; i < s->contacts; i++)
-        scale = fmax(scale, fmax(fabs(u[i]), fmax(fabs(x[i]), fabs(s->start[i]))));
-    return fmax(TOLERANCE * scale, s->rounding);
+        scale = larger(scale, larger(fabs(u[i]), larger(fabs(x[i]), fabs(s->start[i]))));
+    return larger(TOLERANCE * scale, s->rounding);
 }
 
 /* What rounding makes of preloads and gaps, as displacements. */
@@ -182,7 +185,7 @@ static double rounding_of(const sm_elastic *elastic, double scale) {
         const sm_element *element = &elastic->element[e];
         if (element->law != SM_FRICTIONAL) continue;
         const double preload = scale * element->preload / element->normal_stiffness;
-        largest = fmax(largest, fmax(preload, element->gap));
+        largest = larger(largest, larger(preload, element->gap));
     }
     return ROUNDING * largest;
 }

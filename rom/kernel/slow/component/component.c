@@ -340,9 +340,8 @@ static double own_step(sm_component *c) {
     return first_step(c);
 }
 
-/* Advances by one internal step, or where these are too short to matter by several, `left` at
- * most; `taken` says by how much. */
-static sm_status advance_once(sm_component *c, double left, double *taken) {
+sm_status sm_component_advance(sm_component *c, double left, double *taken) {
+    if (!c || !taken) return SM_BAD_ARGUMENT;
     const double least = LEAST_STEP / c->inputs.frequency[0];
     const sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
@@ -366,7 +365,7 @@ sm_status sm_component_trace(sm_component *c, size_t steps, const double *durati
         double taken;
         sm_status status = SM_OK;
         if (*elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[*done]);
-        if (status == SM_OK) status = advance_once(c, left, &taken);
+        if (status == SM_OK) status = sm_component_advance(c, left, &taken);
         if (status == SM_OK) status = sm_component_outputs(c, outputs + *count * width);
         if (status != SM_OK) return status;
         *elapsed += taken;

@@ -12,7 +12,7 @@
 
 #define MAX_STEPS 1e10 /* of one march: hours */
 /* Tolerances of v / alpha: S magnifies what it is off by where the force is read. */
-#define ON_THE_WAY 1e-7
+#define ON_THE_WAY 1e-5
 #define AT_THE_END 1e-10
 /* Halvings of a step. Elastic contacts have no inertia: what is between two steps does not matter
  * to what follows. */

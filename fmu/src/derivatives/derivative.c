@@ -60,7 +60,8 @@ static double polar_sensitivity(int32_t kind, const double *a, const double *d) 
 static fmu_status find_sensitivity(const fmu_instance *instance, uint32_t unknown,
                                    const direction *along, double *sensitivity) {
     const fmu_variable *v = find(instance, unknown);
-    if (!v) return refuse(instance, FMU_ERROR, unknown, "has no derivative");
+    if (!v || v->type != FMU_REAL)
+        return refuse(instance, FMU_ERROR, unknown, "has no derivative");
     if (is_state(v)) {
         *sensitivity = along->state[v->slot];
     } else if (v->kind == FMU_RATE) {
