@@ -10,9 +10,8 @@ import numpy as np
 
 from slipmode import fmu, rom
 
-model = rom.tabulate(
-    rom.reduce(rom.two_mass(beta=0.01), modes=(0,)), rom.Tanh(2.0, alpha=0.02), amplitude=(4.0,)
-)
+reduced = rom.reduce(rom.two_mass(beta=0.01), modes=(0,))
+model = rom.tabulate(reduced, rom.Tanh(2.0, alpha=0.02), amplitude=(4.0,))
 component = fmu.Component(model, force_patterns=({0: 1.0},))
 frequencies = np.linspace(0.93, 1.03, 1000)
 swept = []
