@@ -20,7 +20,8 @@ for step, frequency in enumerate(frequencies):
     component.do_step(2.0 * step, 2.0)
     found = component.outputs()
     swept.append(np.hypot(found["A_re"], found["A_im"]))
-curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=(0.93, 1.03))
+span = (0.93, 1.03)
+curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=span)
 
 fig, axes = plt.subplots()
 axes.plot(frequencies, swept, label="sweep of 2000 s")
