@@ -115,6 +115,7 @@ lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/tests.yml
 
 $(BIN)/python:
 	@echo "slipmode: making a Python environment in $(VENV)"
