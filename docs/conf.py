@@ -1,7 +1,7 @@
 """Sphinx: `make docs` builds these pages into build/docs.
 
-The keys of scenes come from slipmode.runner.scene.reference, the API from docstrings: neither is
-written down twice.
+The keys of scenes come from slipmode.runner.scene.reference, commands from their parser, the API
+from docstrings: nothing is written down twice.
 """
 
 import re
@@ -11,9 +11,10 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from slipmode.rom import __version__
-from slipmode.runner.scene.reference import as_markdown
+from slipmode.runner.scene.reference import as_markdown as keys_of_scenes
 
-sys.path.insert(0, str(Path(__file__).parent))  # for mathml.py
+sys.path.insert(0, str(Path(__file__).parent))  # for commands.py and mathml.py
+from commands import as_markdown as all_commands
 
 project = "slipmode"
 version = release = __version__
@@ -35,7 +36,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
 ]
-myst_enable_extensions = ["amsmath", "attrs_block", "deflist", "dollarmath"]
+myst_enable_extensions = ["amsmath", "attrs_block", "attrs_inline", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_member_order = "bysource"
@@ -56,13 +57,14 @@ sphinx_gallery_conf = {
 }
 linkcheck_timeout = 15
 
-_SCENE_KEYS = "<!-- scene keys -->"
+_GENERATED = {"<!-- scene keys -->": keys_of_scenes, "<!-- commands -->": all_commands}
 
 
-def _with_scene_keys(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Put the keys of scenes where a page asks for them."""
-    if _SCENE_KEYS in source[0]:
-        source[0] = source[0].replace(_SCENE_KEYS, as_markdown())
+def _with_generated(_app: Sphinx, _page: str, source: list[str]) -> None:
+    """Put the keys of scenes, and the commands, where a page asks for them."""
+    for mark, written in _GENERATED.items():
+        if mark in source[0]:
+            source[0] = source[0].replace(mark, written())
 
 
 def _plain_text(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
@@ -72,5 +74,5 @@ def _plain_text(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, l
 
 def setup(app: Sphinx) -> None:
     """Connect both, the latter before numpydoc reads the docstrings."""
-    app.connect("source-read", _with_scene_keys)
+    app.connect("source-read", _with_generated)
     app.connect("autodoc-process-docstring", _plain_text, priority=100)

@@ -72,7 +72,7 @@ class ModeTable:
         Share of each reference mode's stiffness that is lost when its contacts slip freely [-].
     contact : (count, N_c) ndarray
         How far each reference mode moves the contacts [kg^-1/2]; of bonded contacts, how far the
-        free mode does.
+        free mode does. Printed relative to the largest of all.
     pairs : tuple of (int, int)
         Modes worth choosing as A and B, best first: friction acts on both, at the same contacts,
         and they are well apart from their neighbours.
@@ -93,7 +93,7 @@ class ModeTable:
         head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>12}" for name in self.states)
         head += f"{self.reference + ' rad/s':>14} {'damping':>8}"
         head += "".join(f"{'m_' + k:>7}" for k in DIRECTIONS[:3]) if masses else ""
-        head += f"  {'at stake':>8}  contacts moved (largest 1)"
+        head += f"  {'at stake':>8}  contacts moved"
         lines = [head]
         largest = np.abs(self.contact).max() or 1.0
         for k in range(chosen.frequency.size):

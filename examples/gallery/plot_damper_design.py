@@ -11,7 +11,8 @@ import matplotlib.pyplot as plt
 from slipmode import rom
 
 structure = rom.two_mass(beta=0.01)
-model = rom.tabulate(rom.reduce(structure, modes=(0,)), rom.Coulomb(2.0), amplitude=(12.0,))
+reduced = rom.reduce(structure, modes=(0,))
+model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(12.0,))
 curve = rom.performance_curve(model, {0: 0.15})
 best, least = curve.optimum
 

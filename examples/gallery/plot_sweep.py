@@ -10,9 +10,8 @@ import numpy as np
 
 from slipmode import fmu, rom
 
-model = rom.tabulate(
-    rom.reduce(rom.two_mass(beta=0.01), modes=(0,)), rom.Tanh(2.0, alpha=0.02), amplitude=(4.0,)
-)
+reduced = rom.reduce(rom.two_mass(beta=0.01), modes=(0,))
+model = rom.tabulate(reduced, rom.Tanh(2.0, alpha=0.02), amplitude=(4.0,))
 component = fmu.Component(model, force_patterns=({0: 1.0},))
 frequencies = np.linspace(0.93, 1.03, 1000)
 swept = []
@@ -21,7 +20,8 @@ for step, frequency in enumerate(frequencies):
     component.do_step(2.0 * step, 2.0)
     found = component.outputs()
     swept.append(np.hypot(found["A_re"], found["A_im"]))
-curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=(0.93, 1.03))
+span = (0.93, 1.03)
+curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=span)
 
 fig, axes = plt.subplots()
 axes.plot(frequencies, swept, label="sweep of 2000 s")

@@ -13,7 +13,8 @@ from slipmode import rom
 
 structure = rom.two_mass(beta=0.01)
 reduced = rom.reduce(structure, modes=(0, 1), carrier=(0.98, 1.65))
-model = rom.tabulate(reduced, rom.Tanh(2.0, alpha=0.02), amplitude=(4.0, 2.0), tolerance=1e-2)
+law = rom.Tanh(2.0, alpha=0.02)
+model = rom.tabulate(reduced, law, amplitude=(4.0, 2.0), tolerance=1e-2)
 
 forces = np.linspace(0.0, 0.3, 13)
 frequency = (0.98, 1.65)

@@ -97,7 +97,8 @@ class Excitation:
         --------
         >>> from slipmode import rom
         >>> structure = rom.two_mass()
-        >>> excitation = Excitation.harmonic(structure, ({0: 0.15}, {1: 0.25}), (0.98, 1.65))
+        >>> forces = ({0: 0.15}, {1: 0.25})
+        >>> excitation = Excitation.harmonic(structure, forces, (0.98, 1.65))
         """
         if isinstance(force, Mapping) or len(force) not in (1, 2):
             raise SlipmodeError("force: must be one or two forces, one per mode")

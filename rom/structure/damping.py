@@ -37,7 +37,9 @@ class Rayleigh:
                 )
 
     @classmethod
-    def from_ratios(cls, ratio: Sequence[float], frequency: Sequence[float]) -> Self:
+    def from_ratios(
+        cls, ratio: float | Sequence[float], frequency: float | Sequence[float]
+    ) -> Self:
         """With damping ratios [-] at one or two frequencies [rad/s], of modes A and B say.
 
         One gives C = beta K.
@@ -48,8 +50,8 @@ class Rayleigh:
             If no alpha, beta >= 0 have them: between the frequencies the ratios may differ at
             most as the frequencies do.
         """
-        zeta, omega = np.asarray(ratio, dtype=float), np.asarray(frequency, dtype=float)
-        if zeta.size not in (1, 2) or zeta.shape != omega.shape:
+        zeta, omega = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (ratio, frequency))
+        if zeta.shape not in ((1,), (2,)) or zeta.shape != omega.shape:
             raise SlipmodeError(
                 f"ratio, frequency: must be one or two of each, got {ratio} and {frequency}"
             )
@@ -72,14 +74,14 @@ class Rayleigh:
         return cls(alpha, beta)
 
     @classmethod
-    def from_loss_factor(cls, loss_factor: float, frequency: Sequence[float]) -> Self:
+    def from_loss_factor(cls, loss_factor: float, frequency: float | Sequence[float]) -> Self:
         """With the losses of a structural (hysteretic) loss factor eta [-] near each carrier.
 
         Stiffness K (1 + i eta) takes as much energy a cycle, at resonance, as the ratio eta / 2.
 
         Parameters
         ----------
-        frequency : sequence of one or two float
+        frequency : float or sequence of one or two float
             Of the carriers [rad/s]; the losses are right there, and larger or smaller elsewhere.
         """
-        return cls.from_ratios([0.5 * loss_factor] * len(frequency), frequency)
+        return cls.from_ratios([0.5 * loss_factor] * np.size(frequency), frequency)

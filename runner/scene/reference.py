@@ -371,7 +371,7 @@ def _section(section: Section) -> str:
     table = "\n".join(
         ("| key | value | unit | default | meaning |", "|---|---|---|---|---|", *rows)
     )
-    return f"## {head}\n\n{section.meaning}\n\n{table}"
+    return f"## {head}\n\n{section.meaning}\n\n{{.keys}}\n{table}"
 
 
 def _value(key: Key) -> str:

@@ -52,6 +52,7 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
 
 _PLOTS, _TEXTS = 5, 1  # shares of the height
 _MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
+_MOST_ROWS = 4  # of drawings, of which each is to be large enough
 
 # The last word of a field's name tells its quantity; fields of one quantity share a plot.
 _QUANTITIES = {"re": "components", "im": "components"}
@@ -226,6 +227,13 @@ def _shown_portraits(channels: Sequence[Channel], drawn: Drawn | None) -> list[P
     ]
 
 
+def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
+    """At most two in a row, whose labels have room; as grouped where rows would be too many."""
+    groups = [group for group in groups if group]
+    pairs = [group[k : k + 2] for group in groups for k in range(0, len(group), 2)]
+    return pairs if len(pairs) <= _MOST_ROWS else groups
+
+
 def blueprint(
     channels: Sequence[Channel], drawn: Drawn | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
@@ -251,7 +259,7 @@ def blueprint(
         beside, beneath = [*beside, *beneath], []
     kinds = (RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row) for row in (beside, *map(of_kind, kinds)) if row
+        rrb.Horizontal(*row) for row in _in_rows((beside, *map(of_kind, kinds)))
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())

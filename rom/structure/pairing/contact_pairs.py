@@ -40,10 +40,15 @@ def contact_pairs(
     It meets the facet that it stands on, whose corners move the point beneath it by their shape
     functions; or, of a target without facets, the nearest node. Meshes need not match::
 
-        pairs = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4).gathered(8)
+        nodes = rom.contact_pairs(points, dofs, lower, upper, tolerance=1e-4)
+        pairs = nodes.gathered(8)
         structure = rom.Structure(M, K, contact=pairs.W)
         law = rom.FrictionalContact.on_areas(
-            pairs.area, mu=0.3, tangential_stiffness=1e12, normal_stiffness=1e12, gap=pairs.gap
+            pairs.area,
+            mu=0.3,
+            tangential_stiffness=1e12,
+            normal_stiffness=1e12,
+            gap=pairs.gap,
         )
         rest = rom.preload(structure, law, bolts)
 

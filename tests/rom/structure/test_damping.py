@@ -36,6 +36,12 @@ def test_ratios_are_those_of_the_modes():
         found.modal_damping / (2 * found.frequency), [0.01, 0.012], rtol=1e-12
     )
     one = rom.reduce(structure(rom.Rayleigh.from_ratios((0.01,), frequency[:1])), modes=(0,))
+    assert rom.Rayleigh.from_ratios(0.01, frequency[0]) == rom.Rayleigh.from_ratios(
+        (0.01,), frequency[:1]
+    )
+    assert rom.Rayleigh.from_loss_factor(0.02, frequency[0]) == rom.Rayleigh.from_ratios(
+        0.01, frequency[0]
+    )
     assert one.modal_damping[0] / (2 * one.frequency[0]) == pytest.approx(0.01, rel=1e-12)
 
 

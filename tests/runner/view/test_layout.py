@@ -10,6 +10,7 @@ from slipmode.runner.view.layout.readable import readable
 from slipmode.runner.view.layout.reading import reading
 from slipmode.runner.view.layout.stretches import Stretches
 from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
+from slipmode.runner.view.views import _in_rows
 
 
 @pytest.mark.parametrize(
@@ -76,3 +77,10 @@ def test_windows_apart_have_views_of_their_own(tmp_path, viewer):
     viewer.open(str(recording.rrd))
     found = [view.name for view in viewer.get_state().views]
     assert found.count("Friction force") == 2
+
+
+def test_drawings_stand_two_in_a_row_as_long_as_these_are_few():
+    few = [["A"], ["Contacts"], ["0", "1", "2"]]
+    assert _in_rows(few) == [["A"], ["Contacts"], ["0", "1"], ["2"]]
+    many = [["A", "B", "Contacts"], [], ["0", "1", "2"], ["full 0", "full 1", "full 2"]]
+    assert _in_rows(many) == [group for group in many if group]

@@ -1,0 +1,53 @@
+"""The reference of commands: every command and option, as the program says it."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from slipmode.runner.cli import main
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def generator():
+    spec = importlib.util.spec_from_file_location("commands", DOCS / "commands.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+PAGE = generator().as_markdown()
+COMMANDS = generator().commands()
+OF_USERS = [name for name in COMMANDS if name not in ("report", "paper")]
+
+
+def test_the_page_has_every_command_that_the_program_names(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    printed = capsys.readouterr().out
+    assert len(COMMANDS) >= 18
+    for name in COMMANDS:
+        assert f"\n    {name}" in printed
+        assert PAGE.count(f"## `slipmode {name}`\n") == 1
+    assert PAGE.count("## `slipmode ") == len(COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_has_its_arguments_and_an_example(name, capsys):
+    with pytest.raises(SystemExit):
+        main([name, "--help"])
+    options = [word for word in capsys.readouterr().out.split() if word.startswith("--")]
+    section = PAGE.split(f"## `slipmode {name}`\n")[1].split("\n## ")[0]
+    assert f"slipmode {name}" in section
+    for option in {word.strip(",.:;[]") for word in options} - {"--help"}:
+        assert f"`{option}" in section
+    for row in section.splitlines():
+        if row.startswith("| `"):
+            assert len(row.split(" | ")[1]) > 8
+
+
+@pytest.mark.parametrize("name", OF_USERS)
+def test_a_page_for_readers_uses_the_command(name):
+    pages = [*(DOCS / "guide").glob("*.md"), *(DOCS / "tutorials").glob("*.md")]
+    assert any(f"slipmode {name}" in page.read_text(encoding="utf-8") for page in pages)
