@@ -12,7 +12,7 @@ class Accuracy:
     tolerance : float
         What was asked for.
     interpolation : float
-        Largest error at points between the nodes.
+        Largest error between the nodes, from those found at points where most is expected.
     resolution : float
         Change on doubling steps and lines of the contact problem.
     periodicity : float

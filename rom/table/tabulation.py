@@ -15,9 +15,15 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import Resolution, choose_resolution, least_force
+from slipmode.rom.contact.resolution import (
+    Resolution,
+    choose_resolution,
+    least_force,
+    resolved_terms,
+)
 from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.torus import ContactTerms, contact_orders
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -152,11 +158,10 @@ def tabulate(
                 carried=(len(orders) + 1) * reduced.n_contacts if harmonics else 0,
             )
             solve = partial(
-                contact_terms,
+                resolved_terms,
                 reduced,
                 law,
-                grid=resolution.grid,
-                tolerance=budget.march,
+                resolution,
                 smallest_scale=0.1 * amplitude_range,
                 combinations=combinations,
                 highest=max(harmonics, 1),
@@ -164,7 +169,10 @@ def tabulate(
             )
             check = partial(check_settled, reduced, combinations)
             samples = _Samples(solve, columns, pool, bar, check)
-            sampling = Sampling(samples, columns, amplitude_range, region, beyond)
+            onset = onset_lines(reduced, law)
+            sampling = Sampling(
+                *(samples, columns, amplitude_range, onset, budget.march, region, beyond)
+            )
             return orders, samples, refine(sampling, budget.interpolation)
 
         unanswered = 0.0
