@@ -217,7 +217,8 @@ def _resolution(
     )
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     # what contacts that hardly slip do is a small part of what free ones would
-    part = np.abs(doubled.S).max(axis=0) * _LEAST_SHARE / least
+    moved = least > 0.0
+    part = np.abs(doubled.S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
     share = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
     march = max(budget.march * float(share), _FINEST_MARCH)
     error = change(solve(steps, lines), doubled)

@@ -43,8 +43,8 @@ _FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, in the region or 
 _MAX_ROUNDS = 40
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
-# Of the range times the tolerance: nodes as close as that differ by what samples are off. Kinks
-# and thresholds were seen to need 1/2.
+# Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
+# Kinks and thresholds were seen to need 1/2.
 _CLOSEST = 1 / 100
 _SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
@@ -102,7 +102,7 @@ class Axis:
     missed : (n - 1,) ndarray
         Relative error of the surface in each interval before it was halved; inf: never was.
     closest : float
-        Distance of nodes below which no interval is halved to.
+        Distance of nodes below which no interval is halved, relative to the amplitude there.
     """
 
     node: Floats
@@ -155,14 +155,14 @@ class Axis:
         missed[self.poor] = error
         parts = np.where(self.poor, 2, 1)
         # a kink beside an interval bends the surface in it too, and may be seen only there
-        poor = widened(np.repeat(still, parts)) & (np.diff(self.finer) >= 2.0 * self.closest)
+        poor = widened(np.repeat(still, parts)) & _wide(self.finer, self.closest)
         return Axis(self.finer, poor, np.repeat(missed, parts), self.closest)
 
     def poor_at(self, points: Floats) -> Axis:
         """With the intervals that hold the points to be halved too."""
         held = np.zeros_like(self.poor)
         held[np.clip(np.searchsorted(self.node, points) - 1, 0, held.size - 1)] = True
-        return replace(self, poor=self.poor | held & (np.diff(self.node) >= 2.0 * self.closest))
+        return replace(self, poor=self.poor | held & _wide(self.node, self.closest))
 
 
 @dataclass(frozen=True, eq=False)
@@ -299,7 +299,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
     closest = _CLOSEST * tolerance
-    axes = [Axis.upto(end, intervals, closest * end) for end in sampling.amplitude_range]
+    axes = [Axis.upto(end, intervals, closest) for end in sampling.amplitude_range]
     node_a, node_b = _lines(axes)
     samples = sampling.at(amplitude_pairs(node_a, node_b, len(axes)))
     samples = samples.reshape(node_a.size, node_b.size, -1)
@@ -419,6 +419,11 @@ def _extended(
     points = amplitude_pairs(node_a, node_b, len(axes))
     everywhere[fresh] = sampling.at(points[fresh.ravel()])
     return longer, everywhere
+
+
+def _wide(node: Floats, closest: float) -> Flags:
+    """Which intervals may be halved."""
+    return np.asarray(np.diff(node) >= 2.0 * closest * node[1:])
 
 
 def _lines(axes: Sequence[Axis]) -> tuple[Floats, Floats]:

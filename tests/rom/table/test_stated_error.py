@@ -19,6 +19,7 @@ from slipmode.rom import (
     tabulate,
     two_mass,
 )
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import Resolution, least_force, resolved_terms
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
@@ -55,9 +56,13 @@ def dense_error(model, points, limit):
     march = min(ErrorBudget(accuracy.tolerance).march, accuracy.periodicity)
     if model.reduced.contacts is not None:
         march *= 0.1  # the check is to have no noise; closed phase lines let it be that exact
-    resolution = Resolution(Discretisation(accuracy.steps, accuracy.lines), 0.0, march)
-    solve = partial(resolved_terms, model.reduced, model.law, resolution)
-    S = solve(points, 0.1 * limit, model.combinations, 1).S
+    grid = Discretisation(accuracy.steps, accuracy.lines)
+    known = model.reduced, model.law, limit, grid, model.combinations
+    further = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
+    if accuracy.unanswered:
+        further = {}
+    solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
+    S = solve(points, 0.1 * limit, model.combinations, 1, list(further)).S
     nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
     scale = np.maximum(nodes, least_force(model.reduced, limit))
     return float((np.abs(model.table(points) - S).max(axis=0) / scale).max())
@@ -181,7 +186,7 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
     one = np.ones(1)
     columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
     with pytest.raises(SlipmodeError, match=r"a tolerance of 0\.0.* is within reach") as refusal:
-        refine(Sampling(at, columns, np.array([[1 / 0.7]]), 1e-4), one, 1e-3)
+        refine(Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4), 1e-3)
     assert np.diff(np.unique(np.concatenate(solved))).min() > 1e-7  # 1e-16 without a least width
     assert sum(map(len, solved)) < 2500
     assert 3e-3 < float(str(refusal.value).split("tolerance of ")[1].split()[0]) < 0.05
