@@ -30,6 +30,7 @@ _TASKS = 3  # that the probes are split into; fixed, whatever the number of thre
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
 _PART_OF_FREE = 0.25  # that S has at its largest: marches need not repeat better for it
+_CLOSER = 0.1
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _LARGEST_TOLERANCE = 0.1  # of a table
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
@@ -59,6 +60,11 @@ class Resolution:
     grid: Discretisation
     error: float
     march: float
+
+    @property
+    def closer(self) -> Resolution:
+        """With marches that go on for longer."""
+        return replace(self, march=max(_CLOSER * self.march, _FINEST_MARCH))
 
 
 def least_force(reduced: Reduced, amplitude_range: Floats) -> Floats:

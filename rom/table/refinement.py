@@ -221,6 +221,10 @@ class Sampling:
         return table.nodes()[tuple(slice(count) for count in inside)]
 
 
+class TooCloseError(SlipmodeError):
+    """Samples that jump, or that are not as exact as the tolerance asks."""
+
+
 class _Checks:
     """Samples that are no nodes, and the errors of tables there."""
 
@@ -294,8 +298,10 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
 
     Raises
     ------
+    TooCloseError
+        If samples differ by more than the tolerance between nodes that are next to each other.
     SlipmodeError
-        If halving the grid lines does not reach the tolerance.
+        If it takes too many nodes.
     """
     intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
     closest = _CLOSEST * tolerance
@@ -338,13 +344,23 @@ def _refined(
         missed = checks.points[errors > tolerance * errors.max() / error]
         axes = _poor_at(axes, missed, sampling.doubts(table))
         if not any(axis.poor.any() for axis in axes):
-            break
+            place = checks.points[errors.argmax()]
+            where = " and ".join(f"{amplitude:.4g}" for amplitude in place)
+            raise TooCloseError(
+                f"tolerance: friction jumps by more than {tolerance:g} of the largest near an "
+                f"amplitude of {where}; a tolerance of {_advised(error, tolerance):g} is within "
+                "reach"
+            )
     error = largest_error(checks.errors(sampling.table(_lines(axes), samples)), sampling.noise)
-    reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
+        f"{samples.shape[1]} nodes; with these a tolerance of {_advised(error, tolerance):g} is "
+        "within reach"
     )
+
+
+def _advised(error: float, tolerance: float) -> float:
+    return round_up(_SLACK * max(error, tolerance))
 
 
 def _poor_at(axes: Sequence[Axis], points: Floats, doubts: Floats) -> list[Axis]:

@@ -39,7 +39,13 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
-from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
+from slipmode.rom.table.refinement import (
+    Columns,
+    Sampling,
+    TooCloseError,
+    headroom_intervals,
+    refine,
+)
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, unanswered_findings, warn
 
@@ -145,7 +151,7 @@ def tabulate(
             *(reduced, law, amplitude_range, resolution.grid, combinations), budget.response
         )
 
-        def refined(
+        def refined_on(
             resolution: Resolution, further: Sequence[Order]
         ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
             orders = contact_orders(reduced, combinations, max(harmonics, 1), further)
@@ -174,6 +180,16 @@ def tabulate(
                 *(samples, columns, amplitude_range, onset, budget.march, region, beyond)
             )
             return orders, samples, refine(sampling, budget.interpolation)
+
+        def refined(
+            resolution: Resolution, further: Sequence[Order]
+        ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
+            try:
+                return refined_on(resolution, further)
+            except TooCloseError:
+                # where the modes' response is strong, what hardly changes from one period to the
+                # next is still far from where it will settle
+                return refined_on(resolution.closer, further)
 
         unanswered = 0.0
         try:
