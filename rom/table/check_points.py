@@ -17,11 +17,12 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 _SPREAD = (8, 16)  # points for one mode, for two
 _ONSETS = 32  # points at most where contacts yield
 _DOUBTS = (32, 64)  # points at least where in doubt, for one mode, for two
-_CELLS_PER_DOUBT = 32
+_CELLS_PER_DOUBT = (1, 32)
 _CELLS_ALL_OVER = 3  # that are doubted most
 _ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a cell
 _NEARBY = 0.1  # of a cell: what is checked there need not be checked again
-AROUND = (0.25, 0.12)  # of a cell, around the largest error, then around the largest again
+# Of a cell, around the largest errors of so many cells, then around the largest one again.
+AROUND = ((0.25, 4), (0.12, 1))
 _OTHERS = 4  # errors beside the largest that tell what lies beyond it
 _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
@@ -114,7 +115,7 @@ def doubtful_points(
     checked : (points, modes) ndarray
     """
     modes = len(axes)
-    count = max(_DOUBTS[modes - 1], doubt.size // _CELLS_PER_DOUBT)
+    count = max(_DOUBTS[modes - 1], doubt.size // _CELLS_PER_DOUBT[modes - 1])
     cells = np.argsort(-doubt, axis=None, kind="stable")[: count + len(checked)]
     index = np.unravel_index(cells[doubt.ravel()[cells] > 0.0], doubt.shape)[:modes]
     low = np.stack([node[i] for node, i in zip(axes, index, strict=True)], axis=-1)
@@ -130,6 +131,14 @@ def doubtful_points(
             if (np.abs(taken - place) > _NEARBY * width[number]).any(axis=1).all():
                 taken = np.concatenate((taken, place[np.newaxis]))
     return taken[len(checked) :]
+
+
+def worst_points(axes: Sequence[Floats], points: Floats, errors: Floats, count: int) -> Floats:
+    """Those of the largest errors in so many cells, (at most count, modes)."""
+    order = np.argsort(-errors, kind="stable")
+    cells = np.stack(holding_cells(axes, points[order]), axis=-1)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    return np.asarray(points[order[np.sort(first)[:count]]])
 
 
 def around(axes: Sequence[Floats], point: Floats, share: float) -> Floats:

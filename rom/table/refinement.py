@@ -34,6 +34,7 @@ from slipmode.rom.table.check_points import (
     onset_points,
     spread_points,
     unpredicted,
+    worst_points,
 )
 from slipmode.rom.table.hermite import Table, make_table
 from slipmode.rom.table.region import Region, corners, widened, with_neighbours
@@ -221,10 +222,6 @@ class Sampling:
         return table.nodes()[tuple(slice(count) for count in inside)]
 
 
-class TooCloseError(SlipmodeError):
-    """Samples that jump, or that are not as exact as the tolerance asks."""
-
-
 class _Checks:
     """Samples that are no nodes, and the errors of tables there."""
 
@@ -271,8 +268,9 @@ class _Checks:
             doubt = np.where(sampling.region.cells(table.node_a, table.node_b), doubt, 0.0)
         self._add(doubtful_points(table.axes, doubt, sampling.onset_lines, self.points))
         errors = self._errors(table)
-        for share in AROUND:
-            self._add(around(table.axes, self.points[errors.argmax()], share))
+        for share, count in AROUND:
+            worst = worst_points(table.axes, self.points, errors, count)
+            self._add(np.concatenate([around(table.axes, point, share) for point in worst]))
             errors = self._errors(table)
         return errors
 
@@ -294,12 +292,11 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     carried : (n_a, n_b, carried) complex ndarray
         The columns that are not tabulated, at the nodes.
     error : float
-        Largest difference between the nodes, relative to the largest |S_j|: `largest_error`.
+        Largest difference between the nodes, relative to the largest |S_j|: `largest_error`. Above
+        the tolerance where samples jump, so that nodes closer to each other would not help.
 
     Raises
     ------
-    TooCloseError
-        If samples differ by more than the tolerance between nodes that are next to each other.
     SlipmodeError
         If it takes too many nodes.
     """
@@ -327,7 +324,10 @@ def _refined(
     checks: _Checks,
     tolerance: float,
 ) -> tuple[list[Axis], Complexes, Table, float]:
-    """Halve intervals until samples and check points agree with the table to the tolerance."""
+    """Halve intervals until samples and check points agree with the table to the tolerance.
+
+    Or until none of those where they do not is wide enough.
+    """
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
@@ -338,29 +338,18 @@ def _refined(
         table = sampling.table(_lines(axes), samples)
         errors = checks.errors(table)
         error = largest_error(errors, sampling.noise)
-        if error <= tolerance:
-            return axes, samples, table, error
-        # what lies beyond the largest error may be at any of those that are nearly as large
-        missed = checks.points[errors > tolerance * errors.max() / error]
-        axes = _poor_at(axes, missed, sampling.doubts(table))
+        if error > tolerance:
+            # what lies beyond the largest error may be at any of those that are nearly as large
+            missed = checks.points[errors > tolerance * errors.max() / error]
+            axes = _poor_at(axes, missed, sampling.doubts(table))
         if not any(axis.poor.any() for axis in axes):
-            place = checks.points[errors.argmax()]
-            where = " and ".join(f"{amplitude:.4g}" for amplitude in place)
-            raise TooCloseError(
-                f"tolerance: friction jumps by more than {tolerance:g} of the largest near an "
-                f"amplitude of {where}; a tolerance of {_advised(error, tolerance):g} is within "
-                "reach"
-            )
+            return axes, samples, table, error
     error = largest_error(checks.errors(sampling.table(_lines(axes), samples)), sampling.noise)
+    reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes; with these a tolerance of {_advised(error, tolerance):g} is "
-        "within reach"
+        f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
     )
-
-
-def _advised(error: float, tolerance: float) -> float:
-    return round_up(_SLACK * max(error, tolerance))
 
 
 def _poor_at(axes: Sequence[Axis], points: Floats, doubts: Floats) -> list[Axis]:

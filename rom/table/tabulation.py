@@ -39,15 +39,9 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
-from slipmode.rom.table.refinement import (
-    Columns,
-    Sampling,
-    TooCloseError,
-    headroom_intervals,
-    refine,
-)
+from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
 from slipmode.rom.table.region import Region
-from slipmode.rom.validity import model_findings, unanswered_findings, warn
+from slipmode.rom.validity import model_findings, table_findings, warn
 
 _Solved = TypeVar("_Solved")
 
@@ -184,12 +178,13 @@ def tabulate(
         def refined(
             resolution: Resolution, further: Sequence[Order]
         ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
-            try:
-                return refined_on(resolution, further)
-            except TooCloseError:
-                # where the modes' response is strong, what hardly changes from one period to the
-                # next is still far from where it will settle
-                return refined_on(resolution.closer, further)
+            found = refined_on(resolution, further)
+            if found[-1][-1] <= budget.interpolation:
+                return found
+            # where the modes' response is strong, what hardly changes from one period to the next
+            # may still be far from where it will settle
+            closer = refined_on(resolution.closer, further)
+            return min(found, closer, key=lambda each: each[-1][-1])
 
         unanswered = 0.0
         try:
@@ -217,7 +212,7 @@ def tabulate(
         solved=samples.solved,
     )
     if warned:
-        warn(unanswered_findings(unanswered))
+        warn(table_findings(accuracy))
     kept = _harmonics(table, orders, carried) if harmonics else None
     if reduced.force_patterns is None:
         reduced = replace(
