@@ -1,6 +1,7 @@
 """What the method assumes: refused where nothing could follow, warned of where it is strained."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -191,10 +192,9 @@ def test_python_is_warned_too(law, amplitude, words):
 
 
 def test_a_table_that_is_off_by_more_than_asked_for_says_so():
-    asked = dict(tolerance=1e-3, resolution=0.0, periodicity=0.0, unanswered=0.0)
-    size = dict(steps=64, lines=1, solved=1)
-    assert table_findings(Accuracy(interpolation=1e-3, **asked, **size)) == []
-    (found,) = table_findings(Accuracy(interpolation=4e-3, **asked, **size))
+    exact = Accuracy(1e-3, 1e-3, 0.0, 0.0, unanswered=0.0, steps=64, lines=1, solved=1)
+    assert table_findings(exact) == []
+    (found,) = table_findings(replace(exact, interpolation=4e-3))
     assert (found.subject, found.level) == ("friction", "warning")
     assert "off by up to 0.004 of its largest value, tolerance is 0.001;" in found.reason
 
