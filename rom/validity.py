@@ -28,7 +28,6 @@ from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
-from slipmode.rom.table.accuracy import Accuracy
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
 # carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
@@ -203,19 +202,19 @@ def contact_findings(
     return found
 
 
-def table_findings(accuracy: Accuracy) -> list[Finding]:
-    """What a table leaves out, and where it is not as exact as asked for."""
+def table_findings(tolerance: float, interpolation: float, unanswered: float) -> list[Finding]:
+    """Where a table is not as exact as asked for, and what it leaves out: see `Accuracy`."""
     found = []
-    if accuracy.interpolation > accuracy.tolerance:
+    if interpolation > tolerance:
         reason = (
             f"at some amplitudes it jumps, or contacts do not come to one motion: the friction "
-            f"table is off by up to {accuracy.interpolation:.1g} of its largest value, "
-            f"tolerance is {accuracy.tolerance:g}; compare with slipmode validate"
+            f"table is off by up to {interpolation:.1g} of its largest value, "
+            f"tolerance is {tolerance:g}; compare with slipmode validate"
         )
         found.append(Finding("friction", "uncertain", reason, "warning"))
-    if accuracy.unanswered:
+    if unanswered:
         reason = (
-            f"a harmonic beyond the fifth would move them by up to {accuracy.unanswered:.1%}, but "
+            f"a harmonic beyond the fifth would move them by up to {unanswered:.1%}, but "
             "they do not settle with the modes' response to it, which is left out; compare with "
             "slipmode validate"
         )

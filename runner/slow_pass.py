@@ -84,7 +84,8 @@ class SlowPass:
         schedule = self._plan.schedule
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
-        found = table_findings(self._model.accuracy)
+        worth = self._model.accuracy
+        found = table_findings(worth.tolerance, worth.interpolation, worth.unanswered)
         for decision in (*self._plan.decisions, *found):
             if decision.level != "info":
                 words = f"{decision.subject} {decision.choice}: {decision.reason}"

@@ -21,8 +21,8 @@ _CELLS_PER_DOUBT = (1, 32)
 _CELLS_ALL_OVER = 3  # that are doubted most
 _ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a cell
 _NEARBY = 0.1  # of a cell: what is checked there need not be checked again
-# Of a cell, around the largest errors of so many cells, then around the largest one again.
-AROUND = ((0.25, 4), (0.12, 1))
+AROUND = (0.25, 0.12)  # of a cell, around the largest error, then around the largest again
+_WORST = (4, 1)  # cells whose largest errors are gone around, for one mode, for two
 _OTHERS = 4  # errors beside the largest that tell what lies beyond it
 _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
@@ -133,12 +133,12 @@ def doubtful_points(
     return taken[len(checked) :]
 
 
-def worst_points(axes: Sequence[Floats], points: Floats, errors: Floats, count: int) -> Floats:
-    """Those of the largest errors in so many cells, (at most count, modes)."""
+def worst_points(axes: Sequence[Floats], points: Floats, errors: Floats) -> Floats:
+    """Those of the largest errors in a few cells, (cells, modes)."""
     order = np.argsort(-errors, kind="stable")
     cells = np.stack(holding_cells(axes, points[order]), axis=-1)
     _, first = np.unique(cells, axis=0, return_index=True)
-    return np.asarray(points[order[np.sort(first)[:count]]])
+    return np.asarray(points[order[np.sort(first)[: _WORST[len(axes) - 1]]]])
 
 
 def around(axes: Sequence[Floats], point: Floats, share: float) -> Floats:

@@ -47,6 +47,8 @@ _MOST_NODES = 20_000
 # Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
 # Kinks and thresholds were seen to need 1/2.
 _CLOSEST = 1 / 100
+_IDLE_ROUNDS = 5  # in which the error does not fall to this part of the least: samples are off
+_LESS = 0.8
 _SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
@@ -268,8 +270,8 @@ class _Checks:
             doubt = np.where(sampling.region.cells(table.node_a, table.node_b), doubt, 0.0)
         self._add(doubtful_points(table.axes, doubt, sampling.onset_lines, self.points))
         errors = self._errors(table)
-        for share, count in AROUND:
-            worst = worst_points(table.axes, self.points, errors, count)
+        for share in AROUND:
+            worst = worst_points(table.axes, self.points, errors)
             self._add(np.concatenate([around(table.axes, point, share) for point in worst]))
             errors = self._errors(table)
         return errors
@@ -293,7 +295,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
         The columns that are not tabulated, at the nodes.
     error : float
         Largest difference between the nodes, relative to the largest |S_j|: `largest_error`. Above
-        the tolerance where samples jump, so that nodes closer to each other would not help.
+        the tolerance where samples jump or are not exact, so that more nodes would not help.
 
     Raises
     ------
@@ -326,8 +328,9 @@ def _refined(
 ) -> tuple[list[Axis], Complexes, Table, float]:
     """Halve intervals until samples and check points agree with the table to the tolerance.
 
-    Or until none of those where they do not is wide enough.
+    Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
+    least, idle = np.inf, 0
     for _ in range(_MAX_ROUNDS):
         if samples.shape[0] * samples.shape[1] > _MOST_NODES:
             break
@@ -338,7 +341,9 @@ def _refined(
         table = sampling.table(_lines(axes), samples)
         errors = checks.errors(table)
         error = largest_error(errors, sampling.noise)
-        if error > tolerance:
+        idle = 0 if error < _LESS * least else idle + 1
+        least = min(least, error)
+        if error > tolerance and idle < _IDLE_ROUNDS:
             # what lies beyond the largest error may be at any of those that are nearly as large
             missed = checks.points[errors > tolerance * errors.max() / error]
             axes = _poor_at(axes, missed, sampling.doubts(table))

@@ -179,10 +179,10 @@ def tabulate(
             resolution: Resolution, further: Sequence[Order]
         ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
             found = refined_on(resolution, further)
-            if found[-1][-1] <= budget.interpolation:
+            if found[-1][-1] <= budget.interpolation or reduced.contacts is None:
                 return found
             # where the modes' response is strong, what hardly changes from one period to the next
-            # may still be far from where it will settle
+            # may still be far from where it will settle; rigid contacts are off by the grid
             closer = refined_on(resolution.closer, further)
             return min(found, closer, key=lambda each: each[-1][-1])
 
@@ -212,7 +212,7 @@ def tabulate(
         solved=samples.solved,
     )
     if warned:
-        warn(table_findings(accuracy))
+        warn(table_findings(tolerance, error, unanswered))
     kept = _harmonics(table, orders, carried) if harmonics else None
     if reduced.force_patterns is None:
         reduced = replace(

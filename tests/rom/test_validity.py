@@ -1,14 +1,12 @@
 """What the method assumes: refused where nothing could follow, warned of where it is strained."""
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipmode import rom, runner
 from slipmode.fmu import Component, export
-from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.validity import table_findings
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
@@ -192,9 +190,8 @@ def test_python_is_warned_too(law, amplitude, words):
 
 
 def test_a_table_that_is_off_by_more_than_asked_for_says_so():
-    exact = Accuracy(1e-3, 1e-3, 0.0, 0.0, unanswered=0.0, steps=64, lines=1, solved=1)
-    assert table_findings(exact) == []
-    (found,) = table_findings(replace(exact, interpolation=4e-3))
+    assert table_findings(1e-3, 1e-3, 0.0) == []
+    (found,) = table_findings(1e-3, 4e-3, 0.0)
     assert (found.subject, found.level) == ("friction", "warning")
     assert "off by up to 0.004 of its largest value, tolerance is 0.001;" in found.reason
 

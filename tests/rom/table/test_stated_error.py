@@ -69,14 +69,15 @@ def dense_error(model, points, limit):
     return float((np.abs(model.table(points) - S).max(axis=0) / scale).max())
 
 
-def check(reduced, law, amplitude, tolerance, **arguments):
+def check(reduced, law, amplitude, tolerance, *, met=True, **arguments):
     limit = np.array(amplitude)
     model = tabulate(reduced, law, amplitude, tolerance, warned=False, **arguments)
     points = dense_points(reduced, law, limit)
     if (region := arguments.get("region")) is not None:
         points = points[region.holds(points)]
     found = dense_error(model, points, limit)
-    assert found <= model.accuracy.interpolation <= tolerance
+    assert found <= model.accuracy.interpolation
+    assert (model.accuracy.interpolation <= tolerance) == met
     return found
 
 
@@ -224,11 +225,10 @@ MANY = [(k, law) for k in range(5) for law in (Coulomb((2.0, 1.0)), Tanh((2.0, 1
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize(("number", "law"), MANY, ids=str)
-def test_of_drawn_structures(number, law, tolerance, request):
-    if number == 4 and isinstance(law, Coulomb) and tolerance == 1e-3:
-        # a combination resonance of contacts that rest anywhere depends on the phase lines
-        request.applymarker(pytest.mark.xfail(raises=SlipmodeError, strict=True))
-    check(reduce(drawn(number)), law, (4.0, 2.0), tolerance)
+def test_of_drawn_structures(number, law, tolerance):
+    unmet = number == 4 and isinstance(law, Coulomb) and tolerance == 1e-3
+    # a combination resonance of contacts that rest anywhere depends on the phase lines
+    check(reduce(drawn(number)), law, (4.0, 2.0), tolerance, met=not unmet)
 
 
 @pytest.mark.slow
