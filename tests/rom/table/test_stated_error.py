@@ -13,7 +13,6 @@ from slipmode.rom import (
     FrictionalContact,
     Iwan,
     Jenkins,
-    SlipmodeError,
     Tanh,
     ValidityWarning,
     reduce,
