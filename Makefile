@@ -60,7 +60,7 @@ family: $(VENV)/.installed
 	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
 
 family-rest: $(VENV)/.installed-report
-	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m slipmode.runner.report.methods.recordings

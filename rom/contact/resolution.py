@@ -210,14 +210,12 @@ def _resolution(
         lines = _settled(
             enough,
             lambda count: solve(_STEPS[1], count),
-            len(points) * _STEPS[1],
             change,
             budget.steps_or_lines,
         )
     steps = _settled(
         _STEPS,
         lambda count: solve(count, lines),
-        len(points) * lines,
         change,
         budget.steps_or_lines,
     )
@@ -234,20 +232,20 @@ def _resolution(
 def _settled(
     counts: Sequence[int],
     solve: Callable[[int], _Trial],
-    period: int,
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
 ) -> int:
     """The first count whose answer the next one changes by no more than the tolerance.
 
-    Or one of the next two if that is less work: on coarse grids marches may not settle. A period
-    is so much work for a count of 1; the last is not tried where a single one would be too much.
+    Or one of the next two if that is less work: on coarse grids marches may not settle. The second
+    is tried only where the first was less work already.
     """
     changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):
         changes.append(change(solve(count), solve(finer)))
         if changes[-1] <= tolerance:
-            least = min(solve(count).work, solve(finer).work)
-            tried = [count, finer, *(c for c in counts[k + 2 : k + 3] if period * c < least)]
+            tried = [count, finer]
+            if solve(finer).work < solve(count).work:
+                tried += counts[k + 2 : k + 3]
             return min(tried, key=lambda each: solve(each).work)
     raise _UnresolvedError(counts[-2], min(changes))
