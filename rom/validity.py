@@ -202,15 +202,24 @@ def contact_findings(
     return found
 
 
-def unanswered_findings(unanswered: float) -> list[Finding]:
-    """Of a table: motion by a harmonic that no mode is taken to respond to, `Accuracy`."""
-    if not unanswered:
-        return []
-    reason = (
-        f"a harmonic beyond the fifth would move them by up to {unanswered:.1%}, but they do not "
-        "settle with the modes' response to it, which is left out; compare with slipmode validate"
-    )
-    return [Finding("contacts", "answered in part", reason, "warning")]
+def table_findings(tolerance: float, interpolation: float, unanswered: float) -> list[Finding]:
+    """Where a table is not as exact as asked for, and what it leaves out: see `Accuracy`."""
+    found = []
+    if interpolation > tolerance:
+        reason = (
+            f"at some amplitudes it jumps, or contacts do not come to one motion: the friction "
+            f"table is off by up to {interpolation:.1g} of its largest value, "
+            f"tolerance is {tolerance:g}; compare with slipmode validate"
+        )
+        found.append(Finding("friction", "uncertain", reason, "warning"))
+    if unanswered:
+        reason = (
+            f"a harmonic beyond the fifth would move them by up to {unanswered:.1%}, but "
+            "they do not settle with the modes' response to it, which is left out; compare with "
+            "slipmode validate"
+        )
+        found.append(Finding("contacts", "answered in part", reason, "warning"))
+    return found
 
 
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:

@@ -14,7 +14,7 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_change
-from slipmode.rom.validity import unanswered_findings
+from slipmode.rom.validity import table_findings
 from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -84,7 +84,8 @@ class SlowPass:
         schedule = self._plan.schedule
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
-        found = unanswered_findings(self._model.accuracy.unanswered)
+        worth = self._model.accuracy
+        found = table_findings(worth.tolerance, worth.interpolation, worth.unanswered)
         for decision in (*self._plan.decisions, *found):
             if decision.level != "info":
                 words = f"{decision.subject} {decision.choice}: {decision.reason}"

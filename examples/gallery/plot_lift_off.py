@@ -23,7 +23,7 @@ mass = rom.Structure(mass=inertia, stiffness=stiffness, damping=1e-3, contact=[1
 stiffness = {"tangential_stiffness": 20.0, "normal_stiffness": 60.0}
 law = rom.FrictionalContact(0.4, preload=1.0, **stiffness)
 reduced = rom.reduce(mass, modes=(0,), law=law)
-backbone = rom.backbone(rom.tabulate(reduced, law, amplitude=(1.0,), tolerance=1e-2))
+backbone = rom.backbone(rom.tabulate(reduced, law, amplitude=(1.0,), tolerance=1e-3))
 fall = 1.0 - backbone.frequency[-1] / backbone.frequency[0]
 
 fig, axes = plt.subplots()

@@ -8,6 +8,7 @@ marched_modes.py     modes that are marched along with elastic contacts
 settled.py           whether that march has come to a periodic motion
 further_harmonics.py  high harmonics that modes respond to, found by a trial
 harmonics.py         Eq. (14) over the amplitude plane, for the sum of fast motion
+slip_onset.py        where in the amplitude plane contacts begin to slip or open
 static_preload.py    what a static force makes of the contacts
 rate_correction.py   friction while amplitudes grow: dS_j / d(d|a_k|/dt)
 """

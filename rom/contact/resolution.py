@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from itertools import pairwise
 
@@ -35,7 +35,11 @@ _TASKS = 3  # that the probes are split into; fixed, whatever the number of thre
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
+_PART_OF_FREE = 0.25  # that S has at its largest: marches need not repeat better for it
+_CLOSER = 0.1
+_FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _LARGEST_TOLERANCE = 0.1  # of a table
+_MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +59,18 @@ class Resolution:
     grid : Discretisation
     error : float
         Change of S on doubling both steps and lines, relative to the largest |S_j|.
+    march : float
+        How well marches have to repeat, relative to the frictionless motion.
     """
 
     grid: Discretisation
     error: float
+    march: float
+
+    @property
+    def closer(self) -> Resolution:
+        """With marches that go on for longer."""
+        return replace(self, march=max(_CLOSER * self.march, _FINEST_MARCH))
 
 
 def least_force(reduced: Reduced, amplitude_range: Floats) -> Floats:
@@ -98,6 +110,43 @@ def choose_resolution(
             f"tolerance: the contact problem needs more than {failure.count} steps or phase lines "
             f"per period; {advice}"
         ) from None
+
+
+def resolved_terms(
+    reduced: Reduced,
+    law: Friction,
+    resolution: Resolution,
+    amplitudes: Floats,
+    smallest_scale: Floats,
+    combinations: Sequence[CombinationResonance],
+    highest: int,
+    further: Sequence[Order] = (),
+) -> ContactTerms:
+    """See contact_terms; with more phase lines where the motion does not repeat on the grid.
+
+    Lines of rigid contacts drift against the grid. Where a contact slips on few of them, its
+    harmonics keep moving by the error of the grid, at some amplitudes and not at the next.
+    """
+
+    def solve(points: Floats, grid: Discretisation) -> ContactTerms:
+        return contact_terms(
+            *(reduced, law, points, grid, resolution.march, smallest_scale, combinations),
+            *(highest, further),
+        )
+
+    grid = resolution.grid
+    terms = solve(amplitudes, grid)
+    drifts = reduced.contacts is None and len(reduced.modes) == 2
+    while drifts and grid.lines < _MOST_LINES * resolution.grid.lines:
+        (moving,) = np.nonzero(terms.residual > resolution.march)
+        if not moving.size:
+            break
+        grid = replace(grid, lines=2 * grid.lines)
+        finer = solve(amplitudes[moving], grid)
+        for field in fields(terms):
+            if field.name != "orders":
+                getattr(terms, field.name)[moving] = getattr(finer, field.name)
+    return terms
 
 
 class _UnresolvedError(Exception):
@@ -177,7 +226,13 @@ def _resolution(
         budget.steps_or_lines,
     )
     doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
-    return Resolution(Discretisation(steps, lines), change(solve(steps, lines), doubled))
+    # what contacts that hardly slip do is a small part of what free ones would
+    moved = least > 0.0
+    part = np.abs(doubled.S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
+    share = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
+    march = max(budget.march * float(share), _FINEST_MARCH)
+    error = change(solve(steps, lines), doubled)
+    return Resolution(Discretisation(steps, lines), error, march)
 
 
 def _settled(

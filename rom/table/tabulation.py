@@ -15,9 +15,15 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import Resolution, choose_resolution, least_force
+from slipmode.rom.contact.resolution import (
+    Resolution,
+    choose_resolution,
+    least_force,
+    resolved_terms,
+)
 from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.torus import ContactTerms, contact_orders
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -35,7 +41,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
 from slipmode.rom.table.region import Region
-from slipmode.rom.validity import model_findings, unanswered_findings, warn
+from slipmode.rom.validity import model_findings, table_findings, warn
 
 _Solved = TypeVar("_Solved")
 
@@ -139,7 +145,7 @@ def tabulate(
             *(reduced, law, amplitude_range, resolution.grid, combinations), budget.response
         )
 
-        def refined(
+        def refined_on(
             resolution: Resolution, further: Sequence[Order]
         ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
             orders = contact_orders(reduced, combinations, max(harmonics, 1), further)
@@ -152,11 +158,10 @@ def tabulate(
                 carried=(len(orders) + 1) * reduced.n_contacts if harmonics else 0,
             )
             solve = partial(
-                contact_terms,
+                resolved_terms,
                 reduced,
                 law,
-                grid=resolution.grid,
-                tolerance=budget.march,
+                resolution,
                 smallest_scale=0.1 * amplitude_range,
                 combinations=combinations,
                 highest=max(harmonics, 1),
@@ -164,8 +169,22 @@ def tabulate(
             )
             check = partial(check_settled, reduced, combinations)
             samples = _Samples(solve, columns, pool, bar, check)
-            sampling = Sampling(samples, columns, amplitude_range, region, beyond)
+            onset = onset_lines(reduced, law)
+            sampling = Sampling(
+                *(samples, columns, amplitude_range, onset, budget.march, region, beyond)
+            )
             return orders, samples, refine(sampling, budget.interpolation)
+
+        def refined(
+            resolution: Resolution, further: Sequence[Order]
+        ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
+            found = refined_on(resolution, further)
+            if found[-1][-1] <= budget.interpolation or reduced.contacts is None:
+                return found
+            # where the modes' response is strong, what hardly changes from one period to the next
+            # may still be far from where it will settle; rigid contacts are off by the grid
+            closer = refined_on(resolution.closer, further)
+            return min(found, closer, key=lambda each: each[-1][-1])
 
         unanswered = 0.0
         try:
@@ -193,7 +212,7 @@ def tabulate(
         solved=samples.solved,
     )
     if warned:
-        warn(unanswered_findings(unanswered))
+        warn(table_findings(tolerance, error, unanswered))
     kept = _harmonics(table, orders, carried) if harmonics else None
     if reduced.force_patterns is None:
         reduced = replace(

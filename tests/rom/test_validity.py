@@ -7,6 +7,7 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.fmu import Component, export
+from slipmode.rom.validity import table_findings
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 
@@ -186,6 +187,13 @@ def test_python_is_warned_too(law, amplitude, words):
     with pytest.warns(rom.ValidityWarning, match=words) as issued:
         rom.tabulate(reduced, law, (amplitude,), tolerance=0.05)
     assert issued[0].filename == __file__
+
+
+def test_a_table_that_is_off_by_more_than_asked_for_says_so():
+    assert table_findings(1e-3, 1e-3, 0.0) == []
+    (found,) = table_findings(1e-3, 4e-3, 0.0)
+    assert (found.subject, found.level) == ("friction", "warning")
+    assert "off by up to 0.004 of its largest value, tolerance is 0.001;" in found.reason
 
 
 def test_an_alpha_that_is_advised_is_accepted():
