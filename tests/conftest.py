@@ -1,5 +1,6 @@
 """Shared fixtures: models of the two-mass structure that take about a second to tabulate."""
 
+import os
 import signal
 from contextlib import ExitStack
 from functools import cache
@@ -27,9 +28,12 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_the_tests(tmp_path_factory):
-    """An empty model cache, so that no test reads or writes the user's."""
+    """An empty model cache, so that no test reads or writes the user's; workers share it."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SLIPMODE_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("SLIPMODE_CACHE", str(folder / "cache"))
         yield
 
 
