@@ -81,13 +81,18 @@ class Completed:
         return self.waiting.pop()
 
 
-def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
+def without_cluster(monkeypatch, tmp_path, count):
+    """Samples of a study whose tasks are taken as `Completed` has them."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(distributed, "as_completed", Completed)
     samples = Samples(
         {"forcing": {"A": {"amplitude": 1.0}}}, tmp_path, ("forcing.A.phase",), Asked(steady=True)
     )
-    design = Design(samples.keys, (np.linspace(0.0, 1.0, 50_000),))
+    return samples, Design(samples.keys, (np.linspace(0.0, 1.0, count),))
+
+
+def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
+    samples, design = without_cluster(monkeypatch, tmp_path, 50_000)
     client, finished = NoWork(), []
     tasks = make_tasks(samples, design)
     Foreman(client, samples, design, ("A",)).work_on(tasks, lambda task, _: finished.append(task))
@@ -97,12 +102,7 @@ def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
 
 
 def test_a_task_climbs_the_tables_that_are_there_by_itself(monkeypatch, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(distributed, "as_completed", Completed)
-    samples = Samples(
-        {"forcing": {"A": {"amplitude": 1.0}}}, tmp_path, ("forcing.A.phase",), Asked(steady=True)
-    )
-    design = Design(samples.keys, (np.linspace(0.0, 1.0, 10_000),))
+    samples, design = without_cluster(monkeypatch, tmp_path, 10_000)
     client, finished = NoWork(outside=2), []
     tasks = make_tasks(samples, design)
     Foreman(client, samples, design, ("A",)).work_on(
