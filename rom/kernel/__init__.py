@@ -8,7 +8,8 @@ torus/     Eqs. (13), (14) by characteristics: torus.c, march.c; growth.c: the r
            periodic/: when a motion repeats, and how to get there sooner
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional derivatives;
-           component/: the step-able component; motion/: Eq. (12) along a trajectory
+           branches/: curves of steady states; component/: the step-able component;
+           motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the march; equilibrium.c: at rest
 base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
@@ -37,7 +38,9 @@ from slipmode.rom.kernel.structures import (
     SEGMENT,
     Combination,
     Contact,
+    Curve,
     Elastic,
+    Forced,
     Full,
     HarmonicSum,
     ModalResponse,
@@ -62,7 +65,9 @@ __all__ = [
     "SEGMENT",
     "Combination",
     "Contact",
+    "Curve",
     "Elastic",
+    "Forced",
     "Full",
     "HarmonicSum",
     "ModalResponse",

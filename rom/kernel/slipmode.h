@@ -305,6 +305,48 @@ SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
                                       const sm_inputs *inputs, const double *amplitude,
                                       double *balance, double *jacobian);
 
+/* ---- solution curves ------------------------------------------------------------------- */
+
+#define SM_CURVE_UNKNOWNS (2 * SM_MODES) /* at most */
+
+/* F (k) and its Jacobian (k, k + 1) at z = (y (k), p); all but SM_OK: there is none. */
+typedef sm_status (*sm_curve_rates)(const void *of, const double *z, double *F, double *J);
+
+/* F(y, p) = 0, scaled so that 1 is large in each direction. A point of it is a row of doubles:
+ *   z (k + 1), tangent (k + 1) of length 1, dF/dy (k, k). */
+typedef struct {
+    int32_t unknowns;    /* k */
+    double largest_step; /* between two points */
+    sm_curve_rates rates;
+    const void *of;
+} sm_curve;
+
+/* The point in the plane through a guess, of which the normal is given; its tangent points onward.
+ * SM_NOT_CONVERGED: there is none close by. */
+SM_API sm_status sm_curve_point(const sm_curve *curve, const double *guess, const double *normal,
+                                const double *onward, double *point);
+/* Points from points[0] on along its tangent, at most `most` of them: to p = 0, p = 1, where F
+ * ends, or, then it is closed, back to where it began. */
+SM_API sm_status sm_curve_trace(const sm_curve *curve, size_t most, double *points, size_t *count,
+                                int32_t *closed);
+/* Solutions with the p of each guess z (count, k + 1), which they replace; NaN: none is found. */
+SM_API sm_status sm_curve_solve(const sm_curve *curve, size_t count, double *z);
+
+/* A slow flow under inputs that change along a straight line. */
+typedef struct {
+    const sm_slow_flow *flow;
+    const sm_inputs *inputs; /* (2): at p = 0 and 1; force, frequency and limit_scale change */
+    double scale[SM_MODES];  /* of amplitudes: y = a / (scale limit_scale), F = y' */
+} sm_forced;
+
+/* Its steady states as a curve, as sm_slow_flow_balance has them. The curve refers to `forced`. */
+SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
+/* At moduli of the effective amplitudes relative to the limits, at (points, 1 + modes) = (p, |z_A|,
+ * |z_B|): what each modulus takes to be held less what is there (points, modes), 0 in all modes of
+ * a steady state, which is z (points, k + 1) then. NaN outside the table. */
+SM_API sm_status sm_forced_imbalance(const sm_forced *forced, size_t points, const double *at,
+                                     double *imbalance, double *z);
+
 /* ---- the step-able component ----------------------------------------------------------- */
 
 typedef struct sm_component sm_component;

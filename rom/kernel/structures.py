@@ -111,6 +111,27 @@ class SlowFlow(Structure):
     )
 
 
+class Curve(Structure):
+    """sm_curve."""
+
+    __slots__ = ("owned",)
+
+    _fields_ = (
+        ("unknowns", c_int32),
+        ("largest_step", c_double),
+        ("rates", c_void_p),
+        ("of", c_void_p),
+    )
+
+
+class Forced(Structure):
+    """sm_forced."""
+
+    __slots__ = ("owned",)
+
+    _fields_ = (("flow", c_void_p), ("inputs", c_void_p), ("scale", c_double * MODES))
+
+
 class Motion(Structure):
     """sm_motion."""
 
@@ -224,6 +245,8 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_table": Table,
     "sm_combination": Combination,
     "sm_slow_flow": SlowFlow,
+    "sm_curve": Curve,
+    "sm_forced": Forced,
     "sm_motion": Motion,
     "sm_full": Full,
     "sm_harmonic_sum": HarmonicSum,

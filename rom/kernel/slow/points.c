@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "slow/first_order.h"
+#include "slow/points.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
@@ -29,10 +29,9 @@ static void put(const sm_modal *values, int modes, double *out) {
     }
 }
 
-/* d rate / d amplitude (2 modes, 2 modes), a column for each real part and each imaginary one.
- * Along a change that is slow for the amplitude there is, whatever units it has: beside a fast one
+/* Along a change that is slow for the amplitude there is, whatever units it has: beside a fast one
  * it would count as none. */
-static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
+void sm_steady_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
                         const sm_flow_state *state, double *jacobian) {
     const int modes = flow->table.modes, unknowns = 2 * modes;
     const sm_coefficients still = {.mass = {{0.0}, {0.0}}};
@@ -53,7 +52,14 @@ static void jacobian_at(const sm_slow_flow *flow, const sm_instant *instant,
     }
 }
 
-/* The flow is checked. What `instant` remembers of another point is only spared work. */
+sm_status sm_steady_point(const sm_slow_flow *flow, const sm_inputs *inputs, int sloped,
+                          const double *y, sm_instant *instant, sm_flow_state *state) {
+    sm_instant_set(instant, flow, inputs);
+    memset(instant->combination_on, 0, sizeof instant->combination_on);
+    return sm_first_order(flow, instant, sloped, y, state);
+}
+
+/* The flow is checked. */
 static sm_status balance_at(const sm_slow_flow *flow, const sm_inputs *inputs,
                             sm_instant *instant, const double *amplitude, double *balance,
                             double *jacobian) {
@@ -65,15 +71,13 @@ static sm_status balance_at(const sm_slow_flow *flow, const sm_inputs *inputs,
     for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];
     if (!sm_all_finite(y, 2 * SM_MODES)) return SM_NOT_FINITE;
     sm_flow_state state;
-    sm_instant_set(instant, flow, &now);
-    memset(instant->combination_on, 0, sizeof instant->combination_on); /* their mean over time is zero */
-    status = sm_first_order(flow, instant, jacobian != NULL, y, &state);
+    status = sm_steady_point(flow, &now, jacobian != NULL, y, instant, &state);
     if (status != SM_OK) return status;
     const sm_modal *const parts[] = {&instant->now.mass, &instant->now.stiffness, &state.force,
                                      &state.rate};
     for (int k = 0; k < 4; k++) put(parts[k], modes, balance + 2 * k * modes);
     if (!sm_all_finite(balance, 8 * (size_t)modes)) return SM_NOT_FINITE;
-    if (jacobian) jacobian_at(flow, instant, &state, jacobian);
+    if (jacobian) sm_steady_jacobian(flow, instant, &state, jacobian);
     return SM_OK;
 }
 

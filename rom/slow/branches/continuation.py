@@ -1,4 +1,4 @@
-"""Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977).
+"""Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977), the core's.
 
 Points z = (y, p) are scaled so that 1 is large in each direction. F is a rate dy/dt: eigenvalues
 of dF/dy are the growth of small deviations [1/s]; where one passes zero the curve folds back, or
@@ -7,34 +7,33 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import ctypes
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.short_repr import short_repr
-
-Rates = Callable[[Floats], tuple[Floats, Floats]]
-"""F (k,) and its Jacobian (k, k + 1) at z (k + 1,); NaN where it is not defined."""
 
 Kind = Literal["fold", "Hopf"]
 
-_PASSES = 8
-_EASY_PASSES = 3  # up to which the next step may be longer
-_CONVERGED = 1e-10  # of Newton's last update
-_FARTHEST = 0.05  # that Newton's method goes from its start: beyond, there may not be an F
-_LARGEST_TURN = 0.15  # of the tangent between two points [rad]
-_SHORTEST = 1e-7
 MOST_POINTS = 5000  # to each side of where a curve is found
 _BISECTIONS = 40
+_NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
-    """One solution, the direction of the curve there and the eigenvalues of dF/dy (k,)."""
+class Points:
+    """Neighbours along a curve: z, its direction there and the eigenvalues of dF/dy.
+
+    Attributes
+    ----------
+    z, tangent : (n, k + 1) ndarray
+    eigenvalues : (n, k) complex ndarray
+    """
 
     z: Floats
     tangent: Floats
@@ -42,10 +41,18 @@ class Point:
 
     __repr__ = short_repr
 
+    @classmethod
+    def of_rows(cls, rows: Floats, unknowns: int) -> Points:
+        """Of points as the core has them."""
+        n = unknowns + 1
+        jacobian = rows[:, 2 * n :].reshape(-1, unknowns, unknowns)
+        eigenvalues = np.linalg.eigvals(jacobian).astype(complex)
+        return cls(rows[:, :n], rows[:, n : 2 * n], eigenvalues)
+
     @property
-    def unstable(self) -> int:
-        """How many eigenvalues let deviations grow."""
-        return int(np.count_nonzero(self.eigenvalues.real > 0.0))
+    def unstable(self) -> NDArray[np.intp]:
+        """How many eigenvalues let deviations grow, (n,)."""
+        return np.asarray(np.count_nonzero(self.eigenvalues.real > 0.0, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,33 +61,31 @@ class Branch:
 
     Attributes
     ----------
-    points : list of Point
-    special : list of (kind, Point)
+    points : Points
+    special : list of (kind, z)
         Folds and Hopf points, in the same order.
     closed : bool
         Whether the last point is followed by the first.
-    cut_off : list of Point
+    cut_off : list of (k + 1,) ndarray
         Ends at which the curve goes on, but it has too many points.
     """
 
-    points: list[Point]
-    special: list[tuple[Kind, Point]]
+    points: Points
+    special: list[tuple[Kind, Floats]]
     closed: bool
-    cut_off: list[Point]
+    cut_off: list[Floats]
 
     __repr__ = short_repr
 
 
-def branch_through(rates: Rates, z: Floats, largest_step: float) -> Branch | None:
+def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     """The curve through a solution, both ways to p = 0, p = 1 or where F ends.
 
     Parameters
     ----------
-    rates : callable
+    curve : kernel.Curve
     z : (k + 1,) ndarray
         A solution, or near one at the same p.
-    largest_step : float
-        Between two points, in scaled length.
 
     Returns
     -------
@@ -88,125 +93,88 @@ def branch_through(rates: Rates, z: Floats, largest_step: float) -> Branch | Non
         None if there is no solution near z.
     """
     upwards = np.eye(z.size)[-1]
-    first = _corrected(rates, z, upwards, upwards)
-    if first is None:
+    start = _point(curve, z, upwards, upwards)
+    if start is None:
         return None
-    start = first[0]
-    there, closed = _traced(rates, start, largest_step)
-    sides = [there]
-    if closed:
-        points = there
-    else:
-        back, _ = _traced(rates, _turned(start), largest_step)
+    rows, closed = _traced(curve, start)
+    sides = [rows]
+    if not closed:
+        back, _ = _traced(curve, _turned(start[np.newaxis], z.size)[0])
         sides.append(back)
-        points = [*(_turned(point) for point in back[:0:-1]), *there]
-    special = [
-        found
-        for before, after in pairwise(points)
-        if (found := _special(rates, before, after)) is not None
+        rows = np.concatenate((_turned(back[:0:-1], z.size), rows))
+    points = Points.of_rows(rows, curve.unknowns)
+    cut_off = [side[-1, : z.size] for side in sides if not closed and len(side) >= MOST_POINTS]
+    return Branch(points, _specials(curve, points), closed, cut_off)
+
+
+def solutions_near(curve: kernel.Curve, guesses: Floats) -> Floats:
+    """Solutions (found, k + 1), each at the p of one of the guesses (n, k + 1)."""
+    z = np.array(guesses, dtype=float, order="C")
+    status = kernel.lib.sm_curve_solve(ctypes.byref(curve), len(z), z.ctypes.data)
+    kernel.check(status, "curve")
+    return z[np.isfinite(z[:, -1])]
+
+
+def _traced(curve: kernel.Curve, start: Floats) -> tuple[Floats, bool]:
+    """Rows of points from a start on, and whether the curve comes back to it."""
+    rows = np.empty((MOST_POINTS, start.size))
+    rows[0] = start
+    count, closed = ctypes.c_size_t(), ctypes.c_int32()
+    status = kernel.lib.sm_curve_trace(
+        ctypes.byref(curve),
+        *(len(rows), rows.ctypes.data, ctypes.byref(count), ctypes.byref(closed)),
+    )
+    kernel.check(status, "curve")
+    return rows[: count.value].copy(), bool(closed.value)
+
+
+def _point(
+    curve: kernel.Curve, guess: Floats, normal: Floats, onward: Floats
+) -> Floats | None:
+    """The row of the point in the plane through a guess; None: there is none close by."""
+    k = curve.unknowns
+    row = np.empty(2 * (k + 1) + k * k)
+    status = kernel.lib.sm_curve_point(
+        ctypes.byref(curve), *(each.ctypes.data for each in (guess, normal, onward, row))
+    )
+    if status == kernel.NOT_CONVERGED:
+        return None
+    kernel.check(status, "curve")
+    return row
+
+
+def _turned(rows: Floats, n: int) -> Floats:
+    """The same points on the curve passed the other way."""
+    turned = rows.copy()
+    turned[:, n : 2 * n] *= -1.0
+    return turned
+
+
+def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
+    """What lies between neighbours."""
+    along, unstable = points.tangent[:, -1], points.unstable
+    folds = along[:-1] * along[1:] < 0.0
+    hopf = ~folds & (np.abs(np.diff(unstable)) == 2)
+    return [
+        ("fold" if folds[k] else "Hopf", _between(curve, points, k, folds))
+        for k in np.flatnonzero(folds | hopf).tolist()
     ]
-    cut_off = [side[-1] for side in sides if not closed and len(side) >= MOST_POINTS]
-    return Branch(points, special, closed, cut_off)
 
 
-def _traced(rates: Rates, start: Point, largest_step: float) -> tuple[list[Point], bool]:
-    """Points from a start on, and whether the curve comes back to it."""
-    points, step = [start], 0.25 * largest_step
-    far = False
-    while len(points) < MOST_POINTS:
-        last = points[-1]
-        found = _stepped(rates, last, step)
-        if found is None:
-            step *= 0.5
-            if step < _SHORTEST:
-                break
-            continue
-        point, passes = found
-        if not 0.0 <= point.z[-1] <= 1.0:
-            end = _at_end(rates, last, point)
-            if end is not None and np.linalg.norm(end.z - last.z) > _SHORTEST:
-                points.append(end)
-            return points, False
-        if passes <= _EASY_PASSES:
-            step = min(1.5 * step, largest_step)
-        away = float(np.linalg.norm(point.z - start.z))
-        if far and away < step and point.tangent @ start.tangent > 0.0:
-            return [*points, point], True
-        far |= away > 2.0 * step
-        points.append(point)
-    return points, False
-
-
-def _stepped(rates: Rates, last: Point, step: float) -> tuple[Point, int] | None:
-    """The next point at a distance along the tangent; None if the curve bends too much for it."""
-    found = _corrected(rates, last.z + step * last.tangent, last.tangent, last.tangent)
-    if found is None or np.arccos(np.clip(found[0].tangent @ last.tangent, -1, 1)) > _LARGEST_TURN:
-        return None
-    return found
-
-
-def _corrected(
-    rates: Rates, guess: Floats, normal: Floats, onward: Floats
-) -> tuple[Point, int] | None:
-    """Newton's method on F = 0 in the plane through a guess; the tangent points onward."""
-    z = guess.copy()
-    for passes in range(_PASSES):
-        F, J = rates(z)
-        if not (np.isfinite(F).all() and np.isfinite(J).all()):
-            return None
-        bordered = np.vstack((J, normal))
-        try:
-            update = np.linalg.solve(bordered, np.append(F, normal @ (z - guess)))
-        except np.linalg.LinAlgError:
-            return None
-        if np.abs(update).max() <= _CONVERGED:
-            tangent = np.linalg.svd(J)[2][-1]
-            tangent = tangent if tangent @ onward >= 0.0 else -tangent
-            return Point(z, tangent, np.linalg.eigvals(J[:, :-1]).astype(complex)), passes
-        z = z - update
-        if not np.abs(z - guess).max() <= _FARTHEST:
-            return None
-    return None
-
-
-def _at_end(rates: Rates, inside: Point, outside: Point) -> Point | None:
-    """The point at p = 0 or p = 1 between two."""
-    end = 1.0 if outside.z[-1] > 1.0 else 0.0
-    part = (end - inside.z[-1]) / (outside.z[-1] - inside.z[-1])
-    guess = inside.z + part * (outside.z - inside.z)
-    guess[-1] = end
-    found = _corrected(rates, guess, np.eye(guess.size)[-1], inside.tangent)
-    return None if found is None else found[0]
-
-
-def _special(rates: Rates, before: Point, after: Point) -> tuple[Kind, Point] | None:
-    """What lies between two neighbours: found by bisection."""
-    if before.tangent[-1] * after.tangent[-1] < 0.0:
-        kind: Kind = "fold"
-        sign = np.sign(before.tangent[-1])
-
-        def is_before(point: Point) -> bool:
-            return bool(sign * point.tangent[-1] > 0.0)
-    elif abs(after.unstable - before.unstable) == 2:
-        kind = "Hopf"
-
-        def is_before(point: Point) -> bool:
-            return point.unstable == before.unstable
-    else:
-        return None
-    low, high = before, after
+def _between(curve: kernel.Curve, points: Points, k: int, folds: Flags) -> Floats:
+    """Where the curve folds, or the number of growing deviations changes: by bisection."""
+    low, high = points.z[k], points.z[k + 1]
+    onward = np.ascontiguousarray(points.tangent[k])
     for _ in range(_BISECTIONS):
-        chord = high.z - low.z
+        chord = high - low
         length = np.linalg.norm(chord)
-        if length < 1e-9:
+        row = None if length < _NEAR else _point(curve, 0.5 * (low + high), chord / length, onward)
+        if row is None:
             break
-        found = _corrected(rates, 0.5 * (low.z + high.z), chord / length, before.tangent)
-        if found is None:
-            break
-        low, high = (found[0], high) if is_before(found[0]) else (low, found[0])
-    return kind, low
-
-
-def _turned(point: Point) -> Point:
-    """The same point on the curve passed the other way."""
-    return Point(point.z, -point.tangent, point.eigenvalues)
+        middle = Points.of_rows(row[np.newaxis], curve.unknowns)
+        if folds[k]:
+            is_before = middle.tangent[0, -1] * onward[-1] > 0.0
+        else:
+            is_before = middle.unstable[0] == points.unstable[k]
+        low, high = (middle.z[0], high) if is_before else (low, middle.z[0])
+    return low

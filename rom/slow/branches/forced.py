@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
@@ -15,35 +16,38 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, rates, shifted_flow
+from slipmode.rom.slow.branches.continuation import solutions_near
+from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
 from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
-_STEP = 1e-6  # of the span, for derivatives by the parameter
-_MODULI, _PHASES = (0.03, 0.2, 0.45, 0.75), 6  # of the amplitudes that searches start from
-_PASSES = 30
-_LONGEST_UPDATE = 0.3  # of these searches
-_SETTLED = 1e-9
-SAME = 1e-6  # distance of solutions that are one, scaled
+_LARGEST_STEP = 0.02  # of span and table, between two points
+_CELLS = {1: 100, 2: 32}  # of the moduli of each forced mode, in which steady states are searched
+_VARIED = "force", "frequency", "limit_scale"
 
 
 @dataclass(frozen=True, eq=False)
 class ForcedSlowFlow:
     """da/dt of the slow flow in scaled unknowns z = (Re a, Im a, ... / range, part of the span).
 
-    `inputs` leaves frequencies and excitations (points, modes) at parts of the span (points,);
-    with limits varied the unknowns are amplitudes over the factor.
+    Where limits are varied the unknowns are amplitudes over the factor.
+
+    Attributes
+    ----------
+    inputs : (2,) ndarray of kernel.INPUTS
+        At the ends of the span.
+    curve : kernel.Curve
+        Its steady states.
     """
 
     model: Model
     flow: kernel.SlowFlow
-    scale: Floats
     span: tuple[float, float]
-    inputs: Callable[[Floats], tuple[Floats, Complexes]]
-    scales_limits: bool
+    inputs: NDArray[np.void]
+    curve: kernel.Curve
 
     __repr__ = short_repr
 
@@ -68,11 +72,11 @@ class ForcedSlowFlow:
         if len(ends) != 2 or any(end.shape != shape or not np.isfinite(end).all() for end in ends):
             of_what = f"points of {model.modes} frequencies" if both else "numbers"
             raise SlipmodeError(f"span: must be two finite {of_what}, got {span}")
-        first, last = ends
-        if np.all(first == last) or (not vary.startswith("freq") and min(first, last) < 0.0):
+        values = np.array(ends)
+        if np.all(values[0] == values[1]) or (not vary.startswith("freq") and values.min() < 0.0):
             raise SlipmodeError(f"span: must be two different values, factors >= 0, got {span}")
         if vary == "limit" and (
-            min(first, last) == 0.0 or not is_homogeneous(model.law, model.reduced.n_contacts)
+            values.min() == 0.0 or not is_homogeneous(model.law, model.reduced.n_contacts)
         ):
             raise SlipmodeError(
                 "vary: limits vary with factors > 0, and of laws that scale with them: not of "
@@ -81,91 +85,108 @@ class ForcedSlowFlow:
         Omega = np.asarray(frequency, dtype=float)
         if Omega.shape != (model.modes,):
             raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
+        inputs = np.repeat(inputs_of(excitation[np.newaxis], Omega), 2)
         mode = "AB".find(vary[-1])
+        if both:
+            inputs["frequency"][:, : model.modes] = values
+        elif vary.startswith("frequency"):
+            inputs["frequency"][:, mode] = values
+        elif mode >= 0:
+            inputs["force"][:, mode] *= values
+        elif vary == "force":
+            inputs["force"] *= values[:, np.newaxis]
+        else:
+            inputs["limit_scale"] = values
+        ends_of_carriers = inputs["frequency"][:, : model.modes]
+        check_carriers(model.reduced, np.linspace(*ends_of_carriers, 101), excitation != 0.0)
+        flow = shifted_flow(model, off_resonance_shift(model.reduced, force))
+        forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
+        forced.scale[: model.modes] = model.table.amplitude_range
+        forced.owned = flow, inputs
+        curve = kernel.Curve()
+        kernel.check(
+            kernel.lib.sm_forced_curve(forced, _LARGEST_STEP, ctypes.byref(curve)), "curve"
+        )
+        curve.owned = forced
+        first, last = (0.0, 1.0) if both else values.tolist()
+        return cls(model, flow, (first, last), inputs, curve)
 
-        def inputs(part: Floats) -> tuple[Floats, Complexes]:
-            value = first + np.multiply.outer(part, last - first)
-            frequencies = np.tile(Omega, (part.size, 1))
-            excitations = np.tile(excitation, (part.size, 1))
-            if both:
-                frequencies = value
-            elif vary.startswith("frequency"):
-                frequencies[:, mode] = value
-            elif mode >= 0:
-                excitations[:, mode] *= value
-            elif vary == "force":
-                excitations *= value[:, np.newaxis]
-            else:
-                excitations /= value[:, np.newaxis]
-            return frequencies, excitations
+    @property
+    def scale(self) -> Floats:
+        """Of the unknowns, (2 modes,)."""
+        return np.repeat(self.model.table.amplitude_range, 2)
 
-        check_carriers(model.reduced, inputs(np.linspace(0, 1, 101))[0], excitation != 0.0)
-        shift = off_resonance_shift(model.reduced, force)
-        scale = np.repeat(model.table.amplitude_range, 2)
-        limits = (0.0, 1.0) if both else (float(first), float(last))
-        return cls(model, shifted_flow(model, shift), scale, limits, inputs, vary == "limit")
+    def parameter(self, part: Floats) -> Floats:
+        """The value of what is varied, at parts of the span."""
+        return np.asarray(self.span[0] + part * (self.span[1] - self.span[0]))
 
-    def parameter(self, part: Floats | float) -> Floats:
-        """The value of what is varied, at a part of the span."""
-        return np.asarray(self.span[0] + np.asarray(part) * (self.span[1] - self.span[0]))
+    def limit_scale(self, part: Floats) -> Floats:
+        """Friction limits at parts of the span, over those of the model."""
+        return np.asarray(self._inputs_at(part)["limit_scale"])
 
     def amplitude(self, z: Floats) -> Complexes:
-        """a_j (modes,) of a solution."""
-        factor = float(self.parameter(z[-1])) if self.scales_limits else 1.0
-        a: Complexes = (z[:-1] * self.scale).view(complex)
-        return factor * a
+        """a_j (points, modes) of solutions (points, k + 1)."""
+        size = np.multiply.outer(self.limit_scale(z[:, -1]), self.scale)
+        return np.asarray((z[:, :-1] * size).view(complex))
 
-    def rates(self, z: Floats) -> tuple[Floats, Floats]:
-        """F and its Jacobian, see continuation.Rates."""
-        part = z[-1] + _STEP * np.array([-1.0, 0.0, 1.0])
-        F, J = self._at(np.tile(z[:-1], (3, 1)), part)
-        return F[1], np.column_stack((J[1], (F[2] - F[0]) / (2.0 * _STEP)))
+    def solutions(self, parts: Floats) -> Floats:
+        """Steady states at parts of the span, (found, k + 1), in the order of the parts.
 
-    def solutions(self, part: float) -> Floats:
-        """Steady states at a part of the span, (found, k + 1): Newton's method from everywhere."""
+        Friction depends on the moduli of the effective amplitudes alone, so each mode says what
+        its modulus takes to be held, too much or too little: cells of the moduli are searched
+        where none of the modes has the same answer at all corners.
+        """
+        modes, cells = self.model.modes, _CELLS[self.model.modes]
+        forced = self.inputs["force"].any(axis=0)[:modes]  # the others are at rest
+        largest = np.where(forced, self.model.table.amplitude_range, 0.0)
+        axes = [np.linspace(0.0, end, cells + 1 if end > 0.0 else 1) for end in largest]
+        at = np.stack(np.meshgrid(parts, *axes, indexing="ij"), axis=-1)
+        least = most = self._imbalance(at)[0]
+        for axis in np.flatnonzero(forced) + 1:
+            least = np.fmin(np.delete(least, -1, axis), np.delete(least, 0, axis))
+            most = np.fmax(np.delete(most, -1, axis), np.delete(most, 0, axis))
+        cell = np.nonzero(np.all((least <= 0.0) & (most >= 0.0), axis=-1))
+        middle = at[cell] + np.append(0.0, 0.5 * largest / cells)
+        return solutions_near(self.curve, self._imbalance(middle)[1])
+
+    def _imbalance(self, at: Floats) -> tuple[Floats, Floats]:
+        """What modes are out of balance by, (..., modes), at (part, moduli) (..., 1 + modes).
+
+        And the solutions that these would be in balance, (..., k + 1).
+        """
         modes = self.model.modes
-        phase = np.exp(2j * np.pi * np.arange(_PHASES) / _PHASES)
-        one = np.multiply.outer(_MODULI, phase).ravel()
-        grid = np.stack(np.meshgrid(*[one] * modes, indexing="ij"), axis=-1).reshape(-1, modes)
-        _, excitation = self.inputs(np.array([part]))
-        grid = np.where(excitation == 0.0, 0.0, grid)  # an unforced mode is at rest
-        y = np.unique(np.ascontiguousarray(grid), axis=0).view(float)
-        for _ in range(_PASSES):
-            F, J = self._at(y, np.full(len(y), part))
-            inside = np.isfinite(F).all(axis=1)
-            y, F, J = y[inside], F[inside], J[inside]
-            regular = np.abs(np.linalg.det(J)) > 0.0
-            y, F, J = y[regular], F[regular], J[regular]
-            update = np.linalg.solve(J, F[..., np.newaxis])[..., 0]
-            size = np.abs(update).max(axis=1, initial=0.0)
-            y = y - update / np.maximum(1.0, size / _LONGEST_UPDATE)[:, np.newaxis]
-            if size.max(initial=0.0) <= _SETTLED:
-                break
-        settled = y[size <= _SETTLED]
-        _, first = np.unique(np.round(settled / SAME), axis=0, return_index=True)
-        return np.column_stack((settled[np.sort(first)], np.full(first.size, part)))
+        at = np.ascontiguousarray(at)
+        imbalance = np.empty((*at.shape[:-1], modes))
+        z = np.empty((*at.shape[:-1], 2 * modes + 1))
+        status = kernel.lib.sm_forced_imbalance(
+            self.curve.owned,
+            *(imbalance.size // modes, at.ctypes.data, imbalance.ctypes.data, z.ctypes.data),
+        )
+        kernel.check(status, "amplitude: slow flow")
+        return imbalance, z
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Rates with a'' too, (points, k) at y (points, k); NaN outside the friction table.
 
         As steady states have them where there are combination resonances, which turn meanwhile.
         """
-        frequency, excitation = self.inputs(part)
-        inputs = inputs_of(excitation, frequency)
+        inputs = self._inputs_at(part)
+        size = np.multiply.outer(inputs["limit_scale"], self.scale)
 
         def rates_of(y: Floats) -> Floats:
-            a = np.ascontiguousarray(y * self.scale).view(complex)
+            a = np.ascontiguousarray(y * size).view(complex)
             moving = balance(self.flow, inputs, a).rate
             if not self.model.combinations:
                 inside = np.isfinite(moving).all(axis=1)
                 moving[inside] = rates(self.flow, inputs[inside], a[inside])
-            return np.asarray(np.ascontiguousarray(moving).view(float) / self.scale)
+            return np.asarray(np.ascontiguousarray(moving).view(float) / size)
 
         return rates_of
 
-    def _at(self, y: Floats, part: Floats) -> tuple[Floats, Floats]:
-        """Rates (points, k) and their Jacobians by y."""
-        frequency, excitation = self.inputs(part)
-        a = np.ascontiguousarray(y * self.scale).view(complex)
-        F, J = rate_and_jacobian(self.flow, inputs_of(excitation, frequency), a)
-        return F / self.scale, J * (self.scale / self.scale[:, np.newaxis])
+    def _inputs_at(self, part: Floats) -> NDArray[np.void]:
+        """At parts of the span (points,), of which they are linear functions."""
+        first, last = self.inputs
+        at = np.repeat(self.inputs[:1], part.size)
+        for name in _VARIED:
+            at[name] = first[name] + np.multiply.outer(part, last[name] - first[name])
+        return at

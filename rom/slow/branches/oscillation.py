@@ -12,7 +12,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.continuation import Point
+from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
 _MOST = 32  # steady states that are started from
@@ -42,17 +42,17 @@ class SlowCycles:
     __repr__ = short_repr
 
 
-def slow_cycles(problem: ForcedSlowFlow, points: list[Point]) -> SlowCycles:
+def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     """Around steady states from which oscillations grow."""
-    growing = [p for p in points if np.any((p.eigenvalues.real > 0) & (p.eigenvalues.imag != 0))]
-    chosen = np.unique(np.linspace(0, len(growing) - 1, _MOST).round().astype(int))
-    starts = [growing[k] for k in chosen] if growing else []
-    if not starts:
+    growth, turns = points.eigenvalues.real, points.eigenvalues.imag
+    (growing,) = np.nonzero(np.any((growth > 0.0) & (turns != 0.0), axis=1))
+    if not growing.size:
         return SlowCycles(np.zeros(0), *np.zeros((2, 0, problem.model.modes)))
-    part = np.array([point.z[-1] for point in starts])
-    y = np.array([point.z[:-1] for point in starts])
+    chosen = np.unique(np.linspace(0, growing.size - 1, _MOST).round().astype(int))
+    starts = points.z[growing[chosen]]
+    part, y = starts[:, -1], starts[:, :-1].copy()
     y[:, 0] += _ASIDE
-    h = _STEP / np.array([np.abs(point.eigenvalues).max() for point in starts])
+    h = _STEP / np.abs(points.eigenvalues[growing[chosen]]).max(axis=1)
     settled = np.zeros(len(starts), dtype=bool)
     before = np.full((2, len(starts), problem.model.modes), np.nan)
     extremes = before.copy()
@@ -66,7 +66,7 @@ def slow_cycles(problem: ForcedSlowFlow, points: list[Point]) -> SlowCycles:
         moving = (size[1] - size[0]).max(axis=1) > 2.0 * _ASIDE
         settled |= moving & (change <= _SAME)
         before = size
-    factor = problem.parameter(part)[:, np.newaxis] if problem.scales_limits else 1.0
+    factor = problem.limit_scale(part)[:, np.newaxis]
     order = np.flatnonzero(settled)[np.argsort(part[settled])]
     low, high = (factor * extremes)[:, order]
     return SlowCycles(problem.parameter(part[order]), low, high)

@@ -18,10 +18,10 @@ from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
     Branch,
     Kind,
-    Point,
+    Points,
     branch_through,
 )
-from slipmode.rom.slow.branches.forced import SAME, ForcedSlowFlow, Varied
+from slipmode.rom.slow.branches.forced import ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
 from slipmode.rom.table.model import Model
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-_LARGEST_STEP = 0.02  # of span and table, between two points
 _SECTIONS = 9  # values of the parameter at which steady states are searched
+_SAME = 1e-6  # distance of solutions that are one, scaled
 _BEND = 0.05  # of the length of a chord: how far the branch may be from it
 
 
@@ -226,26 +226,29 @@ def response_curve(
     """
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span)
     branches: list[Branch] = []
-    for p in np.linspace(0.0, 1.0, _SECTIONS):
-        for z in problem.solutions(p):
-            if any(_passes(branch, z) for branch in branches):
-                continue
-            branch = branch_through(problem.rates, z, _LARGEST_STEP)
-            if branch is not None and len(branch.points) > 1:
-                branches.append(branch)
+    left = problem.solutions(np.linspace(0.0, 1.0, _SECTIONS))
+    while left.size:
+        branch = branch_through(problem.curve, left[0])
+        left = left[1:]
+        if branch is not None and len(branch.points.z) > 1:
+            branches.append(branch)
+            left = left[~_passes(branch, left)]
     if not branches:
         raise SlipmodeError(
             f"span: no steady state inside the friction table, whose range is "
             f"{model.table.amplitude_range}, over the span {span}"
         )
-    points = [(number, point) for number, b in enumerate(branches) for point in b.points]
-    z = np.array([point.z for _, point in points])
-    amplitude = np.array([problem.amplitude(row) for row in z])
+    z, tangent, eigenvalues = (
+        np.concatenate([getattr(branch.points, name) for branch in branches])
+        for name in ("z", "tangent", "eigenvalues")
+    )
+    amplitude = problem.amplitude(z)
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
-    cut_off = np.array([float(problem.parameter(end.z[-1])) for end in _cut_off(branches)])
+    ends = _cut_off(branches)
+    cut_off = problem.parameter(np.array([end[-1] for end in ends]))
     warn(_cut_off_findings(vary, cut_off))
     special = [
-        SpecialPoint(kind, float(problem.parameter(at.z[-1])), problem.amplitude(at.z))
+        SpecialPoint(kind, float(problem.parameter(at[-1])), problem.amplitude(at[np.newaxis])[0])
         for branch in branches
         for kind, at in branch.special
     ]
@@ -253,22 +256,24 @@ def response_curve(
         vary,
         problem.parameter(z[:, -1]),
         amplitude,
-        np.array([point.eigenvalues.real.max() for _, point in points]),
-        np.array([number for number, _ in points]),
+        eigenvalues.real.max(axis=1),
+        np.repeat(np.arange(len(branches)), [len(branch.points.z) for branch in branches]),
         tuple(special),
         model.reduced.mode_shapes.copy(),
-        slow_cycles(problem, [point for _, point in points]),
+        slow_cycles(problem, Points(z, tangent, eigenvalues)),
         cut_off,
     )
 
 
-def _cut_off(branches: list[Branch]) -> list[Point]:
+def _cut_off(branches: list[Branch]) -> list[Floats]:
     """Ends at which a curve goes on, and no other search has found what comes next."""
     return [
         end
         for branch in branches
         for end in branch.cut_off
-        if not any(_passes(other, end.z) for other in branches if other is not branch)
+        if not any(
+            _passes(other, end[np.newaxis])[0] for other in branches if other is not branch
+        )
     ]
 
 
@@ -280,11 +285,11 @@ def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
     return [Finding("curve", f"not followed beyond {vary} = {where}", reason, "warning")]
 
 
-def _passes(branch: Branch, z: Floats) -> bool:
-    """Whether a branch goes through a solution: near a chord of it, which bends little."""
-    points = np.array([point.z for point in branch.points])
-    start, chord = points[:-1], np.diff(points, axis=0)
+def _passes(branch: Branch, z: Floats) -> Flags:
+    """Whether a branch goes through solutions (n, k + 1): near a chord of it, which bends little."""
+    start, chord = branch.points.z[:-1], np.diff(branch.points.z, axis=0)
     length = np.linalg.norm(chord, axis=1)
-    along = np.einsum("nk,nk->n", z - start, chord) / length**2
-    nearest = start + np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
-    return bool(np.any(np.linalg.norm(z - nearest, axis=1) <= SAME + _BEND * length))
+    away = z[:, np.newaxis] - start
+    along = np.einsum("nck,ck->nc", away, chord) / length**2
+    away -= np.clip(along, 0.0, 1.0)[..., np.newaxis] * chord
+    return np.asarray(np.any(np.linalg.norm(away, axis=2) <= _SAME + _BEND * length, axis=1))

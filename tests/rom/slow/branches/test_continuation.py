@@ -1,12 +1,33 @@
 """Continuation against curves that are known."""
 
+import ctypes
+
 import numpy as np
 import pytest
 
+from slipmode.rom import kernel
 from slipmode.rom.slow.branches import continuation
 from slipmode.rom.slow.branches.continuation import branch_through
 
 pytestmark = pytest.mark.quick
+
+DOUBLES = ctypes.POINTER(ctypes.c_double)
+RATES = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, DOUBLES, DOUBLES, DOUBLES)
+
+
+def curve_of(rates, unknowns, largest_step):
+    """F(y, p) = 0 of a function in Python; it ends where that is NaN."""
+
+    @RATES
+    def called(_, z, F, J):
+        values, jacobian = rates(np.ctypeslib.as_array(z, (unknowns + 1,)))
+        np.ctypeslib.as_array(F, (unknowns,))[:] = values
+        np.ctypeslib.as_array(J, (unknowns, unknowns + 1))[:] = jacobian
+        return kernel.OK if np.isfinite(values).all() else kernel.OUTSIDE_TABLE
+
+    curve = kernel.Curve(unknowns, largest_step, ctypes.cast(called, ctypes.c_void_p).value)
+    curve.owned = called
+    return curve
 
 
 def circle(z):
@@ -16,24 +37,23 @@ def circle(z):
 
 
 def test_a_closed_curve_is_passed_once():
-    branch = branch_through(circle, np.array([0.4, 0.5]), 0.02)
-    z = np.array([point.z for point in branch.points])
+    branch = branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5]))
+    z = branch.points.z
     assert branch.closed
     assert np.hypot(z[:, 0], z[:, 1] - 0.5) == pytest.approx(0.4, abs=1e-12)
     length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum()
     assert length == pytest.approx(0.8 * np.pi, rel=0.02)
-    assert sorted(point.z[-1] for _, point in branch.special) == pytest.approx([0.1, 0.9])
+    assert sorted(at[-1] for _, at in branch.special) == pytest.approx([0.1, 0.9])
     assert {kind for kind, _ in branch.special} == {"fold"}
 
 
 def test_a_curve_with_too_many_points_says_where_it_was_left(monkeypatch):
     monkeypatch.setattr(continuation, "MOST_POINTS", 20)
-    branch = branch_through(circle, np.array([0.4, 0.5]), 0.02)
+    branch = branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5]))
     assert not branch.closed
-    ends = [branch.points[-1].z, branch.points[0].z]
-    np.testing.assert_array_equal([point.z for point in branch.cut_off], ends)
+    np.testing.assert_array_equal(branch.cut_off, branch.points.z[[-1, 0]])
     monkeypatch.setattr(continuation, "MOST_POINTS", 5000)
-    assert branch_through(circle, np.array([0.4, 0.5]), 0.02).cut_off == []
+    assert branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5])).cut_off == []
 
 
 def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_at_folds():
@@ -43,13 +63,13 @@ def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_a
         y, p = z
         return np.array([p - 0.5 - y + 8.0 * y**3]), np.array([[24.0 * y**2 - 1.0, 1.0]])
 
-    branch = branch_through(rates, np.array([0.0, 0.5]), 0.02)
+    branch = branch_through(curve_of(rates, 1, 0.02), np.array([0.0, 0.5]))
     assert not branch.closed
-    assert sorted((branch.points[0].z[-1], branch.points[-1].z[-1])) == [0.0, 1.0]
-    at = [point.z[0] for _, point in branch.special]
+    assert sorted(branch.points.z[[0, -1], -1]) == [0.0, 1.0]
+    at = [z[0] for _, z in branch.special]
     assert sorted(at) == pytest.approx([-(24**-0.5), 24**-0.5], abs=1e-8)
-    for point in branch.points:
-        assert (point.unstable == 1) == (24.0 * point.z[0] ** 2 > 1.0)
+    grows = 24.0 * branch.points.z[:, 0] ** 2 > 1.0
+    np.testing.assert_array_equal(branch.points.unstable == 1, grows)
 
 
 def test_a_hopf_point_is_where_a_pair_passes_zero():
@@ -61,10 +81,10 @@ def test_a_hopf_point_is_where_a_pair_passes_zero():
         d = np.array([x - 0.2 * p, y])
         return J @ d, np.column_stack((J, d - 0.2 * J[:, 0]))
 
-    branch = branch_through(rates, np.array([0.0, 0.0, 0.0]), 0.02)
-    ((kind, point),) = branch.special
+    branch = branch_through(curve_of(rates, 2, 0.02), np.zeros(3))
+    ((kind, z),) = branch.special
     assert kind == "Hopf"
-    assert point.z == pytest.approx([0.06, 0.0, 0.3], abs=1e-8)
+    assert z == pytest.approx([0.06, 0.0, 0.3], abs=1e-8)
 
 
 def test_it_ends_where_the_rates_do():
@@ -72,10 +92,10 @@ def test_it_ends_where_the_rates_do():
         edge = np.nan if z[1] > 0.62 else 1.0
         return edge * np.array([z[0] - z[1]]), edge * np.array([[1.0, -1.0]])
 
-    branch = branch_through(rates, np.array([0.5, 0.5]), 0.05)
-    assert branch.points[0].z == pytest.approx([0.0, 0.0], abs=1e-12)
-    assert branch.points[-1].z == pytest.approx([0.62, 0.62], abs=1e-6)
+    branch = branch_through(curve_of(rates, 1, 0.05), np.array([0.5, 0.5]))
+    assert branch.points.z[0] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert branch.points.z[-1] == pytest.approx([0.62, 0.62], abs=1e-6)
 
 
 def test_there_is_none_without_a_solution():
-    assert branch_through(circle, np.array([0.0, 0.99]), 0.02) is None
+    assert branch_through(curve_of(circle, 1, 0.02), np.array([0.0, 0.99])) is None
