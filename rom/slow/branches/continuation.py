@@ -112,7 +112,7 @@ def solutions_near(curve: kernel.Curve, guesses: Floats) -> Floats:
     z = np.array(guesses, dtype=float, order="C")
     status = kernel.lib.sm_curve_solve(ctypes.byref(curve), len(z), z.ctypes.data)
     kernel.check(status, "curve")
-    return z[np.isfinite(z[:, -1])]
+    return np.asarray(z[np.isfinite(z[:, -1])])
 
 
 def _traced(curve: kernel.Curve, start: Floats) -> tuple[Floats, bool]:
@@ -128,9 +128,7 @@ def _traced(curve: kernel.Curve, start: Floats) -> tuple[Floats, bool]:
     return rows[: count.value].copy(), bool(closed.value)
 
 
-def _point(
-    curve: kernel.Curve, guess: Floats, normal: Floats, onward: Floats
-) -> Floats | None:
+def _point(curve: kernel.Curve, guess: Floats, normal: Floats, onward: Floats) -> Floats | None:
     """The row of the point in the plane through a guess; None: there is none close by."""
     k = curve.unknowns
     row = np.empty(2 * (k + 1) + k * k)
@@ -147,7 +145,7 @@ def _turned(rows: Floats, n: int) -> Floats:
     """The same points on the curve passed the other way."""
     turned = rows.copy()
     turned[:, n : 2 * n] *= -1.0
-    return turned
+    return np.asarray(turned)
 
 
 def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
@@ -177,4 +175,4 @@ def _between(curve: kernel.Curve, points: Points, k: int, folds: Flags) -> Float
         else:
             is_before = middle.unstable[0] == points.unstable[k]
         low, high = (middle.z[0], high) if is_before else (low, middle.z[0])
-    return low
+    return np.asarray(low)

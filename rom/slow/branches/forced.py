@@ -97,8 +97,8 @@ class ForcedSlowFlow:
             inputs["force"] *= values[:, np.newaxis]
         else:
             inputs["limit_scale"] = values
-        ends_of_carriers = inputs["frequency"][:, : model.modes]
-        check_carriers(model.reduced, np.linspace(*ends_of_carriers, 101), excitation != 0.0)
+        one, other = inputs["frequency"][:, : model.modes]
+        check_carriers(model.reduced, np.linspace(one, other, 101), excitation != 0.0)
         flow = shifted_flow(model, off_resonance_shift(model.reduced, force))
         forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
         forced.scale[: model.modes] = model.table.amplitude_range
@@ -137,7 +137,7 @@ class ForcedSlowFlow:
         where none of the modes has the same answer at all corners.
         """
         modes, cells = self.model.modes, _CELLS[self.model.modes]
-        forced = self.inputs["force"].any(axis=0)[:modes]  # the others are at rest
+        forced = np.any(self.inputs["force"][:, :modes] != 0.0, axis=0)  # the others are at rest
         largest = np.where(forced, self.model.table.amplitude_range, 0.0)
         axes = [np.linspace(0.0, end, cells + 1 if end > 0.0 else 1) for end in largest]
         at = np.stack(np.meshgrid(parts, *axes, indexing="ij"), axis=-1)
@@ -174,12 +174,15 @@ class ForcedSlowFlow:
         size = np.multiply.outer(inputs["limit_scale"], self.scale)
 
         def rates_of(y: Floats) -> Floats:
-            a = np.ascontiguousarray(y * size).view(complex)
-            moving = balance(self.flow, inputs, a).rate
+            found = np.full_like(y, np.nan)
+            (at,) = np.nonzero(np.isfinite(y).all(axis=1))
+            a = np.ascontiguousarray(y[at] * size[at]).view(complex)
+            moving = balance(self.flow, inputs[at], a).rate
             if not self.model.combinations:
                 inside = np.isfinite(moving).all(axis=1)
-                moving[inside] = rates(self.flow, inputs[inside], a[inside])
-            return np.asarray(np.ascontiguousarray(moving).view(float) / size)
+                moving[inside] = rates(self.flow, inputs[at][inside], a[inside])
+            found[at] = np.ascontiguousarray(moving).view(float) / size[at]
+            return found
 
         return rates_of
 

@@ -271,9 +271,7 @@ def _cut_off(branches: list[Branch]) -> list[Floats]:
         end
         for branch in branches
         for end in branch.cut_off
-        if not any(
-            _passes(other, end[np.newaxis])[0] for other in branches if other is not branch
-        )
+        if not any(_passes(other, end[np.newaxis])[0] for other in branches if other is not branch)
     ]
 
 
@@ -286,7 +284,7 @@ def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
 
 
 def _passes(branch: Branch, z: Floats) -> Flags:
-    """Whether a branch goes through solutions (n, k + 1): near a chord of it, which bends little."""
+    """Whether a branch goes through solutions (n, k + 1): near a chord, which bends little."""
     start, chord = branch.points.z[:-1], np.diff(branch.points.z, axis=0)
     length = np.linalg.norm(chord, axis=1)
     away = z[:, np.newaxis] - start

@@ -32,9 +32,10 @@ _UNSETTLED = 1e-2  # distance from periodicity from where a step was too long
 _STEPS = 60
 _SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
 # Of the contacts' motion, by modes: far from the steady state, and at it by the tolerance. With
-# two the phases of the lines drift against the grid; that is only as small as its error.
-_COARSE = {1: 1e-4, 2: 1e-3}
-_PRECISION = {1: 0.01, 2: 0.03}
+# two the phases of the lines drift against the grid; that is only as small as its error. With one
+# contacts that creep change little in a period long before they are where they tend to.
+_COARSE = {1: 1e-5, 2: 1e-3}
+_PRECISION = {1: 1e-3, 2: 0.03}
 _PATIENCE = 3
 _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement

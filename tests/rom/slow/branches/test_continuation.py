@@ -4,15 +4,13 @@ import ctypes
 
 import numpy as np
 import pytest
+from curve_rates import RATES
 
 from slipmode.rom import kernel
 from slipmode.rom.slow.branches import continuation
 from slipmode.rom.slow.branches.continuation import branch_through
 
 pytestmark = pytest.mark.quick
-
-DOUBLES = ctypes.POINTER(ctypes.c_double)
-RATES = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, DOUBLES, DOUBLES, DOUBLES)
 
 
 def curve_of(rates, unknowns, largest_step):
