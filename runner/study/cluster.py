@@ -30,7 +30,9 @@ from slipmode.runner.study.scene_model import (
 )
 from slipmode.runner.study.tasks import Task
 
-_ANSWERS = 10.0  # [s] in which a scheduler has to
+_log = logging.getLogger("slipmode.study")
+
+_ANSWERS = 10.0  # [s] in which a scheduler has to, and workers have to connect
 _PER_WORKER = 3  # tasks
 _LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
 
@@ -85,9 +87,13 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None) -> Ite
         ) from None
     with client:
         if not client.nthreads():
-            raise SlipmodeError(
-                f"scheduler: {scheduler} has no workers; `dask worker {scheduler}` starts one"
-            )
+            _log.warning("waiting %.0f s for workers at %s", _ANSWERS, scheduler)
+            try:
+                client.wait_for_workers(1, timeout=_ANSWERS)
+            except TimeoutError:
+                raise SlipmodeError(
+                    f"scheduler: {scheduler} has no workers; `dask worker {scheduler}` starts one"
+                ) from None
         yield client
 
 

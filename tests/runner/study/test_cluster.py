@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
 import pytest
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.study import cluster
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.cluster import Foreman
 from slipmode.runner.study.design import Design, make_design
@@ -234,3 +236,23 @@ def test_a_scheduler_that_is_lost_is_said_and_what_was_computed_stays(
     assert 0 < kept < 600
     done = run_study(path, tmp_path, workers=1)
     assert (done.found, done.failed) == (kept, 0)
+
+
+def test_workers_that_are_still_connecting_are_waited_for(monkeypatch, caplog):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=0, processes=False, dashboard_address=":0", silence_logs=40
+    ) as local:
+        address = local.scheduler_address
+        monkeypatch.setattr(cluster, "_ANSWERS", 0.5)
+        refused = rf"^scheduler: {address} has no workers; `dask worker {address}` starts one$"
+        with pytest.raises(SlipmodeError, match=refused), cluster.cluster(None, address):
+            pass
+        monkeypatch.setattr(cluster, "_ANSWERS", 60.0)
+        caplog.clear()
+        late = threading.Timer(0.5, local.scale, [1])
+        late.start()
+        with cluster.cluster(None, address) as client:
+            assert len(client.nthreads()) == 1
+        late.join()
+        assert caplog.messages == [f"waiting 60 s for workers at {address}"]
