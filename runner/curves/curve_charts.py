@@ -59,7 +59,8 @@ def curve_charts(
     if shown.dof is not None:
         peak = shown.units.of_displacement(curve.displacement(shown.dof))
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
-    point = Layer(curve.limit[[best]], peak[[best]], ORANGE, "lowest", False, 5.0)
+    lowest = f"lowest at {curve.limit[best]:.3g}"
+    point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)
     layers = [Layer(curve.limit, peak), point]
     return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
 

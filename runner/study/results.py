@@ -53,8 +53,8 @@ class Results:
             if not path.exists():
                 self._make(zarr, study, design)
             try:
-                self._group = zarr.open_group(path, mode="r+")
-                digest = self._group.attrs.get(_DIGEST)
+                group = zarr.open_group(path, mode="r+")
+                digest = group.attrs.get(_DIGEST)
             except (FileNotFoundError, ValueError):
                 digest = None
         if digest is None:
@@ -64,7 +64,8 @@ class Results:
                 f"{path}: holds results of another study, or of other values, scene or version; "
                 "give another --output, or remove it"
             )
-        self._status = self._group["status"][:]
+        self._arrays = dict(group.arrays())  # to look one up by its name opens it anew
+        self._status = self._arrays["status"][:]
         self._kept: list[tuple[Task, Batch]] = []
         self._flushed = time.monotonic()
 
@@ -107,10 +108,10 @@ class Results:
         status = np.where([bool(why) for why in reason], FAILED, DONE).astype(np.int8)
         with self._written():
             for name in batches[0].values:
-                self._group[name][at] = np.concatenate([batch.values[name] for batch in batches])
+                self._arrays[name][at] = np.concatenate([batch.values[name] for batch in batches])
             if any(reason):
-                self._group["reason"][at] = np.array(reason, dtype=object)
-            self._group["status"][at] = status
+                self._arrays["reason"][at] = np.array(reason, dtype=object)
+            self._arrays["status"][at] = status
         self._status[at] = status
 
     @contextmanager

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 2000
+_LITTLE = 0.01  # of the damping: friction that adds less has no best limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +120,8 @@ def performance_curve(
     Raises
     ------
     SlipmodeError
-        If the law does not scale, the force does not move the mode, or the mode is self-excited.
+        If the law does not scale, the force does not move the mode, the mode is self-excited, or
+        contacts hardly slip within the friction table.
     """
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
@@ -132,6 +134,12 @@ def performance_curve(
     if F == 0.0:
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
     curve, held = _phase_resonances(model, mode)
+    if np.ptp(curve.damping) <= _LITTLE * curve.damping.min():
+        raise SlipmodeError(
+            f"amplitude: up to {curve.amplitude[-1]:.3g} kg^1/2 m, as far as the friction table "
+            "goes, the contacts hardly slip: every limit has the same peak, none is best; a wider "
+            "range is needed"
+        )
     limit = F / held[::-1]
     frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
     return PerformanceCurve(limit, peak, frequency, curve.mode_shape)

@@ -55,6 +55,14 @@ def test_the_optimum_is_drawn(model):
     assert (ax.lines[1].get_xdata()[0], ax.lines[1].get_ydata()[0]) == curve.optimum
 
 
+def test_where_nothing_slips_no_limit_is_best():
+    """Contacts of the two masses slip from |a| = 1 on."""
+    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
+    stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
+    with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* the contacts hardly slip"):
+        rom.performance_curve(stuck, FORCE)
+
+
 def test_what_has_no_such_curve_is_named(model):
     smooth = rom.tabulate(model.reduced, rom.Tanh(2.0, 0.02), (4.0,), 1e-2)
     with pytest.raises(SlipmodeError, match="law: must be one that scales"):
