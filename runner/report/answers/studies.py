@@ -4,8 +4,10 @@ Whatever else runs on a machine takes from times by the clock, not from those of
 Where each process has a core to itself, a study takes as long as the busiest of them works; on two
 cores at least half of what all of them do.
 
-What Dask itself needs is measured by tasks without anything in them that take as long on the
-workers, of which each needs a message, a transition and a result all the same.
+What a task costs is told by many of one sample each, which take some ms: to long ones would count
+what client and scheduler do each second, such as heartbeats and writing results. What Dask itself
+needs of that is measured by as many tasks with nothing in them that keep a worker as long: each
+of them needs a message, a transition and a result all the same.
 """
 
 from __future__ import annotations
@@ -20,20 +22,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
+from slipmode.runner.study import tasks
 from slipmode.runner.study.cluster import most_at_once
 from slipmode.runner.study.study import run_study
+from slipmode.runner.study.tasks import AT_ONCE
 
 _SIZES = (100, 1_000, 10_000, 100_000)
 _COMPARED = 60_000  # samples of the study that one and two workers do ...
 _FEW = 200  # ... without what this many take
 _MIB = 1024.0**2
-_IDLE = 20.0  # [s]
-_MIDST = 0.2, 0.9  # of the work of the workers
 _TURNS = 3
+_TASKS = 1_000  # of one sample each ...
+_FIRST = 100  # ... without what so many take
 _SAMPLED = 0.2  # [s] between looks at memory
 _STUDY = """
 scene = "two-mode"
@@ -65,32 +66,28 @@ steady = true
 class Cost:
     """Of a study: seconds by the clock and of processors, tasks, largest memory [MiB].
 
-    Processors and memory are of the client, the scheduler, and each worker. `midst` is what is
-    spent while workers do most of their work, without start and end: by the clock, of client and
-    scheduler, of the workers.
+    Processors and memory are of the client, the scheduler, and each worker.
     """
 
     clock: float
     seconds: tuple[float, ...]
     memory: tuple[float, ...]
     tasks: int
-    midst: tuple[float, float, float]
 
     def beyond(self, less: Cost) -> Cost:
         """What this takes more than another study: without what it takes to start one."""
         seconds = tuple(a - b for a, b in zip(self.seconds, less.seconds, strict=True))
-        tasks = self.tasks - less.tasks
-        return Cost(self.clock - less.clock, seconds, self.memory, tasks, self.midst)
+        return Cost(self.clock - less.clock, seconds, self.memory, self.tasks - less.tasks)
 
     @property
     def least(self) -> float:
         """Seconds that it takes on two cores with nothing else on them."""
         return max(*self.seconds, sum(self.seconds) / 2.0)
 
-    def overhead(self, idle: float, length: float) -> float:
-        """Of client and scheduler for a task of a length [ms], without what is spent on none."""
-        clock, client_and_scheduler, workers = self.midst
-        return 1e3 * (client_and_scheduler - idle * clock) * length / workers
+    @property
+    def overhead(self) -> float:
+        """Of client and scheduler for a task [s]."""
+        return (self.seconds[0] + self.seconds[1]) / self.tasks
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -100,7 +97,7 @@ def main(arguments: list[str] | None = None) -> None:
     sizes = parser.parse_args(arguments).sizes
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        study_cost(1, _FEW, folder)  # its table is in the cache from then on
+        study_cost(1, _FEW + 1, folder)  # the table is in the cache from then on
         one, two = (
             study_cost(workers, _COMPARED, folder).beyond(study_cost(workers, _FEW, folder))
             for workers in (1, 2)
@@ -118,12 +115,10 @@ def main(arguments: list[str] | None = None) -> None:
             f"2 workers are {one.least / two.least:.2f} times 1 on two cores of their own, "
             f"{one.clock / two.clock:.2f} times by the clock"
         )
-        length, idle = one.seconds[2] / one.tasks, idle_cost(1)
-        ours, theirs = overheads(length, idle, folder)
+        ours, theirs = overheads(folder)
         print(
-            f"client and scheduler need {ours:.1f} ms for each task, and for empty ones of "
-            f"{length:.2f} s {theirs:.1f} ms: {ours - theirs:.1f} ms are of the study. A "
-            f"scheduler without tasks needs {1e3 * idle:.0f} ms a second besides."
+            f"client and scheduler need {1e3 * ours:.2f} ms for each task, and for empty ones of "
+            f"that length {1e3 * theirs:.2f} ms: {1e3 * (ours - theirs):.2f} ms are of the study"
         )
         print(f"\n{'samples':>8} {'clock':>8} {'client':>12} {'scheduler':>12}")
         for size in sizes:
@@ -134,32 +129,29 @@ def main(arguments: list[str] | None = None) -> None:
             )
 
 
-def study_cost(workers: int, samples: int, folder: Path) -> Cost:
+def study_cost(workers: int, samples: int, folder: Path, at_once: int = AT_ONCE) -> Cost:
     """A study on a cluster of its own, from its start to its results."""
-    path = folder / f"{samples}-on-{workers}.toml"
+    path = folder / f"{samples}-by-{at_once}-on-{workers}.toml"
     path.write_text(_STUDY.format(samples=samples), encoding="utf-8")
-    return _cost(workers, "run", path, folder)
+    return _cost(workers, "run", path, folder, at_once)
 
 
-def overheads(length: float, idle: float, folder: Path) -> tuple[float, float]:
-    """Of a study's task and of an empty one [ms], in turns: what else there is adds to either."""
+def overheads(folder: Path) -> tuple[float, float]:
+    """Of a study's task and of an empty one [s], in turns: what else there is adds to either."""
     ours, theirs = [], []
-    for more in range(_TURNS):  # a study of other samples each: its results are there already
-        study = study_cost(1, _COMPARED // 2 + more, folder)
-        ours.append(study.overhead(idle, length))
-        theirs.append(empty_cost(1, study.tasks, length).overhead(idle, length))
+    for turn in range(_TURNS):  # a study of other samples each: its results are there already
+        few, many = (study_cost(1, n + turn, folder, 1) for n in (_FIRST, _FIRST + _TASKS))
+        study = many.beyond(few)
+        length = study.seconds[2] / study.tasks
+        few, many = (empty_cost(1, n, length) for n in (_FIRST, _FIRST + _TASKS))
+        ours.append(study.overhead)
+        theirs.append(many.beyond(few).overhead)
     return min(ours), min(theirs)
 
 
-def empty_cost(workers: int, tasks: int, seconds: float) -> Cost:
+def empty_cost(workers: int, count: int, seconds: float) -> Cost:
     """Tasks that do nothing, for so long each, on a cluster of its own."""
-    return _cost(workers, "empty", tasks, seconds)
-
-
-def idle_cost(workers: int) -> float:
-    """Of a scheduler that has nothing to do, seconds a second."""
-    *_, scheduler = _cost(workers, "idle", _IDLE).seconds[:2]
-    return scheduler / _IDLE
+    return _cost(workers, "empty", count, seconds)
 
 
 def _cost(workers: int, *client_is: Any) -> Cost:
@@ -182,47 +174,35 @@ def _cost(workers: int, *client_is: Any) -> Cost:
         )
         processes = [psutil.Process(study.pid), *others]
         memory = [0.0] * len(processes)
-        rows = []
         while study.poll() is None:
             memory = [
                 max(most, _memory(process, psutil))
                 for most, process in zip(memory, processes, strict=True)
             ]
-            rows.append([time.perf_counter(), *map(_seconds, processes)])
             time.sleep(_SAMPLED)
         clock = time.perf_counter() - start
         assert study.stdout is not None
         own = json.loads(study.stdout.read())
         after = [_seconds(process) for process in others]
-        tasks = client.run_on_scheduler(_tasks)
+        count = client.run_on_scheduler(_tasks)
     spent = [b - a for a, b in zip(before, after, strict=True)]
-    return Cost(clock, (own, *spent), tuple(memory), tasks, _midst(np.array(rows)))
+    return Cost(clock, (own, *spent), tuple(memory), count)
 
 
-def _midst(rows: Floats) -> tuple[float, float, float]:
-    """Of rows of the clock and of what client, scheduler and workers have spent until then."""
-    at, both, workers = rows[:, 0], rows[:, 1] + rows[:, 2], rows[:, 3:].sum(axis=1)
-    part = (workers - workers[0]) / max(workers[-1] - workers[0], 1e-9)
-    inside = np.flatnonzero((part > _MIDST[0]) & (part < _MIDST[1]))
-    if inside.size < 2:
-        return 0.0, 0.0, 0.0
-    ends = [float(np.ptp(each[inside])) for each in (at, both, workers)]
-    return ends[0], ends[1], ends[2]
-
-
-def run(path: str, folder: str, scheduler: str) -> None:
+def run(path: str, folder: str, at_once: str, scheduler: str) -> None:
     """The client: a study on a scheduler; prints the seconds of its processor."""
+    tasks.AT_ONCE = int(at_once)
     run_study(path, folder, scheduler=scheduler)
     print(json.dumps(time.process_time()))
 
 
-def run_empty(tasks: int, seconds: float, scheduler: str) -> None:
+def run_empty(count: int, seconds: float, scheduler: str) -> None:
     """The client: as many tasks at once as in a study; prints the same."""
     distributed = extra("distributed", "study")
     with distributed.Client(scheduler) as client:
         completed = distributed.as_completed(loop=client.loop)
-        left = tasks
-        for _ in range(min(tasks, most_at_once(client))):
+        left = count
+        for _ in range(min(count, most_at_once(client))):
             completed.add(client.submit(_compute, seconds, pure=False))
             left -= 1
         for future in completed:
@@ -274,9 +254,6 @@ _MODULE = "slipmode.runner.report.answers.studies"
 if __name__ == "__main__":
     if sys.argv[1:2] == ["run"]:
         run(*sys.argv[2:])
-    elif sys.argv[1:2] == ["idle"]:
-        time.sleep(float(sys.argv[2]))
-        print(json.dumps(time.process_time()))
     elif sys.argv[1:2] == ["empty"]:
         run_empty(int(sys.argv[2]), float(sys.argv[3]), sys.argv[4])
     else:

@@ -160,7 +160,9 @@ def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
     if axis.log:
         powers = range(floor(log10(low)), ceil(log10(high)) + 1)
         many = powers.stop - powers.start > _TICKS + 1
-        found = [m * 10.0**power for power in powers for m in ((1.0,) if many else (1.0, 2.0, 5.0))]
+        found = [
+            m * 10.0**power for power in powers for m in ((1.0,) if many else (1.0, 2.0, 5.0))
+        ]
         inside = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
         return [(v, f"{v:.4g}") for v in inside[:: len(inside) // (3 * _TICKS) + 1]]
     least = (high - low) / _TICKS
