@@ -29,6 +29,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
 from slipmode.rom.kernel.structures import (
     COMBINATIONS,
+    DOUBLES,
     ELEMENT,
     INPUT_FIELDS,
     INPUT_QUANTITIES,
@@ -39,6 +40,7 @@ from slipmode.rom.kernel.structures import (
     Combination,
     Contact,
     Curve,
+    CurveRates,
     Elastic,
     Forced,
     Full,
@@ -52,6 +54,7 @@ from slipmode.rom.kernel.structures import (
 __all__ = [
     "BAD_ARGUMENT",
     "COMBINATIONS",
+    "DOUBLES",
     "ELEMENT",
     "INPUTS",
     "INPUT_FIELDS",
@@ -66,6 +69,7 @@ __all__ = [
     "Combination",
     "Contact",
     "Curve",
+    "CurveRates",
     "Elastic",
     "Forced",
     "Full",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
-from ctypes import Structure, c_char_p, c_double, c_int32, c_size_t, c_void_p
+from ctypes import CFUNCTYPE, POINTER, Structure, c_char_p, c_double, c_int32, c_size_t, c_void_p
 from typing import Any
 
 import numpy as np
@@ -111,6 +111,10 @@ class SlowFlow(Structure):
     )
 
 
+DOUBLES = POINTER(c_double)
+CurveRates = CFUNCTYPE(c_int32, c_void_p, DOUBLES, DOUBLES, DOUBLES)  # sm_curve_rates
+
+
 class Curve(Structure):
     """sm_curve."""
 
@@ -119,7 +123,7 @@ class Curve(Structure):
     _fields_ = (
         ("unknowns", c_int32),
         ("largest_step", c_double),
-        ("rates", c_void_p),
+        ("rates", CurveRates),
         ("of", c_void_p),
     )
 

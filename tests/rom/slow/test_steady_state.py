@@ -194,13 +194,16 @@ def nlvib_rms(frequencies, alpha=6e-7):
 @pytest.mark.skipif(not PUBLISHED.exists(), reason="needs published/ of the shared data")
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("k", "alpha"), [(1, 6e-7), (2, 6e-7), (3, 1.2e-5)], ids=["as shipped", "H 21", "smooth"]
+    ("k", "alpha", "off"),
+    [(1, 6e-7, 7e-3), (2, 6e-7, 1e-3), (3, 1.2e-5, 4e-3)],
+    ids=["as shipped", "H 21", "smooth"],
 )
-def test_the_curves_of_nlvib_example_08(k, alpha):
+def test_the_curves_of_nlvib_example_08(k, alpha, off):
+    """The fewer harmonics theirs have the farther they are off: 0.66, 0.07, 0.35 % of the peak."""
     published = np.load(PUBLISHED / "nlvib08_reference.npz")
     expected = published[f"rmsT_{k}"]
     found = np.array(list(nlvib_rms(published[f"OM_{k}"], alpha)))
-    assert found == pytest.approx(expected, abs=0.01 * expected.max())
+    assert found == pytest.approx(expected, abs=off * expected.max())
     assert found.max() == pytest.approx(expected.max(), rel=5e-3)
 
 

@@ -1,10 +1,7 @@
 """Continuation against curves that are known."""
 
-import ctypes
-
 import numpy as np
 import pytest
-from curve_rates import RATES
 
 from slipmode.rom import kernel
 from slipmode.rom.slow.branches import continuation
@@ -16,16 +13,14 @@ pytestmark = pytest.mark.quick
 def curve_of(rates, unknowns, largest_step):
     """F(y, p) = 0 of a function in Python; it ends where that is NaN."""
 
-    @RATES
+    @kernel.CurveRates
     def called(_, z, F, J):
         values, jacobian = rates(np.ctypeslib.as_array(z, (unknowns + 1,)))
         np.ctypeslib.as_array(F, (unknowns,))[:] = values
         np.ctypeslib.as_array(J, (unknowns, unknowns + 1))[:] = jacobian
         return kernel.OK if np.isfinite(values).all() else kernel.OUTSIDE_TABLE
 
-    curve = kernel.Curve(unknowns, largest_step, ctypes.cast(called, ctypes.c_void_p).value)
-    curve.owned = called
-    return curve
+    return kernel.Curve(unknowns, largest_step, called)
 
 
 def circle(z):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from curve_rates import DOUBLES, RATES
 
 from slipmode import rom
+from slipmode.rom import kernel
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
 pytestmark = pytest.mark.quick
@@ -28,8 +28,8 @@ def model():
 def rates_at(problem, z):
     """F (k,) and its Jacobian (k, k + 1), of the core."""
     z, F, J = np.array(z), np.empty(z.size - 1), np.empty((z.size - 1, z.size))
-    arrays = (each.ctypes.data_as(DOUBLES) for each in (z, F, J))
-    assert RATES(problem.curve.rates)(problem.curve.of, *arrays) == 0
+    arrays = (each.ctypes.data_as(kernel.DOUBLES) for each in (z, F, J))
+    assert problem.curve.rates(problem.curve.of, *arrays) == kernel.OK
     return F, J
 
 

@@ -59,7 +59,9 @@ def test_where_nothing_slips_no_limit_is_best():
     """Contacts of the two masses slip from |a| = 1 on."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
     stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
-    with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* the contacts hardly slip"):
+    with pytest.raises(
+        SlipmodeError, match=r"^amplitude: up to 0\.898 .* the contacts hardly slip"
+    ):
         rom.performance_curve(stuck, FORCE)
 
 

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "slow/points.h"
+#include "slow/branches/points.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
