@@ -86,9 +86,9 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
+    const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
     const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 6 * all
-                        + sm_fixed_point_size(all)
-                        + sm_marched_size(contact->response, lines)
+                        + sm_fixed_point_size(all) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -108,8 +108,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->change = sm_take(&memory, all);
     t->mean = sm_take(&memory, all + n);
     sm_fixed_point_place(&t->search, all, sm_take(&memory, sm_fixed_point_size(all)));
-    sm_marched_place(&t->marched, contact->response, n, lines,
-                     sm_take(&memory, sm_marched_size(contact->response, lines)));
+    sm_marched_place(&t->marched, contact->response, n, t->lines.stride,
+                     sm_take(&memory, marched));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
@@ -186,9 +186,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
     memcpy(last_but_one, last, n * sizeof(double));
     memcpy(last, x, n * sizeof(double));
-    for (size_t i = 0; i < n; i++) t->own_u[i] = u[i * stride];
-    sm_marched_displace(&t->marched, p, t->own_u);
     for (size_t i = 0; i < n; i++) {
+        t->own_u[i] = u[i * stride];
         x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = t->own_u[i];
     }
@@ -197,7 +196,6 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     const double *const steps[3] = {last_but_one, last, x};
     sm_elastic_reverse(t->contact->elastic, steps, memory);
-    sm_marched_advance(&t->marched, p, t->solver.y);
     for (size_t i = 0; i < n; i++) {
         y[i * stride] = t->solver.y[i];
         t->square[i] += t->solver.y[i] * t->solver.y[i];
@@ -208,12 +206,15 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
 /* y along the lines at some steps. */
 static sm_status react_along(problem *t, size_t count) {
     const size_t stride = t->lines.stride, row = t->n * stride;
-    for (size_t k = 0; k < count; k++)
+    for (size_t k = 0; k < count; k++) {
+        double *u = t->lines.u + k * row, *y = t->lines.y + k * row;
+        sm_marched_displace(&t->marched, u);
         for (size_t p = 0; p < t->lines.lines; p++) {
-            const sm_status status =
-                react(t, p, t->lines.u + k * row + p, t->lines.y + k * row + p, stride);
+            const sm_status status = react(t, p, u + p, y + p, stride);
             if (status != SM_OK) return status;
         }
+        sm_marched_advance(&t->marched, y);
+    }
     return SM_OK;
 }
 
@@ -260,7 +261,7 @@ static void turn_round(problem *t) {
     double *const motion[] = {t->x, t->last_u, t->before[0], t->before[1]};
     for (size_t k = 0; k < sizeof motion / sizeof *motion; k++) negate(motion[k], all);
     negate(t->memory, t->lines.lines * t->remembered);
-    negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.lines));
+    negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.stride));
 }
 
 /* A period of mode A, or half of one: from the response to the harmonics Y. */

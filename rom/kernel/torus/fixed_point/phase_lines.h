@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#define SM_PHASE_LINES_WIDTH 8 /* lanes of a vector */
 #define SM_STEPS_TOGETHER 4 /* whose sums over the harmonics are formed together */
 
 typedef struct {
@@ -22,6 +23,8 @@ typedef struct {
     double *u, *y;        /* (SM_STEPS_TOGETHER, N_c, stride), at some steps */
 } sm_phase_lines;
 
+/* A whole number of vectors that holds the lines. */
+size_t sm_phase_lines_stride(size_t lines);
 size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps);
 /* Takes the memory; sizes, orders and ratio are set. */
 void sm_phase_lines_place(sm_phase_lines *lines, double *memory);
