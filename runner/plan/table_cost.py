@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.table.refinement import least_everywhere
+from slipmode.rom.table.refinement.refine import least_everywhere
 from slipmode.rom.table.region import corners, with_neighbours
 from slipmode.rom.validity import Finding as Decision
 
