@@ -33,9 +33,10 @@ from slipmode.rom.table.check_points import (
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
+from slipmode.rom.table.region import corners, with_neighbours
 
-_FIRST_INTERVALS = 8
-_FIRST_INTERVALS_OF_A_PART = 4  # that are sampled everywhere, in the region or not
+_FIRST_INTERVALS = 4  # that are sampled everywhere, in the region or not
+_OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
 _MAX_ROUNDS = 40
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
@@ -64,7 +65,7 @@ class _Checks:
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
         sampling, end = self._sampling, self._sampling.amplitude_range
-        furthest = (1.0 + sampling.beyond / _FIRST_INTERVALS) * end
+        furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
         onset = onset_points(sampling.onset_lines, furthest)
         points = np.concatenate((spread_points(furthest), onset))
         self._add(points[(points > end).any(axis=1)])
@@ -128,8 +129,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     SlipmodeError
         If it takes too many nodes.
     """
-    intervals = _FIRST_INTERVALS if sampling.region is None else _FIRST_INTERVALS_OF_A_PART
-    grid = Grid.upto(sampling.amplitude_range, intervals, _CLOSEST * tolerance)
+    grid = Grid.upto(sampling.amplitude_range, _FIRST_INTERVALS, _CLOSEST * tolerance)
     samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes))
     samples = samples.reshape(*grid.sampled.shape, -1)
     checks = _Checks(sampling)
@@ -186,17 +186,21 @@ def headroom_intervals(headroom: float) -> int:
     """Intervals beyond the amplitude range that take a table to `headroom` times it."""
     if not (np.isfinite(headroom) and headroom >= 1.0):
         raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
-    return int(np.ceil((headroom - 1.0) * _FIRST_INTERVALS - 1e-9))
+    return int(np.ceil((headroom - 1.0) * _OF_HEADROOM - 1e-9))
 
 
-def least_everywhere(table: Table) -> int:
-    """Contact problems that a table of the whole plane takes at least, instead of one of a part.
+def least_further(table: Table) -> int:
+    """Contact problems that the whole plane takes at least beyond those of a tabulated region.
 
-    It needs the grid lines that the part needs, and halves each of its first intervals.
+    Each of its first cells is halved.
     """
-    first = 2 * _FIRST_INTERVALS + 1
-    nodes = max(table.node_a.size, first) * max(table.node_b.size, first)
-    return nodes + len(spread_points(table.amplitude_range))
+    assert table.region is not None
+    left = ~with_neighbours(corners(table.region))
+    first = [
+        np.isclose(node, end * np.round(2 * _FIRST_INTERVALS * node / end) / (2 * _FIRST_INTERVALS))
+        for node, end in zip(table.axes, table.amplitude_range, strict=True)
+    ]
+    return int(left[np.ix_(*first)].sum())
 
 
 def _halve(
@@ -246,7 +250,7 @@ def _with_corners(
 
 def _extended(sampling: Sampling, grid: Grid, samples: Complexes) -> tuple[Grid, Complexes]:
     """With samples at the nodes of the headroom too."""
-    steps = 1.0 + np.arange(1, sampling.beyond + 1) / _FIRST_INTERVALS
+    steps = 1.0 + np.arange(1, sampling.beyond + 1) / _OF_HEADROOM
     longer = grid.extended([node[-1] * steps for node in grid.nodes])
     fresh = np.ones_like(longer.sampled)
     known = tuple(slice(count) for count in samples.shape[:2])

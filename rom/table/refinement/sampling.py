@@ -59,8 +59,7 @@ class Sampling:
 
     `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
     much they are off by chance, as errors are; `region` the part of the plane where they are
-    wanted; None: everywhere. `beyond` are the intervals past `amplitude_range`, besides
-    _FIRST_INTERVALS up to it.
+    wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`.
     """
 
     at: Callable[[Floats], Complexes]
