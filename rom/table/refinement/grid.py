@@ -110,35 +110,31 @@ class Grid:
 
     def halved(self, mode: int, taken: Flags, error: Floats, tolerance: float) -> Grid:
         """With the midpoints as nodes; on their lines samples were taken, and found errors."""
-        split = self.split(mode)
-        poor, before = (
-            np.compress(split, own[mode], axis=mode) for own in (self.poor, self.missed)
-        )
+        split, axis = self.split(mode), 1 + mode
+        halved = (mode, split) if mode == 0 else (mode, slice(None), split)
+        poor, before = self.poor[halved], self.missed[halved]
         worst = _in_cells(error, 1 - mode)
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(worst, before, out=np.ones_like(worst), where=known)
-        left = worst * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
-        still = self.poor[mode].copy()
-        missed, expected = self.missed.copy(), self.left.copy()
-        where = np.ix_(split, np.ones(poor.shape[1], dtype=bool))
-        if mode == 1:
-            where = np.ix_(np.ones(poor.shape[0], dtype=bool), split)
-        still[where] = poor & (left > tolerance)
-        missed[mode][where] = np.where(poor, worst, before)
-        expected[mode][where] = np.where(poor, left, expected[mode][where])
-        all_poor = self.poor.copy()
-        all_poor[mode] = still
+        expected = worst * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
+        still, missed, left = self.poor.copy(), self.missed.copy(), self.left.copy()
+        still[halved] = poor & (expected > tolerance)
+        missed[halved] = np.where(poor, worst, before)
+        left[halved] = np.where(poor, expected, left[halved])
         node = np.append(self.nodes[mode], self.middles(mode))[self.order(mode)]
         parts = np.where(split, 2, 1)
-        all_poor, missed, expected = (
-            np.repeat(own, parts, axis=1 + mode) for own in (all_poor, missed, expected)
-        )
+        still = np.repeat(still, parts, axis)
         # a kink beside a cell bends the surface in it too, and may be seen only there
-        all_poor[mode] = widened(widened(all_poor[mode]).T).T & self._wide(node, mode)
+        still[mode] = widened(widened(still[mode]).T).T & self._wide(node, mode)
         both = np.concatenate((self.sampled, taken), axis=mode)
-        sampled = np.take(both, self.order(mode), axis=mode)
-        nodes = self.with_nodes(mode, node)
-        return Grid(nodes, all_poor, missed, expected, sampled, self.closest)
+        return Grid(
+            self.with_nodes(mode, node),
+            still,
+            np.repeat(missed, parts, axis),
+            np.repeat(left, parts, axis),
+            np.take(both, self.order(mode), axis=mode),
+            self.closest,
+        )
 
     def poor_at(self, points: Floats, doubts: Floats, share: float) -> Grid:
         """With cells that hold points (points, modes) to be halved, too.

@@ -196,8 +196,9 @@ def least_further(table: Table) -> int:
     """
     assert table.region is not None
     left = ~with_neighbours(corners(table.region))
+    halves = 2 * _FIRST_INTERVALS
     first = [
-        np.isclose(node, end * np.round(2 * _FIRST_INTERVALS * node / end) / (2 * _FIRST_INTERVALS))
+        np.isin(np.round(halves * node / end, 9), np.arange(halves + 1))
         for node, end in zip(table.axes, table.amplitude_range, strict=True)
     ]
     return int(left[np.ix_(*first)].sum())
@@ -242,9 +243,7 @@ def _with_corners(
     if not lacking.any():
         return grid, samples
     samples = samples.copy()
-    samples[lacking] = sampling.at(
-        amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()]
-    )
+    samples[lacking] = sampling.at(amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()])
     return replace(grid, sampled=grid.sampled | lacking), samples
 
 

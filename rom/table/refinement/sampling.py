@@ -1,4 +1,4 @@
-"""Where samples of a friction table come from, what each holds, and how far a table is off them."""
+"""Where samples of a friction table come from, what they hold, how far a table is off them."""
 
 from __future__ import annotations
 

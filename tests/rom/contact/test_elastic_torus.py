@@ -49,9 +49,7 @@ def test_half_a_period_of_sliders_tells_the_other(law, modes):
 
     def half_and_whole(tolerance):
         return [
-            contact_terms(
-                reduced, law, points, Discretisation(64, 16), tolerance, further=orders
-            )
+            contact_terms(reduced, law, points, Discretisation(64, 16), tolerance, further=orders)
             for orders in ([], [(2, 0)])
         ]
 

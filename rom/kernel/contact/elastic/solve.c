@@ -4,7 +4,7 @@
 
 #include "base/block.h"
 #include "base/check.h"
-#include "base/lanes.h"
+#include "contact/elastic/equations.h"
 
 #define MOST_NEWTON 40
 #define HALVINGS 6
@@ -114,7 +114,13 @@ SM_INLINE int evaluate(sm_elastic_solver *s, const double *memory, const double 
 SM_INLINE double find_residual(sm_elastic_solver *s, const double *u, const double *x) {
     const size_t n = (size_t)s->contacts;
     double largest = 0.0;
-    for (size_t first = 0; first < n; first += ROWS) {
+    size_t first = 0;
+    if (n >= SM_MANY_EQUATIONS) {
+        for (size_t i = 0; i < n; i++) s->residual[i] = x[i] - u[i];
+        first = sm_subtract_many(n, s->flexibility, NULL, n, s->y, s->residual);
+        for (size_t i = 0; i < first; i++) largest = larger(largest, fabs(s->residual[i]));
+    }
+    for (; first < n; first += ROWS) {
         const size_t count = n - first < ROWS ? n - first : ROWS;
         const double *restrict row = s->flexibility + first;
         double sum[ROWS] = {0.0}; /* stays in registers */
@@ -134,37 +140,6 @@ SM_INLINE double find_residual(sm_elastic_solver *s, const double *u, const doub
         }
     }
     return largest;
-}
-
-/* right = matrix^-1 right, by elimination with row exchanges. */
-static int eliminate(double *matrix, double *right, size_t n) {
-    for (size_t c = 0; c < n; c++) {
-        size_t pivot = c;
-        for (size_t r = c + 1; r < n; r++)
-            if (fabs(matrix[r * n + c]) > fabs(matrix[pivot * n + c])) pivot = r;
-        if (!(fabs(matrix[pivot * n + c]) > 0.0)) return 0;
-        if (pivot != c) {
-            for (size_t k = c; k < n; k++) {
-                const double t = matrix[c * n + k];
-                matrix[c * n + k] = matrix[pivot * n + k];
-                matrix[pivot * n + k] = t;
-            }
-            const double t = right[c];
-            right[c] = right[pivot];
-            right[pivot] = t;
-        }
-        for (size_t r = c + 1; r < n; r++) {
-            const double factor = matrix[r * n + c] / matrix[c * n + c];
-            if (factor == 0.0) continue;
-            for (size_t k = c + 1; k < n; k++) matrix[r * n + k] -= factor * matrix[c * n + k];
-            right[r] -= factor * right[c];
-        }
-    }
-    for (size_t c = n; c-- > 0;) {
-        for (size_t k = c + 1; k < n; k++) right[c] -= matrix[c * n + k] * right[k];
-        right[c] /= matrix[c * n + c];
-    }
-    return 1;
 }
 
 /* A step from the residual: ((1 + held) I - R lack) step = -residual, Newton's where held = 0. With
@@ -187,8 +162,14 @@ static int find_step(sm_elastic_solver *s, int active, double held) {
                 row[b] -= lack[k] * s->flexibility[c * n + (size_t)s->active[b]];
         }
     }
-    if (!eliminate(s->matrix, s->right, m)) return 0;
-    for (size_t i = 0; i < n; i++) {
+    if (!sm_eliminate(m, s->matrix, s->right)) return 0;
+    size_t done = 0;
+    if (n >= SM_MANY_ROWS) {
+        memcpy(s->step, s->residual, n * sizeof(double));
+        done = sm_subtract_many(n, s->flexibility, s->active, m, s->right, s->step);
+        for (size_t i = 0; i < done; i++) s->step[i] /= -(1.0 + held);
+    }
+    for (size_t i = done; i < n; i++) {
         double sum = -s->residual[i];
         for (size_t a = 0; a < m; a++)
             sum += s->flexibility[i * n + (size_t)s->active[a]] * s->right[a];
