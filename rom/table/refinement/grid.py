@@ -111,16 +111,16 @@ class Grid:
     def halved(self, mode: int, taken: Flags, error: Floats, tolerance: float) -> Grid:
         """With the midpoints as nodes; on their lines samples were taken, and found errors."""
         split, axis = self.split(mode), 1 + mode
-        halved = (mode, split) if mode == 0 else (mode, slice(None), split)
-        poor, before = self.poor[halved], self.missed[halved]
+        halved = (split, slice(None)) if mode == 0 else (slice(None), split)
+        poor, before = self.poor[mode][halved], self.missed[mode][halved]
         worst = _in_cells(error, 1 - mode)
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(worst, before, out=np.ones_like(worst), where=known)
         expected = worst * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
         still, missed, left = self.poor.copy(), self.missed.copy(), self.left.copy()
-        still[halved] = poor & (expected > tolerance)
-        missed[halved] = np.where(poor, worst, before)
-        left[halved] = np.where(poor, expected, left[halved])
+        still[mode][halved] = poor & (expected > tolerance)
+        missed[mode][halved] = np.where(poor, worst, before)
+        left[mode][halved] = np.where(poor, expected, left[mode][halved])
         node = np.append(self.nodes[mode], self.middles(mode))[self.order(mode)]
         parts = np.where(split, 2, 1)
         still = np.repeat(still, parts, axis)
