@@ -58,7 +58,7 @@ class Resolution:
     ----------
     grid : Discretisation
     error : float
-        Change of S on doubling both steps and lines, relative to the largest |S_j|.
+        Change of S on doubling steps and on doubling lines, relative to the largest |S_j|.
     march : float
         How well marches have to repeat, relative to the frictionless motion.
     """
@@ -208,31 +208,29 @@ def _resolution(
         apart = np.abs(fine.S - coarse.S).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
-    counts, lines = step_counts(reduced.carrier, _LEAST_STEPS), 1
+    counts, lines, by_lines = step_counts(reduced.carrier, _LEAST_STEPS), 1, 0.0
     if modes == 2:
         # fewer lines would take one harmonic m for another, and the modes respond to both
         highest = max(abs(m) for _, m in contact_orders(reduced, combinations, 1, further))
         enough = [count for count in _LINES if count > 2 * highest]
-        lines = _settled(
+        lines, by_lines = _settled(
             enough,
             lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
         )
-    steps = _settled(
+    steps, by_steps = _settled(
         counts,
         lambda count: solve(count, lines),
         change,
         budget.steps_or_lines,
     )
-    doubled = solve(2 * steps, 2 * lines if modes == 2 else 1)
     # what contacts that hardly slip do is a small part of what free ones would
     moved = least > 0.0
-    part = np.abs(doubled.S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
+    part = np.abs(solve(steps, lines).S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
     share = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
     march = max(budget.march * float(share), _FINEST_MARCH)
-    error = change(solve(steps, lines), doubled)
-    return Resolution(Discretisation(steps, lines), error, march)
+    return Resolution(Discretisation(steps, lines), by_steps + by_lines, march)
 
 
 def _settled(
@@ -240,8 +238,8 @@ def _settled(
     solve: Callable[[int], _Trial],
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
-) -> int:
-    """The first count whose answer the next one changes by no more than the tolerance.
+) -> tuple[int, float]:
+    """The first count whose answer the next one changes by no more than the tolerance; the change.
 
     Or one of the next two if that is less work: on coarse grids marches may not settle. The second
     is tried only where the first was less work already.
@@ -253,5 +251,5 @@ def _settled(
             tried = [count, finer]
             if solve(finer).work < solve(count).work:
                 tried += counts[k + 2 : k + 3]
-            return min(tried, key=lambda each: solve(each).work)
+            return min(tried, key=lambda each: solve(each).work), changes[-1]
     raise _UnresolvedError(counts[-2], min(changes))

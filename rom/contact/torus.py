@@ -32,6 +32,8 @@ from slipmode.rom.short_repr import short_repr
 _MAX_PERIODS = 400
 _LEAST_STEPS_PER_PERIOD = 4  # of either mode, on the coarsest grid
 _MOST_STEPS = 2048
+_HALF = 0.6  # of the work: that half periods take, of whole ones
+_OFF = 3.0  # of the tolerance of marches: the ratio, which moves S by about a third of that
 
 
 @dataclass(frozen=True)
@@ -52,17 +54,33 @@ class Discretisation:
 
 
 @lru_cache(maxsize=64)
-def closed_lines(ratio: float, least: int) -> tuple[int, float]:
+def closed_lines(ratio: float, least: int, off: float, *, odd: bool) -> tuple[int, float]:
     """Phase lines that go over into each other in a period of mode A, and Omega_B / Omega_A then.
 
     Lines that drift against the grid leave harmonics moving by its error, and a search for the
     periodic motion cannot come nearer than that. With a multiple of 1 / lines for a ratio a
-    period takes each line to where another one was. Of up to half as many more than the least the
-    number is taken whose multiple is the closest.
+    period takes each line to where another one was. Of up to twice the least the fewest lines are
+    taken whose multiple is off by no more than `off`, relatively, or else those of the closest.
+
+    Where the motion is `odd`, half a period does so with both phases turned by pi, if lines and
+    multiple are both odd or both even: other lines are taken for that if it is less work, and
+    they are about as close.
     """
-    counts = range(least, least + least // 2 + 1)
-    lines = min(counts, key=lambda count: abs(round(ratio * count) / count - ratio))
-    return lines, round(ratio * lines) / lines
+    counts = range(least, 2 * least + 1)
+
+    def closest(multiples: dict[int, int]) -> tuple[int, float]:
+        away = {count: abs(multiples[count] / count / ratio - 1.0) for count in counts}
+        near = [count for count in counts if away[count] <= off]
+        lines = near[0] if near else min(counts, key=away.__getitem__)
+        return lines, multiples[lines] / lines
+
+    whole = closest({count: round(ratio * count) for count in counts})
+    if not odd:
+        return whole
+    half = closest({count: 2 * round(0.5 * (ratio - 1.0) * count) + count for count in counts})
+    away = abs(half[1] / ratio - 1.0)
+    close = away <= max(off, 2.0 * abs(whole[1] / ratio - 1.0))
+    return half if close and _HALF * half[0] <= whole[0] else whole
 
 
 def step_counts(carrier: Floats, least: int) -> tuple[int, ...]:
@@ -212,7 +230,9 @@ def torus_harmonics(
     stepped = None
     if reduced.contacts is not None:
         if rates.size == 2:
-            lines, ratio = closed_lines(float(rates[1] / rates[0]), grid.lines)
+            lines, ratio = closed_lines(
+                float(rates[1] / rates[0]), grid.lines, _OFF * tolerance, odd=not reduced.even
+            )
             rates[1] = ratio * rates[0]
         stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
         reaction = reaction - response

@@ -2,7 +2,7 @@
 
 tabulation.py        tabulate: resolution, refinement, check, rate correction. Start here.
 hermite.py           Table: the bicubic surface; the look-up is rom/kernel/table/table.c
-refinement.py        where its grid lines lie; region.py: which part of the plane is wanted
+refinement/          where its grid lines lie; region.py: which part of the plane is wanted
 check_points.py      where its error is measured, and what that says of the largest
 rate_correction.py   the correction over the plane
 model.py             Model and its file, whose content model_content.py checks; accuracy.py

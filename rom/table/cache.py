@@ -17,7 +17,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, REDUCED_ARRAYS, Model
-from slipmode.rom.table.refinement import headroom_intervals
+from slipmode.rom.table.refinement.refine import headroom_intervals
 from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 

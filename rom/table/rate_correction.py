@@ -18,7 +18,7 @@ from slipmode.rom.contact.torus import Discretisation
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.hermite import Table, surface_values
-from slipmode.rom.table.refinement import amplitude_pairs
+from slipmode.rom.table.refinement.sampling import amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
 
 _COARSER = Discretisation(steps=4, lines=2)

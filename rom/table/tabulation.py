@@ -39,7 +39,8 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.rate_correction import with_rate_correction
-from slipmode.rom.table.refinement import Columns, Sampling, headroom_intervals, refine
+from slipmode.rom.table.refinement.refine import headroom_intervals, refine
+from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, table_findings, warn
 

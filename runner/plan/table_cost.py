@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.table.refinement import least_everywhere
+from slipmode.rom.table.refinement.refine import least_further
 from slipmode.rom.table.region import corners, with_neighbours
 from slipmode.rom.validity import Finding as Decision
 
@@ -29,7 +29,7 @@ def whole_table_cost(model: Model) -> Decision:
     picked = left[np.linspace(0, len(left) - 1, _BATCH).astype(int)]
     amplitudes = np.column_stack((table.node_a[picked[:, 0]], table.node_b[picked[:, 1]]))
     each = min(_seconds(model, amplitudes) for _ in range(_REPEATS)) / _BATCH
-    further = least_everywhere(table) - accuracy.solved
+    further = least_further(table)
     return Decision(
         "its tabulation",
         f"{accuracy.solved} contact problems",

@@ -49,7 +49,17 @@ static double largest(const double *values, size_t count) {
     return most;
 }
 
-/* Steps of a motion with leaps, and with u exactly 0, that are not solved. */
+/* Sliders of frictional contacts as another phase line had them: out of place by up to `size`. */
+static void move_sliders(const joints *j, double size, double *memory) {
+    for (int e = 0; e < j->elastic.elements; e++) {
+        const sm_element *element = &j->element[e];
+        for (int k = 0; k < element->tangents; k++) /* 0 of others */
+            memory[k] += size * (2.0 * random_number() - 1.0);
+        memory += sm_element_memory(element);
+    }
+}
+
+/* Steps of a motion with leaps, with u exactly 0, and with sliders moved, that are not solved. */
 static int unsolved_steps(const joints *j) {
     const size_t n = (size_t)j->contact.contacts, remembered = sm_elastic_memory(&j->elastic);
     double *block = new_doubles(sm_elastic_solver_size(&j->elastic, (int)n));
@@ -74,6 +84,7 @@ static int unsolved_steps(const joints *j) {
             before[i] = x[i];
             x[i] += u[i] - last[i];
         }
+        if (leap == 2) move_sliders(j, size, memory);
         const double scale = fmax(largest(u, n), largest(x, n));
         if (sm_elastic_solve(&solver, u, memory, x) != SM_OK) {
             unsolved++;

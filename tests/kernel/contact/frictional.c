@@ -85,7 +85,8 @@ static void check_no_jump(const sm_element *element, const double *from, const d
     for (int i = 0; i <= element->tangents; i++) CHECK_NEAR(a.force[i], b.force[i], 1e-10);
 }
 
-static void check_maps(int tangents, double preload) {
+/* Also if sliders were moved, by so much: beyond where friction holds them. */
+static void check_maps(int tangents, double preload, double moved) {
     const sm_element element = contact(tangents, preload);
     int seen[3] = {0}, smooth = 0;
     for (int k = 0; k < 20000; k++) {
@@ -94,6 +95,7 @@ static void check_maps(int tangents, double preload) {
             random_place(last, NULL, 0.3);
             move(&element, last, memory);
         }
+        for (int s = 0; s < tangents; s++) memory[s] += moved * (2.0 * random_number() - 1.0);
         random_place(x, last, pow(10.0, -3.0 * random_number()));
         smooth += check_tangent(&element, x, memory);
         random_place(other, x, 0.5);
@@ -139,8 +141,9 @@ static void check_touch_down(void) {
 
 void check_frictional_contact(void) {
     for (int tangents = 1; tangents <= 2; tangents++) {
-        check_maps(tangents, 0.0);
-        check_maps(tangents, 0.3);
+        check_maps(tangents, 0.0, 0.0);
+        check_maps(tangents, 0.3, 0.0);
+        check_maps(tangents, 0.3, 0.1);
     }
     check_straight_path();
     check_touch_down();

@@ -19,12 +19,44 @@ def terms(row, grid, tolerance, parts=((1.0, 1.0),)):
     return contact_terms(reduced, row.law, points, grid, tolerance, 0.1 * largest, combinations)
 
 
+@pytest.mark.parametrize("odd", [False, True])
 @pytest.mark.parametrize("ratio", [3.446, 2.6656, 1.0 + 1e-3, 0.37, 17.2])
-def test_a_period_takes_each_line_to_where_another_was(ratio):
-    lines, closed = closed_lines(ratio, 16)
-    assert 16 <= lines <= 24
+def test_a_period_takes_each_line_to_where_another_was(ratio, odd):
+    lines, closed = closed_lines(ratio, 16, 1e-3, odd=odd)
+    assert 16 <= lines <= 32
     assert (closed * lines) % 1.0 == pytest.approx(0.0, abs=1e-12)
     assert abs(closed - ratio) <= 0.5 / 16
+
+
+def test_lines_are_more_where_that_saves_half_a_period():
+    assert closed_lines(2.94, 16, 1e-2, odd=False) == (16, 47 / 16)
+    assert closed_lines(2.94, 16, 1e-2, odd=True) == (23, 67 / 23)
+
+
+@pytest.mark.parametrize(
+    ("law", "modes"),
+    [
+        (rom.Jenkins(0.4, 40.0), (0,)),
+        (rom.Jenkins(0.4, 40.0), (0, 1)),
+        (rom.Iwan(0.4, 40.0, chi=-0.5, beta=1.0), (0,)),
+    ],
+)
+def test_half_a_period_of_sliders_tells_the_other(law, modes):
+    """An even harmonic, which they do not have, makes it march whole ones."""
+    reduced = rom.reduce(structure(law, 5), modes, law=law)
+    largest = np.array([0.02, 0.012])[: len(modes)]
+    points = np.array([[1.0, 1.0], [0.5, 0.7], [0.8, 0.2]])[:, : len(modes)] * largest
+
+    def half_and_whole(tolerance):
+        return [
+            contact_terms(reduced, law, points, Discretisation(64, 16), tolerance, further=orders)
+            for orders in ([], [(2, 0)])
+        ]
+
+    half, whole = half_and_whole(1e-4)
+    assert half.marched.sum() < 0.8 * whole.marched.sum()
+    half, whole = half_and_whole(1e-7)
+    np.testing.assert_allclose(half.S, whole.S, atol=1e-5 * np.abs(whole.S).max())
 
 
 @pytest.mark.parametrize("row", [LIFT_OFF, SLIDER], ids=["lift-off", "slider"])

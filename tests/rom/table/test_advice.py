@@ -3,7 +3,7 @@
 import pytest
 
 from slipmode import rom
-from slipmode.rom.table import refinement
+from slipmode.rom.table.refinement import refine as refinement
 
 TOO_FINE = 1e-6
 

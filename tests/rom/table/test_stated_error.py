@@ -25,7 +25,8 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
-from slipmode.rom.table.refinement import Columns, Sampling, refine
+from slipmode.rom.table.refinement.refine import refine
+from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
 
 IWAN = Contacts(

@@ -4,14 +4,16 @@
 
 #include "contact/elastic/dual.h"
 
-#define LONGEST_PATH 30.0 /* in units of rho: beyond, the direction is that of the path */
+#define BEYOND (1.0 + 1e-9) /* rho: what is longer, is by more than rounding */
+#define LONGEST_PATH 30.0   /* in units of rho: beyond, the direction is that of the path */
 
 /* What a step of one contact is made of. */
 typedef struct {
     int tangents;
     double rho[2];      /* mu N / k_t where the path begins and where it ends */
     double rho_slope;   /* of the latter, by x_n */
-    double stretch[2];  /* e where the path begins */
+    double stretch[2];  /* e where the path begins, within rho */
+    int held;           /* its sliders begin the path where they were */
     sm_dual path[2];    /* from where it touches, if it was open */
     sm_dual trial[2];   /* e at its end if it sticks */
 } path;
@@ -86,12 +88,28 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
     normalise(d);
 }
 
+/* A stretch beyond rho, where the load was scaled down or sliders were carried over from another
+ * phase line: sliders follow at once, straight. From outside the disk no path would enter it without
+ * a leap of the force, and steps in which it does had no solution. */
+static void slide_within(path *p) {
+    const double rho = BEYOND * p->rho[0];
+    const double square = p->stretch[0] * p->stretch[0] + p->stretch[1] * p->stretch[1];
+    if (square <= rho * rho) return;
+    const double part = p->rho[0] / sqrt(square);
+    for (int k = 0; k < 2; k++) {
+        p->stretch[k] *= part;
+        p->trial[k].value = p->stretch[k] + p->path[k].value;
+    }
+    p->held = 0;
+}
+
 /* The path of a contact that is closed at its end, under normal forces N there and N_old before. */
 static path path_of(const sm_element *element, const double *x, const double *memory, double N,
                     double N_old) {
     const double *x_old = memory + element->tangents;
     const double per_load = element->friction / element->tangential_stiffness;
     path p = {.tangents = element->tangents,
+              .held = N_old >= 0.0,
               .rho = {per_load * fmax(N_old, 0.0), per_load * N},
               .rho_slope = per_load * element->normal_stiffness};
     const int normal = element->tangents;
@@ -110,6 +128,7 @@ static path path_of(const sm_element *element, const double *x, const double *me
         p.stretch[k] = x_old[k] - memory[k];
         p.trial[k].value = x[k] - memory[k];
     }
+    if (p.tangents == 2 && p.held) slide_within(&p);
     return p;
 }
 
@@ -145,7 +164,7 @@ void sm_frictional_evaluate(const sm_element *element, double scale, const doubl
         result->force[k] = element->tangential_stiffness * e[k].value;
         for (int j = 0; j <= tangents; j++)
             result->tangent[k][j] = element->tangential_stiffness * e[k].slope[j];
-        if (result->state == SM_SLIP || N_old < 0.0) next[k] = x[k] - e[k].value;
+        if (result->state == SM_SLIP || !p.held) next[k] = x[k] - e[k].value;
         else next[k] = memory[k];
     }
     memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));

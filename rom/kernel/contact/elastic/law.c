@@ -20,33 +20,13 @@ int sm_elastic_homogeneous(const sm_elastic *elastic) {
     return 1;
 }
 
-/* Jenkins elements side by side: Jenkins' law, Iwan's. */
-static void sliders(const sm_elastic *elastic, const sm_element *element, double scale, double x,
-                    const double *memory, sm_element_force *result, double *next) {
-    result->force[0] = result->tangent[0][0] = 0.0;
-    result->state = SM_STICK;
-    for (int k = 0; k < element->sliders; k++) {
-        const double *slider = elastic->slider + 2 * (size_t)(element->first_slider + k);
-        const double limit = scale * slider[0], stiffness = slider[1];
-        const double trial = stiffness * (x - memory[k]);
-        if (fabs(trial) <= limit) {
-            result->force[0] += trial;
-            result->tangent[0][0] += stiffness;
-            next[k] = memory[k];
-        } else {
-            const double force = copysign(limit, trial);
-            result->force[0] += force;
-            next[k] = x - force / stiffness;
-            result->state = SM_SLIP;
-        }
-    }
-}
-
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result,
                          double *next) {
     if (element->law == SM_SLIDERS) {
-        sliders(elastic, element, scale, x[element->column[0]], memory, result, next);
+        result->force[0] = sm_sliders_evaluate(elastic, element, scale, x[element->column[0]],
+                                               memory, &result->tangent[0][0], &result->state,
+                                               next);
         return;
     }
     double own[SM_MOST_COLUMNS] = {0.0};

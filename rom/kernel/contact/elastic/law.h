@@ -7,6 +7,8 @@
 #ifndef SLIPMODE_ELASTIC_LAW_H
 #define SLIPMODE_ELASTIC_LAW_H
 
+#include <math.h>
+
 #include "slipmode.h"
 
 #define SM_MOST_COLUMNS 3 /* of an element: two tangential directions and the normal */
@@ -26,6 +28,31 @@ static inline int sm_element_columns(const sm_element *element) {
 /* Doubles that an element remembers. */
 static inline int sm_element_memory(const sm_element *element) {
     return element->law == SM_SLIDERS ? element->sliders : 2 * element->tangents + 1;
+}
+
+/* Jenkins elements side by side, Jenkins' law and Iwan's: their force at x, and its tangent. */
+static inline double sm_sliders_evaluate(const sm_elastic *elastic, const sm_element *element,
+                                         double scale, double x, const double *memory,
+                                         double *tangent, sm_contact_state *state, double *next) {
+    double sum = 0.0;
+    *tangent = 0.0;
+    *state = SM_STICK;
+    for (int k = 0; k < element->sliders; k++) {
+        const double *slider = elastic->slider + 2 * (size_t)(element->first_slider + k);
+        const double limit = scale * slider[0], stiffness = slider[1];
+        const double trial = stiffness * (x - memory[k]);
+        if (fabs(trial) <= limit) {
+            sum += trial;
+            *tangent += stiffness;
+            next[k] = memory[k];
+        } else {
+            const double force = copysign(limit, trial);
+            sum += force;
+            next[k] = x - force / stiffness;
+            *state = SM_SLIP;
+        }
+    }
+    return sum;
 }
 
 /* Force at displacements x (N_c), with limits and preloads times `scale`; `next` is what the

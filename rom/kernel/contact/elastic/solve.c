@@ -4,6 +4,7 @@
 
 #include "base/block.h"
 #include "base/check.h"
+#include "contact/elastic/equations.h"
 
 #define MOST_NEWTON 40
 #define HALVINGS 6
@@ -13,13 +14,15 @@
 #define MOST_HELD 4.0
 #define STARTS 5
 #define TOLERANCE 1e-11 /* of the displacements */
+#define ROWS 4          /* of R whose sums are formed together */
+#define STICKING 1e-14  /* of the reference stiffness: what the tangent may lack of it */
 #define ROUNDING 1e-15
 
 /* Where else solutions are looked for: normal displacements, relative to all others. */
 static const double START[STARTS] = {0.0, -1.0, 1.0, -1e3, 1e3};
 
 /* fmax, but for NaN: a call costs more than the comparison. */
-static double larger(double a, double b) { return b > a ? b : a; }
+SM_INLINE double larger(double a, double b) { return b > a ? b : a; }
 
 static size_t integers(int contacts, const sm_elastic *elastic) {
     return sm_doubles((2 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
@@ -49,79 +52,94 @@ void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, in
             s->owner[elastic->element[e].column[k]] = e;
 }
 
+/* f, y and lack at the contact DOF of sliders, and what they remember; whether they stick. */
+SM_INLINE int evaluate_sliders(sm_elastic_solver *s, int32_t e, const double *memory,
+                               const double *x, double *next) {
+    const sm_element *element = &s->elastic->element[e];
+    const int32_t i = element->column[0];
+    const double reference = s->elastic->reference[i];
+    double tangent;
+    sm_contact_state state;
+    s->f[i] = sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &tangent, &state,
+                                  next);
+    s->y[i] = reference * x[i] - s->f[i];
+    s->state[e] = (int32_t)state;
+    s->lack[(size_t)i * SM_MOST_COLUMNS] = reference - tangent;
+    return fabs(reference - tangent) <= STICKING * reference;
+}
+
+/* The same of another element; adds the contact DOFs that do not stick to the active ones. */
+static int evaluate_element(sm_elastic_solver *s, int32_t e, const double *memory,
+                            const double *x, double *next, int active) {
+    const sm_element *element = &s->elastic->element[e];
+    const int columns = sm_element_columns(element);
+    sm_element_force at;
+    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at, next);
+    s->state[e] = (int32_t)at.state;
+    for (int k = 0; k < columns; k++) {
+        const int32_t i = element->column[k];
+        const double reference = s->elastic->reference[i];
+        double *lack = s->lack + (size_t)i * SM_MOST_COLUMNS;
+        int sticks = 1;
+        s->f[i] = at.force[k];
+        s->y[i] = reference * x[i] - at.force[k];
+        for (int j = 0; j < columns; j++) {
+            lack[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
+            sticks &= fabs(lack[j]) <= STICKING * reference;
+        }
+        if (!sticks) s->active[active++] = i;
+    }
+    return active;
+}
+
 /* f, y, next, state and lack at x; the number of contact DOFs that do not stick. */
-static int evaluate(sm_elastic_solver *s, const double *memory, const double *x) {
+SM_INLINE int evaluate(sm_elastic_solver *s, const double *memory, const double *x) {
     const sm_elastic *elastic = s->elastic;
     double *next = s->next;
     int active = 0;
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        const int columns = sm_element_columns(element), remembered = sm_element_memory(element);
-        sm_element_force at;
-        sm_element_evaluate(elastic, element, s->scale, x, memory, &at, next);
-        s->state[e] = (int32_t)at.state;
+        const int remembered = sm_element_memory(element);
+        if (element->law != SM_SLIDERS)
+            active = evaluate_element(s, e, memory, x, next, active);
+        else if (!evaluate_sliders(s, e, memory, x, next))
+            s->active[active++] = element->column[0];
         memory += remembered;
         next += remembered;
-        for (int k = 0; k < columns; k++) {
-            const int32_t i = element->column[k];
-            const double reference = elastic->reference[i];
-            double *lack = s->lack + (size_t)i * SM_MOST_COLUMNS;
-            int sticks = 1;
-            s->f[i] = at.force[k];
-            s->y[i] = reference * x[i] - at.force[k];
-            for (int j = 0; j < columns; j++) {
-                lack[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
-                sticks &= fabs(lack[j]) <= 1e-14 * reference;
-            }
-            if (!sticks) s->active[active++] = i;
-        }
     }
     return active;
 }
 
-/* residual = x - R y - u; its largest entry. */
-static double find_residual(sm_elastic_solver *s, const double *u, const double *x) {
+/* residual = x - R y - u; its largest entry. R is symmetric: its rows are its columns. */
+SM_INLINE double find_residual(sm_elastic_solver *s, const double *u, const double *x) {
     const size_t n = (size_t)s->contacts;
     double largest = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        const double *row = s->flexibility + i * n;
-        double sum = x[i] - u[i];
-        for (size_t k = 0; k < n; k++) sum -= row[k] * s->y[k];
-        s->residual[i] = sum;
-        largest = larger(largest, fabs(sum));
+    size_t first = 0;
+    if (n >= SM_MANY_EQUATIONS) {
+        for (size_t i = 0; i < n; i++) s->residual[i] = x[i] - u[i];
+        first = sm_subtract_many(n, s->flexibility, NULL, n, s->y, s->residual);
+        for (size_t i = 0; i < first; i++) largest = larger(largest, fabs(s->residual[i]));
+    }
+    for (; first < n; first += ROWS) {
+        const size_t count = n - first < ROWS ? n - first : ROWS;
+        const double *restrict row = s->flexibility + first;
+        double sum[ROWS] = {0.0}; /* stays in registers */
+        if (count == ROWS) {
+            for (size_t k = 0; k < n; k++, row += n) {
+                SM_SIMD
+                for (size_t i = 0; i < ROWS; i++) sum[i] += row[i] * s->y[k];
+            }
+        } else {
+            for (size_t k = 0; k < n; k++, row += n)
+                for (size_t i = 0; i < count; i++) sum[i] += row[i] * s->y[k];
+        }
+        for (size_t i = 0; i < count; i++) {
+            const double residual = x[first + i] - u[first + i] - sum[i];
+            s->residual[first + i] = residual;
+            largest = larger(largest, fabs(residual));
+        }
     }
     return largest;
-}
-
-/* right = matrix^-1 right, by elimination with row exchanges. */
-static int eliminate(double *matrix, double *right, size_t n) {
-    for (size_t c = 0; c < n; c++) {
-        size_t pivot = c;
-        for (size_t r = c + 1; r < n; r++)
-            if (fabs(matrix[r * n + c]) > fabs(matrix[pivot * n + c])) pivot = r;
-        if (!(fabs(matrix[pivot * n + c]) > 0.0)) return 0;
-        if (pivot != c) {
-            for (size_t k = c; k < n; k++) {
-                const double t = matrix[c * n + k];
-                matrix[c * n + k] = matrix[pivot * n + k];
-                matrix[pivot * n + k] = t;
-            }
-            const double t = right[c];
-            right[c] = right[pivot];
-            right[pivot] = t;
-        }
-        for (size_t r = c + 1; r < n; r++) {
-            const double factor = matrix[r * n + c] / matrix[c * n + c];
-            if (factor == 0.0) continue;
-            for (size_t k = c + 1; k < n; k++) matrix[r * n + k] -= factor * matrix[c * n + k];
-            right[r] -= factor * right[c];
-        }
-    }
-    for (size_t c = n; c-- > 0;) {
-        for (size_t k = c + 1; k < n; k++) right[c] -= matrix[c * n + k] * right[k];
-        right[c] /= matrix[c * n + c];
-    }
-    return 1;
 }
 
 /* A step from the residual: ((1 + held) I - R lack) step = -residual, Newton's where held = 0. With
@@ -144,8 +162,14 @@ static int find_step(sm_elastic_solver *s, int active, double held) {
                 row[b] -= lack[k] * s->flexibility[c * n + (size_t)s->active[b]];
         }
     }
-    if (!eliminate(s->matrix, s->right, m)) return 0;
-    for (size_t i = 0; i < n; i++) {
+    if (!sm_eliminate(m, s->matrix, s->right)) return 0;
+    size_t done = 0;
+    if (n >= SM_MANY_ROWS) {
+        memcpy(s->step, s->residual, n * sizeof(double));
+        done = sm_subtract_many(n, s->flexibility, s->active, m, s->right, s->step);
+        for (size_t i = 0; i < done; i++) s->step[i] /= -(1.0 + held);
+    }
+    for (size_t i = done; i < n; i++) {
         double sum = -s->residual[i];
         for (size_t a = 0; a < m; a++)
             sum += s->flexibility[i * n + (size_t)s->active[a]] * s->right[a];
@@ -155,7 +179,7 @@ static int find_step(sm_elastic_solver *s, int active, double held) {
 }
 
 /* x moved along the step until the residual falls; its new size. */
-static double search(sm_elastic_solver *s, const double *u, const double *memory, double *x,
+SM_INLINE double search(sm_elastic_solver *s, const double *u, const double *memory, double *x,
                      double size, int *active) {
     const size_t n = (size_t)s->contacts;
     double part = 1.0, now = size;
@@ -171,7 +195,7 @@ static double search(sm_elastic_solver *s, const double *u, const double *memory
 
 /* The residual that counts as none, relative to u, to x and to where x came from: u may be zero
  * where sliders hold x elsewhere, and both may be. */
-static double tolerated(const sm_elastic_solver *s, const double *u, const double *x) {
+SM_INLINE double tolerated(const sm_elastic_solver *s, const double *u, const double *x) {
     double scale = s->least;
     for (int i = 0; i < s->contacts; i++)
         scale = larger(scale, larger(fabs(u[i]), larger(fabs(x[i]), fabs(s->start[i]))));
@@ -190,7 +214,7 @@ static double rounding_of(const sm_elastic *elastic, double scale) {
     return ROUNDING * largest;
 }
 
-static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
+SM_HOT_ONE static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
     int active = evaluate(s, memory, x);
     double size = find_residual(s, u, x);
     for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {

@@ -14,8 +14,8 @@
 #include "base/exact_sum.h"
 #include "contact/elastic/reversal.h"
 #include "contact/elastic/solve.h"
-#include "torus/grid.h"
 #include "torus/fixed_point/marched.h"
+#include "torus/fixed_point/phase_lines.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
@@ -24,19 +24,18 @@
 typedef struct {
     const sm_contact *contact;
     const sm_torus_task *task;
-    size_t n, lines, steps, orders, remembered;
-    double ratio;              /* omega_B / omega_A */
+    size_t n, remembered;
+    sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
-    double *turn;              /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
-    double *phase;             /* (2, lines): cos and sin of t_B0 */
-    double *drawn;             /* (orders, N_c, 2, lines): harmonics of u along the lines */
-    double *sums;              /* (orders, N_c, 2, lines): of y exp(-i (n + m ratio) t_A) */
-    double *u, *y, *last_u;    /* (N_c, lines) */
-    double *x, *memory;        /* (lines, N_c), (lines, remembered) */
+    double *drawing;           /* (orders, N_c, 2) harmonics of u */
+    double *x, *last_u;        /* (lines, N_c) */
+    double *memory;            /* (lines, remembered) */
     double *before[2];         /* (lines, N_c) x one and two steps before */
     int follows;               /* the response is that of a point before */
     double *begun;             /* (lines, remembered) memory as the period began */
-    size_t shift;              /* line p ends a period where p + shift began it; 0: nowhere */
+    size_t taken;              /* steps of the point so far */
+    int half;                  /* of a period is marched, and what then changes its sign */
+    size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
     double *own_u;             /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
@@ -48,62 +47,72 @@ typedef struct {
     double *block;
 } problem;
 
-static size_t per_point(const problem *t) { return t->orders * t->n * 2; }
+static size_t per_point(const problem *t) { return t->lines.orders * t->n * 2; }
 
-/* Lines are closed where the ratio is a multiple of 1 / lines. */
-static size_t shift_of(double ratio, size_t lines) {
-    const double turns = ratio * (double)lines, whole = nearbyint(turns);
-    return fabs(turns - whole) < 1e-9 * turns ? (size_t)fmod(whole, (double)lines) : 0;
+/* Steps of the march from one set of harmonics to the next. */
+static size_t marched_steps(const problem *t) { return t->lines.steps / (t->half ? 2 : 1); }
+
+/* By how many lines their ends lie behind their beginnings; 0 where they are not closed, the ratio
+ * no multiple of 1 / lines, or the ends of half a period lie between the lines. */
+static size_t shift_of(const problem *t, int half) {
+    const double lines = (double)t->lines.lines, turns = t->lines.ratio * lines;
+    const double whole = nearbyint(turns), by = half ? 0.5 * (whole - lines) : whole;
+    if (fabs(turns - whole) >= 1e-9 * turns || by != nearbyint(by)) return 0;
+    return (size_t)(fmod(by, lines) + lines) % t->lines.lines;
+}
+
+/* Half a period tells the other half of sliders that are drawn to and fro alike. */
+static int is_odd(const problem *t) {
+    for (int32_t e = 0; e < t->contact->elastic->elements; e++)
+        if (t->contact->elastic->element[e].law != SM_SLIDERS) return 0;
+    for (size_t q = 0; q < t->lines.orders; q++)
+        if ((t->lines.order[2 * q] + t->lines.order[2 * q + 1]) % 2 == 0) return 0;
+    return t->lines.steps % 2 == 0;
+}
+
+/* By half a period at a time, where that will do, or by whole ones. */
+static void march_by(problem *t, int half) {
+    t->half = half && is_odd(t) && (t->contact->modes == 1 || shift_of(t, 1) > 0);
+    t->shift = shift_of(t, t->half);
 }
 
 static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task *task) {
     const size_t n = (size_t)contact->contacts, lines = (size_t)task->lines;
     const size_t steps = (size_t)task->steps, orders = (size_t)task->orders_count;
     const size_t all = orders * n * 2;
-    *t = (problem){.contact = contact, .task = task, .n = n, .lines = lines, .steps = steps,
-                   .orders = orders, .remembered = sm_elastic_memory(contact->elastic)};
-    t->ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
-    t->shift = shift_of(t->ratio, lines);
-    const size_t solver = sm_elastic_solver_size(contact->elastic, contact->contacts);
-    const size_t size = n * n + steps * orders * 2 + 2 * lines + 2 * all * lines
-                        + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 5 * all
-                        + sm_fixed_point_size(all)
-                        + sm_marched_size(contact->response, lines) + solver;
+    *t = (problem){.contact = contact, .task = task, .n = n,
+                   .remembered = sm_elastic_memory(contact->elastic)};
+    const double ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
+    t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
+                                .order = task->orders, .ratio = ratio};
+    const size_t along = sm_phase_lines_size(n, orders, lines, steps);
+    const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
+    const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 6 * all
+                        + sm_fixed_point_size(all) + marched
+                        + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
+    sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
-    t->turn = sm_take(&memory, steps * orders * 2);
-    t->phase = sm_take(&memory, 2 * lines);
-    t->drawn = sm_take(&memory, all * lines);
-    t->sums = sm_take(&memory, all * lines);
-    t->u = sm_take(&memory, n * lines);
-    t->y = sm_take(&memory, n * lines);
-    t->last_u = sm_take(&memory, n * lines);
     t->x = sm_take(&memory, n * lines);
+    t->last_u = sm_take(&memory, n * lines);
     for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
     t->own_u = sm_take(&memory, n);
     t->square = sm_take(&memory, n);
+    t->drawing = sm_take(&memory, all);
     t->Y = sm_take(&memory, all);
     t->last_Y = sm_take(&memory, all);
     t->response = sm_take(&memory, all);
     t->change = sm_take(&memory, all);
     t->mean = sm_take(&memory, all + n);
     sm_fixed_point_place(&t->search, all, sm_take(&memory, sm_fixed_point_size(all)));
-    sm_marched_place(&t->marched, contact->response, n, lines,
-                     sm_take(&memory, sm_marched_size(contact->response, lines)));
+    sm_marched_place(&t->marched, contact->response, n, t->lines.stride,
+                     sm_take(&memory, marched));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
-    for (size_t k = 0; k < steps; k++)
-        for (size_t q = 0; q < orders; q++) {
-            const int32_t *order = task->orders + 2 * q;
-            const double angle = SM_TWO_PI * (double)(k + 1) / (double)steps
-                                 * (order[0] + order[1] * t->ratio);
-            t->turn[2 * (k * orders + q)] = cos(angle);
-            t->turn[2 * (k * orders + q) + 1] = sin(angle);
-        }
     return SM_OK;
 }
 
@@ -114,7 +123,7 @@ static double find_change(problem *t) {
     double largest = 0.0;
     if (!H) return 0.0;
     const double *held = t->contact->response->held;
-    for (size_t q = 0; q < t->orders; q++)
+    for (size_t q = 0; q < t->lines.orders; q++)
         for (size_t i = 0; i < n; i++, H += 2 * n) {
             const double *Y = t->Y + 2 * q * n;
             const size_t at = 2 * (q * n + i);
@@ -133,14 +142,12 @@ static double find_change(problem *t) {
 
 /* Contacts at rest. */
 static void start_again(problem *t) {
-    for (size_t p = 0; p < t->lines; p++) {
-        t->phase[p] = cos(SM_TWO_PI * (double)p / (double)t->lines);
-        t->phase[t->lines + p] = sin(SM_TWO_PI * (double)p / (double)t->lines);
-    }
-    memset(t->last_u, 0, t->n * t->lines * sizeof(double));
-    memset(t->x, 0, t->n * t->lines * sizeof(double));
-    for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * t->lines * sizeof(double));
-    memset(t->memory, 0, t->lines * t->remembered * sizeof(double));
+    const size_t lines = t->lines.lines;
+    sm_phase_lines_start(&t->lines);
+    memset(t->last_u, 0, t->n * lines * sizeof(double));
+    memset(t->x, 0, t->n * lines * sizeof(double));
+    for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * lines * sizeof(double));
+    memset(t->memory, 0, lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
 }
 
@@ -159,138 +166,77 @@ static void start(problem *t) {
 
 /* Harmonics of u along the lines: of the modes at their carriers, and of their response. */
 static void draw(problem *t, const double *amplitude) {
-    const size_t n = t->n, lines = t->lines;
-    for (size_t q = 0; q < t->orders; q++) {
-        const int32_t *order = t->task->orders + 2 * q;
-        for (size_t i = 0; i < n; i++) {
-            double re = 2.0 * t->response[2 * (q * n + i)];
-            double im = 2.0 * t->response[2 * (q * n + i) + 1];
-            for (int j = 0; j < t->contact->modes; j++) {
-                if (order[0] != (j == 0) || order[1] != (j == 1)) continue;
-                const double *L = t->contact->coupling + 2 * ((size_t)j * n + i);
-                re -= 2.0 * L[0] * amplitude[j];
-                im -= 2.0 * L[1] * amplitude[j];
-            }
-            double *to = t->drawn + 2 * (q * n + i) * lines;
-            for (size_t p = 0; p < lines; p++) {
-                double c, s;
-                sm_torus_power(t->phase[p], t->phase[lines + p], order[1], &c, &s);
-                to[p] = re * c - im * s;
-                to[lines + p] = re * s + im * c;
-            }
+    const size_t n = t->n;
+    for (size_t k = 0; k < per_point(t); k++) t->drawing[k] = 2.0 * t->response[k];
+    for (size_t q = 0; q < t->lines.orders; q++)
+        for (int j = 0; j < t->contact->modes; j++) {
+            const int32_t *order = t->task->orders + 2 * q;
+            if (order[0] != (j == 0) || order[1] != (j == 1)) continue;
+            const double *L = t->contact->coupling + 2 * (size_t)j * n;
+            for (size_t k = 0; k < 2 * n; k++)
+                t->drawing[2 * q * n + k] -= 2.0 * L[k] * amplitude[j];
         }
-    }
+    sm_phase_lines_draw(&t->lines, t->drawing);
 }
 
-/* u (N_c, lines) at a step. */
-static void displace(problem *t, size_t step) {
-    const size_t lines = t->lines;
-    memset(t->u, 0, t->n * lines * sizeof(double));
-    for (size_t q = 0; q < t->orders; q++) {
-        const double c = t->turn[2 * (step * t->orders + q)];
-        const double s = t->turn[2 * (step * t->orders + q) + 1];
-        for (size_t i = 0; i < t->n; i++) {
-            const double *restrict re = t->drawn + 2 * (q * t->n + i) * lines;
-            const double *restrict im = re + lines;
-            double *restrict u = t->u + i * lines;
-            SM_SIMD
-            for (size_t p = 0; p < lines; p++) u[p] += re[p] * c - im[p] * s;
-        }
+/* y of a line under the u of a step, both (N_c) with so many between them. */
+static sm_status react(problem *t, size_t p, const double *u, double *y, size_t stride) {
+    const size_t n = t->n;
+    double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
+    double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
+    memcpy(last_but_one, last, n * sizeof(double));
+    memcpy(last, x, n * sizeof(double));
+    for (size_t i = 0; i < n; i++) {
+        t->own_u[i] = u[i * stride];
+        x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
+        last_u[i] = t->own_u[i];
     }
-}
-
-/* y (N_c, lines) at a step. */
-static sm_status react(problem *t) {
-    const size_t n = t->n, lines = t->lines;
-    for (size_t p = 0; p < lines; p++) {
-        double *x = t->x + p * n, *memory = t->memory + p * t->remembered;
-        double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
-        memcpy(last_but_one, last, n * sizeof(double));
-        memcpy(last, x, n * sizeof(double));
-        for (size_t i = 0; i < n; i++) t->own_u[i] = t->u[i * lines + p];
-        sm_marched_displace(&t->marched, p, t->own_u);
-        for (size_t i = 0; i < n; i++) {
-            x[i] += t->own_u[i] - t->last_u[i * lines + p]; /* as if nothing slipped */
-            t->last_u[i * lines + p] = t->own_u[i];
-        }
-        const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
-        if (status != SM_OK) return status;
-        memcpy(memory, t->solver.next, t->remembered * sizeof(double));
-        const double *const steps[3] = {last_but_one, last, x};
-        sm_elastic_reverse(t->contact->elastic, steps, memory);
-        sm_marched_advance(&t->marched, p, t->solver.y);
-        for (size_t i = 0; i < n; i++) {
-            const double y = t->solver.y[i];
-            t->y[i * lines + p] = y;
-            t->square[i] += y * y;
-        }
+    const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
+    if (status != SM_OK) return status;
+    memcpy(memory, t->solver.next, t->remembered * sizeof(double));
+    const double *const steps[3] = {last_but_one, last, x};
+    sm_elastic_reverse(t->contact->elastic, steps, memory);
+    for (size_t i = 0; i < n; i++) {
+        y[i * stride] = t->solver.y[i];
+        t->square[i] += t->solver.y[i] * t->solver.y[i];
     }
     return SM_OK;
 }
 
-static void add_harmonics(problem *t, size_t step, double weight) {
-    const size_t lines = t->lines;
-    for (size_t q = 0; q < t->orders; q++) {
-        const double c = weight * t->turn[2 * (step * t->orders + q)];
-        const double s = weight * t->turn[2 * (step * t->orders + q) + 1];
-        for (size_t i = 0; i < t->n; i++) {
-            double *restrict re = t->sums + 2 * (q * t->n + i) * lines;
-            double *restrict im = re + lines;
-            const double *restrict y = t->y + i * lines;
-            SM_SIMD
-            for (size_t p = 0; p < lines; p++) {
-                re[p] += y[p] * c;
-                im[p] -= y[p] * s;
-            }
+/* y along the lines at some steps. */
+static sm_status react_along(problem *t, size_t count) {
+    const size_t stride = t->lines.stride, row = t->n * stride;
+    for (size_t k = 0; k < count; k++) {
+        double *u = t->lines.u + k * row, *y = t->lines.y + k * row;
+        sm_marched_displace(&t->marched, u);
+        for (size_t p = 0; p < t->lines.lines; p++) {
+            const sm_status status = react(t, p, u + p, y + p, stride);
+            if (status != SM_OK) return status;
         }
+        sm_marched_advance(&t->marched, y);
     }
+    return SM_OK;
 }
 
-/* Means over steps and lines. The mean itself is (0, 0): of two conjugates one half. */
-static void collect(problem *t) {
-    const size_t lines = t->lines;
-    for (size_t q = 0; q < t->orders; q++) {
-        const int32_t *order = t->task->orders + 2 * q;
-        const double weight = (order[0] == 0 && order[1] == 0 ? 0.5 : 1.0)
-                              / ((double)t->steps * (double)lines);
-        for (size_t i = 0; i < t->n; i++) {
-            const double *re = t->sums + 2 * (q * t->n + i) * lines, *im = re + lines;
-            double *Y = t->Y + 2 * (q * t->n + i);
-            Y[0] = Y[1] = 0.0;
-            for (size_t p = 0; p < lines; p++) {
-                double c, s;
-                sm_torus_power(t->phase[p], t->phase[lines + p], -order[1], &c, &s);
-                Y[0] += weight * (re[p] * c - im[p] * s);
-                Y[1] += weight * (re[p] * s + im[p] * c);
-            }
-        }
-    }
-}
-
-/* Phases at the end of a period of mode A. */
-static void turn_lines(problem *t) {
-    const double c = cos(SM_TWO_PI * t->ratio), s = sin(SM_TWO_PI * t->ratio);
-    for (size_t p = 0; p < t->lines; p++) {
-        const double re = t->phase[p], im = t->phase[t->lines + p];
-        t->phase[p] = re * c - im * s;
-        t->phase[t->lines + p] = re * s + im * c;
-    }
-}
-
-/* What line p remembers at the end of a period is what line p + shift began it with, once the motion
- * is periodic. A slider that has not moved on a line brings that on at once from the last line
- * before on which it has, or else from the mean of them all: it could rest anywhere. */
+/* What line p remembers at the end is what line p + shift began with, once the motion is periodic;
+ * with another sign after half a period. A slider that has not moved on a line brings that on at
+ * once from the last line before on which it has, or else, as it could rest anywhere, from the mean
+ * of them all, which is 0 of odd motion. */
 static void carry_over(problem *t, size_t slider) {
-    const size_t lines = t->lines, stride = t->remembered;
+    const size_t lines = t->lines.lines, stride = t->remembered;
+    const double sign = t->half ? -1.0 : 1.0;
     double *now = t->memory + slider, mean = 0.0;
     const double *begun = t->begun + slider;
-    for (size_t p = 0; p < lines; p++) mean += now[p * stride] / (double)lines;
+    for (size_t p = 0; p < lines && !t->half; p++) mean += now[p * stride] / (double)lines;
     for (size_t p = 0; p < lines; p++) {
-        size_t from = p;
-        do from = (from + lines - t->shift) % lines;
-        while (from != p && now[from * stride] == begun[from * stride]);
         if (now[p * stride] != begun[p * stride]) continue;
-        now[p * stride] = from == p ? mean : now[from * stride];
+        size_t from = p;
+        double turned = 1.0;
+        do {
+            from = (from + lines - t->shift) % lines;
+            turned *= sign;
+        } while (from != p && now[from * stride] == begun[from * stride]);
+        now[p * stride] = from == p ? mean : turned * now[from * stride];
     }
 }
 
@@ -305,21 +251,41 @@ static void carry_sliders_over(problem *t) {
     }
 }
 
-/* One period of mode A: from the response to the harmonics Y. */
+static void negate(double *values, size_t count) {
+    for (size_t k = 0; k < count; k++) values[k] = -values[k];
+}
+
+/* What the contacts come to half a period later begins the next half with another sign. */
+static void turn_round(problem *t) {
+    const size_t all = t->n * t->lines.lines;
+    double *const motion[] = {t->x, t->last_u, t->before[0], t->before[1]};
+    for (size_t k = 0; k < sizeof motion / sizeof *motion; k++) negate(motion[k], all);
+    negate(t->memory, t->lines.lines * t->remembered);
+    negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.stride));
+}
+
+/* A period of mode A, or half of one: from the response to the harmonics Y. */
 static sm_status march(problem *t, const double *amplitude) {
+    static const double weights[SM_STEPS_TOGETHER] = {1.0, 1.0, 1.0, 1.0};
+    const size_t steps = marched_steps(t);
     draw(t, amplitude);
-    memset(t->sums, 0, per_point(t) * t->lines * sizeof(double));
+    sm_phase_lines_clear(&t->lines);
     memset(t->square, 0, t->n * sizeof(double));
-    memcpy(t->begun, t->memory, t->lines * t->remembered * sizeof(double));
-    for (size_t k = 0; k < t->steps; k++) {
-        displace(t, k);
-        const sm_status status = react(t);
+    memcpy(t->begun, t->memory, t->lines.lines * t->remembered * sizeof(double));
+    for (size_t k = 0; k < steps; k += SM_STEPS_TOGETHER) {
+        const size_t left = steps - k;
+        const size_t count = left < SM_STEPS_TOGETHER ? left : SM_STEPS_TOGETHER;
+        sm_phase_lines_displace(&t->lines, k, count);
+        const sm_status status = react_along(t, count);
         if (status != SM_OK) return status;
-        add_harmonics(t, k, 1.0);
+        sm_phase_lines_add(&t->lines, k, count, weights);
     }
-    collect(t);
-    turn_lines(t);
-    if (t->shift > 0) carry_sliders_over(t);
+    sm_phase_lines_collect(&t->lines, steps, t->Y);
+    for (size_t i = 0; i < t->n; i++) t->square[i] /= (double)(steps * t->lines.lines);
+    t->taken += steps;
+    sm_phase_lines_turn(&t->lines, t->half);
+    if (t->half || t->shift > 0) carry_sliders_over(t);
+    if (t->half) turn_round(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;
 }
@@ -354,7 +320,7 @@ static double distance(problem *t, double displacement, double force) {
     return fmax(change, moved);
 }
 
-/* Harmonics and squares as means over so many periods under the same response. */
+/* Harmonics and mean squares over so many marches under the same response. */
 static sm_status evaluate(problem *t, const double *amplitude, int count) {
     const size_t all = per_point(t);
     memcpy(t->last_Y, t->Y, all * sizeof(double));
@@ -373,16 +339,15 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
 
 /* Iterates until harmonics and response repeat, or come no nearer. */
 static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
-                        double *residual, int32_t *periods) {
+                        double *residual) {
     const sm_torus_task *task = t->task;
     sm_fixed_point_start(&t->search);
-    const int32_t until = *periods + task->max_periods;
-    for (int open = 1; open && *periods < until;) {
+    int32_t marches = 0;
+    for (int open = 1; open && marches < task->max_periods; marches += count) {
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
-        *periods += count;
-        if (*periods < 2) continue; /* the first one forgets the start */
+        if (t->taken < 2 * marched_steps(t)) continue; /* the first one forgets the start */
         if (*residual <= task->tolerance) return SM_OK;
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
     }
@@ -391,18 +356,46 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
 
 /* From small amplitudes, where the response is that of contacts that stick, up to the point's. */
 static sm_status climb(problem *t, const double *amplitude, const double scale[2],
-                       double *residual, int32_t *periods) {
+                       double *residual) {
     double some[SM_MODES] = {0.0}, reached = 0.0;
     for (size_t rung = 0; rung < SM_RUNGS; rung++) {
         const double part = SM_LADDER[rung];
         for (size_t i = 0; i < per_point(t); i++)
             t->response[i] = reached > 0.0 ? t->response[i] * part / reached : 0.0;
         for (int j = 0; j < t->contact->modes; j++) some[j] = part * amplitude[j];
-        const sm_status status = settle(t, some, 1, scale, residual, periods);
+        const sm_status status = settle(t, some, 1, scale, residual);
         if (status != SM_OK) return status;
         reached = part;
     }
     return SM_OK;
+}
+
+/* By half periods or whole ones: from the response of the point before, of contacts that stick, of
+ * smaller amplitudes; then, near the motion, by means over more and more of them. */
+static sm_status settle_by(problem *t, int half, const double *amplitude, const double scale[2],
+                           double *residual) {
+    const int begun = t->contact->response && t->contact->response->start;
+    sm_status status = SM_OK;
+    march_by(t, half);
+    if (t->follows) {
+        start_again(t);
+        status = settle(t, amplitude, 1, scale, residual);
+    }
+    if (status == SM_OK && *residual > SM_ALMOST) {
+        start(t);
+        status = settle(t, amplitude, 1, scale, residual);
+    }
+    if (t->half && *residual > t->task->tolerance) return status;
+    if (status == SM_OK && *residual > SM_ALMOST && !begun)
+        status = climb(t, amplitude, scale, residual);
+    for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
+        if (*residual > t->task->tolerance)
+            status = settle(t, amplitude, count, scale, residual);
+    if (status == SM_OK && *residual > t->task->tolerance) {
+        status = evaluate(t, amplitude, MOST_AVERAGED);
+        *residual = distance(t, scale[0], scale[1]);
+    }
+    return status;
 }
 
 static sm_status solve_point(problem *t, size_t point) {
@@ -410,38 +403,19 @@ static sm_status solve_point(problem *t, size_t point) {
     const size_t all = per_point(t);
     const double *amplitude = task->amplitudes + point * (size_t)t->contact->modes;
     double scale[2], residual = INFINITY;
-    int32_t periods = 0;
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
-    const int begun = t->contact->response && t->contact->response->start;
-    sm_status status = SM_OK;
-    if (t->follows) {
-        start_again(t);
-        status = settle(t, amplitude, 1, scale, &residual, &periods);
-    }
-    if (status == SM_OK && residual > SM_ALMOST) {
-        start(t);
-        status = settle(t, amplitude, 1, scale, &residual, &periods);
-    }
-    if (status == SM_OK && residual > SM_ALMOST && !begun)
-        status = climb(t, amplitude, scale, &residual, &periods);
-    for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
-        if (residual > task->tolerance)
-            status = settle(t, amplitude, count, scale, &residual, &periods);
+    t->taken = 0;
+    sm_status status = settle_by(t, 1, amplitude, scale, &residual);
+    if (status == SM_OK && t->half && residual > task->tolerance)
+        status = settle_by(t, 0, amplitude, scale, &residual);
     if (status != SM_OK) return status;
-    if (residual > task->tolerance) {
-        status = evaluate(t, amplitude, MOST_AVERAGED);
-        if (status != SM_OK) return status;
-        residual = distance(t, scale[0], scale[1]);
-        periods += MOST_AVERAGED;
-    }
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
-    for (size_t i = 0; i < t->n; i++)
-        task->mean_square[point * t->n + i] = t->square[i] / ((double)t->steps * (double)t->lines);
+    memcpy(task->mean_square + point * t->n, t->square, t->n * sizeof(double));
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
-    t->follows = residual <= SM_ALMOST && !begun;
+    t->follows = residual <= SM_ALMOST && !(t->contact->response && t->contact->response->start);
     task->residual[point] = residual;
-    task->marched[point] = periods * task->steps;
+    task->marched[point] = (int32_t)t->taken;
     return SM_OK;
 }
 
@@ -464,23 +438,24 @@ static sm_status grow_through(problem *t, size_t point, const double *growth, in
     for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (settling + 1) * fabs(by[j]);
     scales(t, now, &moved, &force);
     t->solver.least = LEAST * moved;
+    march_by(t, 0);
     start(t);
     memset(harmonics, 0, all * sizeof(double));
     for (int period = -settling - 1; period < 1; period++) {
-        memset(t->sums, 0, all * t->lines * sizeof(double));
-        for (size_t k = 0; k < t->steps; k++) {
-            const double elapsed = period + (double)(k + 1) / (double)t->steps; /* periods */
+        sm_phase_lines_clear(&t->lines);
+        for (size_t k = 0; k < t->lines.steps; k++) {
+            const double elapsed = period + (double)(k + 1) / (double)t->lines.steps; /* periods */
             const double hat = 1.0 - fabs(elapsed);
             for (size_t j = 0; j < modes; j++) now[j] = amplitude[j] + elapsed * by[j];
             draw(t, now);
-            displace(t, k);
-            const sm_status status = react(t);
+            sm_phase_lines_displace(&t->lines, k, 1);
+            const sm_status status = react_along(t, 1);
             if (status != SM_OK) return status;
-            if (hat > 0.0) add_harmonics(t, k, hat);
+            if (hat > 0.0) sm_phase_lines_add(&t->lines, k, 1, &hat);
         }
-        collect(t);
+        sm_phase_lines_collect(&t->lines, t->lines.steps, t->Y);
         for (size_t i = 0; i < all; i++) harmonics[i] += t->Y[i];
-        turn_lines(t);
+        sm_phase_lines_turn(&t->lines, 0);
     }
     return sm_all_finite(harmonics, all) ? SM_OK : SM_NOT_FINITE;
 }

@@ -1,0 +1,47 @@
+/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: what draws the contacts
+ * at the steps of a period, and the means of what they do then.
+ */
+#ifndef SLIPMODE_PHASE_LINES_H
+#define SLIPMODE_PHASE_LINES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define SM_PHASE_LINES_WIDTH 8 /* lanes of a vector */
+#define SM_STEPS_TOGETHER 4 /* whose sums over the harmonics are formed together */
+
+typedef struct {
+    size_t contacts, orders, lines;
+    size_t steps;         /* of a period of mode A */
+    size_t stride;        /* lines, and lanes that only fill vectors up */
+    const int32_t *order; /* (orders, 2): n, m */
+    double ratio;         /* omega_B / omega_A */
+    double *turn;         /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
+    double *phase;        /* (2, lines): cos and sin of t_B0 */
+    double *drawn;        /* (N_c, orders, 2, stride): harmonics of u along the lines */
+    double *sums;         /* (N_c, orders, 2, stride): of y exp(-i (n + m ratio) t_A) */
+    double *u, *y;        /* (SM_STEPS_TOGETHER, N_c, stride), at some steps */
+} sm_phase_lines;
+
+/* A whole number of vectors that holds the lines. */
+size_t sm_phase_lines_stride(size_t lines);
+size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps);
+/* Takes the memory; sizes, orders and ratio are set. */
+void sm_phase_lines_place(sm_phase_lines *lines, double *memory);
+/* t_B0 = 2 pi p / lines. */
+void sm_phase_lines_start(sm_phase_lines *lines);
+/* t_B0 of lines that begin where these are at the end of a period of mode A; or, `half` of one
+ * further and with t_A and t_B back by pi, where odd motion has the same with another sign. */
+void sm_phase_lines_turn(sm_phase_lines *lines, int half);
+/* u is Re sum_q harmonic_q exp(i (n t_A + m t_B)), of harmonics (orders, N_c, 2). */
+void sm_phase_lines_draw(sm_phase_lines *lines, const double *harmonics);
+/* u at the ends of up to SM_STEPS_TOGETHER steps from `first` on. */
+void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
+/* Sums begin at nothing; y at the ends of steps adds to them by weights (count). */
+void sm_phase_lines_clear(sm_phase_lines *lines);
+void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, const double *weights);
+/* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0, 0):
+ * of two conjugates one half. */
+void sm_phase_lines_collect(const sm_phase_lines *lines, size_t steps, double *Y);
+
+#endif

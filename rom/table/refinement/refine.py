@@ -1,0 +1,261 @@
+"""The amplitude grid: dense where the slip threshold bends the surface, coarse elsewhere.
+
+Cells between grid lines are halved until the surface can be expected to be within the
+tolerance: what it missed new samples by falls with this halving at least half as well as with the
+last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
+Every sample becomes a node; points that are no nodes measure the error of the finished table, see
+check_points.py, and cells where it is too large are halved again.
+
+Where only a region of the plane is wanted, samples are taken at the corners of its cells and at
+the nodes next to them, on whose values the slopes there depend most. At all other nodes stands
+what the surface was before its grid lines were halved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import round_up
+from slipmode.rom.table.check_points import (
+    AROUND,
+    around,
+    at_cells,
+    doubtful_points,
+    largest_error,
+    onset_points,
+    spread_points,
+    worst_points,
+)
+from slipmode.rom.table.hermite import Table
+from slipmode.rom.table.refinement.grid import Grid
+from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
+from slipmode.rom.table.region import corners, with_neighbours
+
+_FIRST_INTERVALS = 4  # that are sampled everywhere, in the region or not
+_OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
+_MAX_ROUNDS = 40
+_LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
+_MOST_NODES = 20_000
+# Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
+# Kinks and thresholds were seen to need 1/2.
+_CLOSEST = 1 / 100
+_IDLE_ROUNDS = 5  # in which the error does not fall to this part of the least: samples are off
+_LESS = 0.8
+_SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
+
+
+class _Checks:
+    """Samples that are no nodes, and the errors of tables there."""
+
+    def __init__(self, sampling: Sampling) -> None:
+        self._sampling = sampling
+        amplitude_range = sampling.amplitude_range
+        onset = onset_points(sampling.onset_lines, amplitude_range)
+        inside = None if sampling.region is None else sampling.region.holds
+        if inside is not None:
+            onset = onset[inside(onset)]
+        self.points, self._exact = self._sampled(
+            np.concatenate((spread_points(amplitude_range, inside), onset))
+        )
+
+    def add_beyond(self) -> None:
+        """Check past the amplitude range, too."""
+        sampling, end = self._sampling, self._sampling.amplitude_range
+        furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
+        onset = onset_points(sampling.onset_lines, furthest)
+        points = np.concatenate((spread_points(furthest), onset))
+        self._add(points[(points > end).any(axis=1)])
+
+    def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
+        """Points, in order, and samples there.
+
+        Solves begin with what the point before came to: where contacts have two motions, from far
+        away one comes to another one than from the nodes nearby.
+        """
+        points = points[np.lexsort(points.T[::-1])]
+        return points, self._sampling.at(points)
+
+    def _add(self, points: Floats) -> None:
+        if not len(points):
+            return
+        points, exact = self._sampled(points)
+        self.points = np.concatenate((self.points, points))
+        self._exact = np.concatenate((self._exact, exact))
+
+    def errors(self, table: Table, left: Floats) -> Floats:
+        """Relative error at the points, to which those are added that the table needs.
+
+        `left` (cells_a, cells_b) is the error that each cell is expected to have, at least.
+        """
+        sampling = self._sampling
+        doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), left)
+        if sampling.region is not None:
+            doubt = np.where(sampling.region.cells(table.node_a, table.node_b), doubt, 0.0)
+        self._add(doubtful_points(table.axes, doubt, sampling.onset_lines, self.points))
+        errors = self._errors(table)
+        for share in AROUND:
+            worst = worst_points(table.axes, self.points, errors)
+            self._add(np.concatenate([around(table.axes, point, share) for point in worst]))
+            errors = self._errors(table)
+        return errors
+
+    def _errors(self, table: Table) -> Floats:
+        return self._sampling.error_of(table.terms(self.points), self._exact, table)
+
+
+def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, float]:
+    """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
+
+    Parameters
+    ----------
+    sampling : Sampling
+    tolerance : float
+
+    Returns
+    -------
+    table : Table
+    carried : (n_a, n_b, carried) complex ndarray
+        The columns that are not tabulated, at the nodes.
+    error : float
+        Largest difference between the nodes, relative to the largest |S_j|: `largest_error`. Above
+        the tolerance where samples jump or are not exact, so that more nodes would not help.
+
+    Raises
+    ------
+    SlipmodeError
+        If it takes too many nodes.
+    """
+    grid = Grid.upto(sampling.amplitude_range, _FIRST_INTERVALS, _CLOSEST * tolerance)
+    samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes))
+    samples = samples.reshape(*grid.sampled.shape, -1)
+    checks = _Checks(sampling)
+    grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
+    if sampling.beyond:
+        grid, samples = _extended(sampling, grid, samples)
+        checks.add_beyond()
+        grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
+    if sampling.region is not None:
+        table = replace(table, region=sampling.region.cells(*grid.nodes))
+    return table, samples[..., len(sampling.columns.orders) :], error
+
+
+def _refined(
+    sampling: Sampling,
+    grid: Grid,
+    samples: Complexes,
+    checks: _Checks,
+    tolerance: float,
+) -> tuple[Grid, Complexes, Table, float]:
+    """Halve cells until samples and check points agree with the table to the tolerance.
+
+    Or until that does not help: samples jump, or are not as exact as they are meant to be.
+    """
+    least, idle = np.inf, 0
+    for _ in range(_MAX_ROUNDS):
+        if grid.sampled.size > _MOST_NODES:
+            break
+        for mode in range(grid.modes):
+            grid, samples = _halve(sampling, grid, samples, mode, tolerance)
+        if grid.poor.any():
+            continue
+        table = sampling.table(grid.nodes, samples)
+        errors = checks.errors(table, grid.left.max(axis=0))
+        error = largest_error(errors, sampling.noise)
+        idle = 0 if error < _LESS * least else idle + 1
+        least = min(least, error)
+        if error > tolerance and idle < _IDLE_ROUNDS:
+            # what lies beyond the largest error may be at any of those that are nearly as large
+            missed = checks.points[errors > tolerance * errors.max() / error]
+            grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
+        if not grid.poor.any():
+            return grid, samples, table, error
+    table = sampling.table(grid.nodes, samples)
+    error = largest_error(checks.errors(table, grid.left.max(axis=0)), sampling.noise)
+    reached = round_up(_SLACK * max(error, tolerance))
+    raise SlipmodeError(
+        f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
+        f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
+    )
+
+
+def headroom_intervals(headroom: float) -> int:
+    """Intervals beyond the amplitude range that take a table to `headroom` times it."""
+    if not (np.isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
+    return int(np.ceil((headroom - 1.0) * _OF_HEADROOM - 1e-9))
+
+
+def least_further(table: Table) -> int:
+    """Contact problems that the whole plane takes at least beyond those of a tabulated region.
+
+    Each of its first cells is halved.
+    """
+    assert table.region is not None
+    left = ~with_neighbours(corners(table.region))
+    halves = 2 * _FIRST_INTERVALS
+    first = [
+        np.isin(np.round(halves * node / end, 9), np.arange(halves + 1))
+        for node, end in zip(table.axes, table.amplitude_range, strict=True)
+    ]
+    return int(left[np.ix_(*first)].sum())
+
+
+def _halve(
+    sampling: Sampling, grid: Grid, samples: Complexes, mode: int, tolerance: float
+) -> tuple[Grid, Complexes]:
+    """Halve the poor cells along one axis."""
+    if not grid.poor[mode].any():
+        return grid, samples
+    grid, samples = _with_corners(sampling, grid, samples, mode)
+    order, split = grid.order(mode), grid.split(mode)
+    node = np.append(grid.nodes[mode], grid.middles(mode))
+    points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
+    table = sampling.table(grid.nodes, samples)
+    surface = table.terms(points)
+    # what is not sampled is as it was: on the surface, or what is linear between the nodes
+    (left,) = np.nonzero(split)
+    beside = np.take(samples, left, axis=mode), np.take(samples, left + 1, axis=mode)
+    shape = beside[0].shape
+    fresh = (0.5 * (beside[0] + beside[1])).reshape(len(points), -1)
+    fresh[:, : surface.shape[1]] = surface
+    new = order >= grid.nodes[mode].size
+    counts, taken = (
+        np.compress(new, flags, axis=mode) & grid.wanted(mode)
+        for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
+    )
+    if taken.any():
+        fresh[taken.ravel()] = sampling.at(points[taken.ravel()])
+    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
+    both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
+    finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
+    return finer, np.take(both, order, axis=mode)
+
+
+def _with_corners(
+    sampling: Sampling, grid: Grid, samples: Complexes, mode: int
+) -> tuple[Grid, Complexes]:
+    """With samples at the corners of cells that are to be halved."""
+    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
+    if not lacking.any():
+        return grid, samples
+    samples = samples.copy()
+    samples[lacking] = sampling.at(amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()])
+    return replace(grid, sampled=grid.sampled | lacking), samples
+
+
+def _extended(sampling: Sampling, grid: Grid, samples: Complexes) -> tuple[Grid, Complexes]:
+    """With samples at the nodes of the headroom too."""
+    steps = 1.0 + np.arange(1, sampling.beyond + 1) / _OF_HEADROOM
+    longer = grid.extended([node[-1] * steps for node in grid.nodes])
+    fresh = np.ones_like(longer.sampled)
+    known = tuple(slice(count) for count in samples.shape[:2])
+    fresh[known] = False
+    everywhere = np.empty((*fresh.shape, samples.shape[-1]), dtype=complex)
+    everywhere[known] = samples
+    points = amplitude_pairs(*longer.nodes, longer.modes)
+    everywhere[fresh] = sampling.at(points[fresh.ravel()])
+    return longer, everywhere

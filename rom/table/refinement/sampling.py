@@ -1,0 +1,114 @@
+"""Where samples of a friction table come from, what they hold, how far a table is off them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.table.check_points import unpredicted
+from slipmode.rom.table.hermite import Table, make_table
+from slipmode.rom.table.region import Region, corners, with_neighbours
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What a sample holds.
+
+    Attributes
+    ----------
+    orders : tuple of (n, m)
+        Harmonics behind the tabulated columns: S_j of the modes first, the power last.
+    drives : tuple of int
+        The mode that each column but the power drives: its largest |S_j| is the column's scale.
+    swing : (modes,) ndarray
+        2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
+        would take, not the power itself, which weak friction leaves to the rounding.
+    least : (modes,) ndarray
+        Below it |S_j| is rounding, which cannot be tabulated relative to itself.
+    loss : (modes,) ndarray
+        Structural loss of each mode, see `make_table`.
+    carried : int
+        Further columns that are kept at the nodes but neither tabulated nor refined.
+    """
+
+    orders: tuple[Order, ...]
+    drives: tuple[int, ...]
+    swing: Floats
+    least: Floats
+    loss: Floats
+    carried: int = 0
+
+    __repr__ = short_repr
+
+    def error(self, difference: Floats, S: Complexes) -> Floats:
+        """Largest |difference| over the tabulated columns, relative to their scales."""
+        largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
+        largest = np.maximum(largest, self.least)
+        scale = np.append(largest[list(self.drives)], self.swing @ largest)
+        return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Where samples come from: values (points, columns) at amplitudes (points, modes).
+
+    `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
+    much they are off by chance, as errors are; `region` the part of the plane where they are
+    wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`.
+    """
+
+    at: Callable[[Floats], Complexes]
+    columns: Columns
+    amplitude_range: Floats
+    onset_lines: Floats
+    noise: float
+    region: Region | None = None
+    beyond: int = 0
+
+    __repr__ = short_repr
+
+    def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
+        """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
+        if self.region is None:
+            every = np.ones((node_a.size, node_b.size), dtype=bool)
+            return every, every
+        ends = corners(self.region.cells(node_a, node_b))
+        return ends, with_neighbours(ends)
+
+    def doubts(self, table: Table) -> Floats:
+        """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
+        S = table.nodes()
+        parts = [unpredicted(table.node_a, S)]
+        if table.modes == 2:
+            parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
+        return np.array([self.columns.error(part, self._within(table)) for part in parts])
+
+    def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
+        """Table through the tabulated columns of samples on a grid."""
+        orders = self.columns.orders
+        tabulated = samples[..., : len(orders)]
+        return make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
+
+    def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
+        """Relative error of values of a table where samples are `exact`, (points,)."""
+        tabulated = exact[..., : len(self.columns.orders)]
+        return self.columns.error(np.abs(surface - tabulated), self._within(table))
+
+    def _within(self, table: Table) -> Complexes:
+        """Values at the nodes up to the amplitude range: what errors are relative to."""
+        inside = [
+            np.searchsorted(node, end, "right")
+            for node, end in zip(table.axes, self.amplitude_range, strict=True)
+        ]
+        return table.nodes()[tuple(slice(count) for count in inside)]
+
+
+def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
+    """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
+    grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
+    return grid.reshape(-1, 2)[:, :modes]
