@@ -89,8 +89,8 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
 }
 
 /* A stretch beyond rho, where the load was scaled down or sliders were carried over from another
- * phase line: sliders follow at once, straight. From outside the disk no path would enter it without
- * a leap of the force, and steps in which it does had no solution. */
+ * phase line: sliders follow at once, straight. From outside the disk no path would enter it
+ * without a leap of the force, and steps in which it does had no solution. */
 static void slide_within(path *p) {
     const double rho = BEYOND * p->rho[0];
     const double square = p->stretch[0] * p->stretch[0] + p->stretch[1] * p->stretch[1];
