@@ -70,10 +70,10 @@ class Grid:
 
     def extended(self, further: Sequence[Floats]) -> Grid:
         """With further nodes of each mode after the last, and new cells between all these."""
-        pad = [(0, 0), *((0, more.size) for more in further), (0, 0)][:3]
-        second = further[1] if self.modes == 2 else np.zeros(0)
+        beyond, second = further if self.modes == 2 else (*further, np.zeros(0))
+        pad = [(0, 0), (0, beyond.size), (0, second.size)]
         return Grid(
-            (np.append(self.nodes[0], further[0]), np.append(self.nodes[1], second)),
+            (np.append(self.nodes[0], beyond), np.append(self.nodes[1], second)),
             np.pad(self.poor, pad, constant_values=True),
             np.pad(self.missed, pad, constant_values=np.inf),
             np.pad(self.left, pad, constant_values=np.inf),

@@ -250,7 +250,7 @@ def _with_corners(
 def _extended(sampling: Sampling, grid: Grid, samples: Complexes) -> tuple[Grid, Complexes]:
     """With samples at the nodes of the headroom too."""
     steps = 1.0 + np.arange(1, sampling.beyond + 1) / _OF_HEADROOM
-    longer = grid.extended([node[-1] * steps for node in grid.nodes])
+    longer = grid.extended([node[-1] * steps for node in grid.nodes[: grid.modes]])
     fresh = np.ones_like(longer.sampled)
     known = tuple(slice(count) for count in samples.shape[:2])
     fresh[known] = False
