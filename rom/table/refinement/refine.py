@@ -35,7 +35,7 @@ from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
 
-_FIRST_INTERVALS = 4  # that are sampled everywhere, in the region or not
+_FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
 _OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
 _MAX_ROUNDS = 40
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
@@ -129,7 +129,8 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     SlipmodeError
         If it takes too many nodes.
     """
-    grid = Grid.upto(sampling.amplitude_range, _FIRST_INTERVALS, _CLOSEST * tolerance)
+    ends = sampling.amplitude_range
+    grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
     samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes))
     samples = samples.reshape(*grid.sampled.shape, -1)
     checks = _Checks(sampling)
@@ -196,7 +197,7 @@ def least_further(table: Table) -> int:
     """
     assert table.region is not None
     left = ~with_neighbours(corners(table.region))
-    halves = 2 * _FIRST_INTERVALS
+    halves = 2 * _FIRST_INTERVALS[2]
     first = [
         np.isin(np.round(halves * node / end, 9), np.arange(halves + 1))
         for node, end in zip(table.axes, table.amplitude_range, strict=True)

@@ -74,7 +74,7 @@ def test_the_scale_of_a_pattern_does_not_matter():
         )
         for scale in (1.0, -300.0)
     ]
-    np.testing.assert_allclose(terms[0].S, terms[1].S, rtol=1e-9)
+    np.testing.assert_allclose(terms[0].S, terms[1].S, rtol=1e-7)  # marched to 1e-5
 
 
 def test_a_model_keeps_the_patterns_it_was_tabulated_for(tmp_path):
