@@ -124,19 +124,19 @@ SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
 }
 
 /* A step to displacements u of contacts that stick; it takes h seconds. */
-static sm_status step_elastic(sm_march *march, double h) {
+static sm_status step_elastic(sm_march *march, const double *u, double h) {
     const sm_contact *contact = march->forcing.contact;
     const int n = contact->contacts;
     double *moved = march->v;
     for (int i = 0; i < n; i++) {
         moved[i] = march->x[i];
-        march->x[i] += march->u[i] - march->last_u[i]; /* as if nothing slipped */
+        march->x[i] += u[i] - march->last_u[i]; /* as if nothing slipped */
     }
-    const sm_status status = sm_elastic_solve(&march->solver, march->u, march->memory, march->x);
+    const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
     if (status != SM_OK) return status;
     for (int i = 0; i < n; i++) {
         march->v[i] = (march->x[i] - moved[i]) / h;
-        march->last_u[i] = march->u[i];
+        march->last_u[i] = u[i];
         march->force[i] = march->solver.f[i];
     }
     memcpy(march->memory, march->solver.next, remembered(contact) * sizeof(double));
@@ -295,6 +295,7 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
     int level = 0;
     int64_t known = 0; /* as far as the forcing is */
     march->level = -1;
+    sm_forcing_find(n, 1, &march->forcing, steps->from);
     for (int64_t at = 0; at < steps->end;) {
         if (at == known) {
             known += steps->whole;
@@ -324,22 +325,34 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
     return SM_OK;
 }
 
-/* Elastic contacts. */
-SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *steps) {
-    for (int64_t k = 1, count = steps->end / steps->whole; k <= count; k++) {
-        sm_forcing_advance(n, &march->forcing, steps->from + steps->h * (double)k);
-        double within = 0.0;
-        for (int level = 1; k == count && level <= steps->finest; level++) {
-            within = 1.0 - ldexp(1.0, -level);
-            sm_forcing_load(n, &march->forcing, within, march->u);
-            const sm_status status = step_elastic(march, ldexp(steps->h, -level));
-            if (status != SM_OK) return status;
-        }
-        sm_forcing_load(n, &march->forcing, 1.0, march->u);
-        const sm_status status = step_elastic(march, (1.0 - within) * steps->h);
+/* Elastic contacts: the steps that are all the same, */
+SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *steps,
+                                 int64_t count) {
+    for (int64_t k = 1; k <= count; k++) {
+        const double elapsed = steps->from + steps->h * (double)k;
+        sm_forcing_turn(&march->forcing, elapsed);
+        sm_forcing_find(n, 0, &march->forcing, elapsed);
+        const sm_status status = step_elastic(march, march->forcing.value, steps->h);
         if (status != SM_OK) return status;
     }
     return SM_OK;
+}
+
+/* and the last one, which is halved again and again towards its end. */
+SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *steps,
+                                int64_t count) {
+    sm_forcing *forcing = &march->forcing;
+    sm_forcing_find(n, 1, forcing, steps->from + steps->h * (double)(count - 1));
+    sm_forcing_advance(n, forcing, steps->from + steps->h * (double)count);
+    double within = 0.0;
+    sm_status status = SM_OK;
+    for (int level = 1; status == SM_OK && level <= steps->finest; level++) {
+        within = 1.0 - ldexp(1.0, -level);
+        sm_forcing_load(n, forcing, within, march->u);
+        status = step_elastic(march, march->u, ldexp(steps->h, -level));
+    }
+    return status == SM_OK ? step_elastic(march, forcing->value, (1.0 - within) * steps->h)
+                           : status;
 }
 
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
@@ -350,12 +363,15 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
-    sm_forcing_start(n, &march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
+    sm_forcing_start(&march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
                      steps.h);
-    if (contact->law == SM_ELASTIC)
-        status = take_elastic(n, march, &steps);
-    else
+    if (contact->law == SM_ELASTIC) {
+        const int64_t count = steps.end / steps.whole, same = steps.finest > 0 ? count - 1 : count;
+        status = take_elastic(n, march, &steps, same);
+        if (status == SM_OK && same < count) status = end_elastic(n, march, &steps, count);
+    } else {
         status = n == 2 ? take_rigid(2, march, &steps) : take_rigid(n, march, &steps);
+    }
     if (status != SM_OK) return status;
     /* a NaN or infinity anywhere on the way is still in the displacement */
     const size_t count = (size_t)n;

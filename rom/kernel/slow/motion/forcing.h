@@ -74,9 +74,9 @@ SM_INLINE void sm_cubic(const double c[4], double r, double *value, double *slop
     *slope = c[1] + r * (2.0 * c[2] + r * 3.0 * c[3]);
 }
 
-/* The forcing (N_c) there, -2 Re sum_j L_j a_j exp(i theta_j) and the reaction, and its rate. `n` is
- * N_c, and may be a literal. */
-SM_INLINE void sm_forcing_find(const int n, sm_forcing *f, double elapsed) {
+/* The forcing (N_c) there, -2 Re sum_j L_j a_j exp(i theta_j) and the reaction, and its rate if
+ * that is wanted. `n` is N_c; it and `rates` may be literals. */
+SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, double elapsed) {
     const sm_contact *contact = f->contact;
     const sm_segment *g = f->segment;
     const double r = elapsed / g->duration, h_r = f->h / g->duration;
@@ -94,17 +94,17 @@ SM_INLINE void sm_forcing_find(const int n, sm_forcing *f, double elapsed) {
         const double *restrict L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) {
             value[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
-            rate[i] -= 2.0 * (L[2 * i] * dq.re - L[2 * i + 1] * dq.im);
+            if (rates) rate[i] -= 2.0 * (L[2 * i] * dq.re - L[2 * i + 1] * dq.im);
         }
     }
     sm_reaction *reaction = f->reaction;
     if (!reaction) return;
-    if (f->swept) sm_reaction_turn(reaction, contact->response->orders, turn);
-    sm_reaction_add(n, reaction, r, h_r, value, rate);
+    if (rates && f->swept) sm_reaction_turn(reaction, contact->response->orders, turn);
+    sm_reaction_add(n, rates, reaction, r, h_r, value, rate);
 }
 
-/* Along a segment, in steps of h, from `elapsed` on. */
-SM_INLINE void sm_forcing_start(const int n, sm_forcing *f, const sm_contact *contact,
+/* Along a segment, in steps of h, from `elapsed` on; the forcing there is still to be found. */
+SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
                                 const sm_segment *segment, sm_reaction *reaction, double elapsed,
                                 double h) {
     f->contact = contact;
@@ -123,16 +123,10 @@ SM_INLINE void sm_forcing_start(const int n, sm_forcing *f, const sm_contact *co
         if (reaction) sm_reaction_turn(reaction, contact->response->orders, turn);
     }
     sm_forcing_set(f, elapsed);
-    sm_forcing_find(n, f, elapsed);
 }
 
-/* On to the step that ends at `elapsed`. */
-SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
-    double *restrict cubic = f->cubic;
-    for (int i = 0; i < n; i++) {
-        cubic[4 * i] = f->value[i];
-        cubic[4 * i + 1] = f->rate[i];
-    }
+/* The carriers and harmonics a step later, at `elapsed`. */
+SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
     if (f->swept || ++f->since == SM_EXACT_STEPS) {
         sm_forcing_set(f, elapsed);
     } else {
@@ -141,7 +135,17 @@ SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
         if (reaction)
             sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by, &reaction->now);
     }
-    sm_forcing_find(n, f, elapsed);
+}
+
+/* On to the step that ends at `elapsed`, its start being found with its rate. */
+SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
+    double *restrict cubic = f->cubic;
+    for (int i = 0; i < n; i++) {
+        cubic[4 * i] = f->value[i];
+        cubic[4 * i + 1] = f->rate[i];
+    }
+    sm_forcing_turn(f, elapsed);
+    sm_forcing_find(n, 1, f, elapsed);
     for (int i = 0; i < n; i++) {
         const double change = f->value[i] - cubic[4 * i], leaving = cubic[4 * i + 1];
         cubic[4 * i + 2] = 3.0 * change - 2.0 * leaving - f->rate[i];

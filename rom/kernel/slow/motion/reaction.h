@@ -61,9 +61,11 @@ SM_INLINE double sm_reaction_sum(const double block[SM_REACTION_BLOCK]) {
 }
 
 /* value += Re sum G_nm exp(i (n theta_A + m theta_B)) (N_c) at the fraction r of the segment, of
- * which a step is h_r; rate += its change in a step. `contacts` may be a literal. */
-SM_INLINE void sm_reaction_add(const int contacts, const sm_reaction *reaction, double r,
-                               double h_r, double *restrict value, double *restrict rate) {
+ * which a step is h_r; rate += its change in a step, if that is wanted. `contacts` and `rates` may be
+ * literals. */
+SM_INLINE void sm_reaction_add(const int contacts, const int rates, const sm_reaction *reaction,
+                               double r, double h_r, double *restrict value,
+                               double *restrict rate) {
     const size_t row = reaction->row;
     for (size_t i = 0; i < (size_t)contacts; i++) {
         const double *start_re = reaction->start + 2 * i * row, *start_im = start_re + row;
@@ -78,11 +80,12 @@ SM_INLINE void sm_reaction_add(const int contacts, const sm_reaction *reaction, 
                 const double now_re = reaction->now.re[q], now_im = reaction->now.im[q];
                 const double turn = reaction->turn[q];
                 sum[k] += re * now_re - im * now_im;
-                change[k] += (h_r * slope_re[q] - turn * im) * now_re
-                             - (h_r * slope_im[q] + turn * re) * now_im;
+                if (rates)
+                    change[k] += (h_r * slope_re[q] - turn * im) * now_re
+                                 - (h_r * slope_im[q] + turn * re) * now_im;
             }
         value[i] += sm_reaction_sum(sum);
-        rate[i] += sm_reaction_sum(change);
+        if (rates) rate[i] += sm_reaction_sum(change);
     }
 }
 
