@@ -402,9 +402,10 @@ SM_API sm_status sm_component_advance(sm_component *component, double most, doub
 SM_API size_t sm_component_output_count(const sm_component *component);
 SM_API sm_status sm_component_outputs(sm_component *component, double *outputs);
 /* The SM_OUTPUTS_FIXED of them, and the rest: contacts are marched when they are read, from where
- * they were read last, or for as long as they remember. SM_BAD_ARGUMENT unless motion.wanted. */
+ * they were read last, or for as long as they remember; elastic displacements where `elastic`.
+ * SM_BAD_ARGUMENT unless motion.wanted. */
 SM_API sm_status sm_component_slow_outputs(const sm_component *component, double *outputs);
-SM_API sm_status sm_component_motion(sm_component *component, double *motion);
+SM_API sm_status sm_component_motion(sm_component *component, int elastic, double *motion);
 
 /* The same motion, x_c, v_c, f_c (3 N_c) and the elastic displacements, from any amplitudes that have
  * moved at `rate` (modes, 2 each) for the last periods; `inputs` with their angles. `smooth`: less

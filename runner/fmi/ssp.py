@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from slipmode.fmu.archive.contents import Archive
 from slipmode.fmu.description.xml_writer import literal, to_bytes
 from slipmode.fmu.variables.quantities import UNITS
+from slipmode.rom import SlipmodeError
+from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import Scene
+
+fmpy = extra("fmpy", "fmu")
 
 _SSP = "http://ssp-standard.org/SSP1/SystemStructure"
 _NAMES = {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}
@@ -23,20 +28,67 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same scene gives the same bytes
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
 
 
-def write_ssp(fmu: Path, scene: Scene, output: Path) -> Path:
+@dataclass(frozen=True)
+class Part:
+    """A component of a system.
+
+    Attributes
+    ----------
+    name : str
+    fmu : Path
+        For Co-Simulation.
+    values : dict of str to float
+        Start values, if others than the FMU's.
+    """
+
+    name: str
+    fmu: Path
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def variables(self) -> list[Any]:
+        """Of the FMU's description."""
+        return list(fmpy.read_model_description(str(self.fmu)).modelVariables)
+
+    @property
+    def connected(self) -> list[Any]:
+        """Its inputs and outputs, arrays left out."""
+        wanted = ("input", "output")
+        return [v for v in self.variables if v.causality in wanted and not v.dimensions]
+
+
+def write_ssp(
+    fmu: Path,
+    scene: Scene,
+    output: Path,
+    beside: Sequence[Part] = (),
+    connections: Sequence[tuple[str, str]] = (),
+) -> Path:
     """Put the FMU of a scene into a system structure package.
 
     The system has the connectors of the FMU, connected one to one, so that other components can
-    be put beside it; a parameter set has its start values.
+    be put beside it; parameter sets have the start values.
+
+    Parameters
+    ----------
+    fmu : path
+    scene : Scene
+    output : path
+    beside : sequence of Part
+        Other components of the system.
+    connections : sequence of pairs of str
+        From an output to an input, "structure.A_abs" to "controller.amplitude"; the FMU of the
+        scene is called structure. Inputs of the system have no part in them.
     """
     for prefix, name in _NAMES.items():
         register_namespace(prefix, f"{_SSP}{name}")
-    variables = Archive(fmu).description.modelVariables
-    files = {
-        "SystemStructure.ssd": _structure(scene, variables),
-        "resources/start.ssv": _parameters(variables),
-        f"resources/{scene.name}.fmu": fmu.read_bytes(),
-    }
+    structure = Part(_COMPONENT, fmu)
+    parts = (structure, *beside)
+    pairs = [_ends(parts, *pair) for pair in connections]
+    files = {"SystemStructure.ssd": _description(scene, parts, pairs)}
+    for part in parts:
+        files[_parameter_file(part)] = _parameters(part)
+        files[f"resources/{_file_of(part, scene)}"] = part.fmu.read_bytes()
     with replacing(output) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             entry = zipfile.ZipInfo(name, _EPOCH)
@@ -52,32 +104,56 @@ def export_ssp(scene: Scene, output: Path, **options: Any) -> Path:
         return write_ssp(fmu, scene, output)
 
 
+def _file_of(part: Part, scene: Scene) -> str:
+    return f"{scene.name if part.name == _COMPONENT else part.name}.fmu"
+
+
+def _parameter_file(part: Part) -> str:
+    return f"resources/{'start' if part.name == _COMPONENT else part.name}.ssv"
+
+
+def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
+    """The attributes of a connection, from an output to an input."""
+    said: dict[str, str] = {}
+    for side, connector, kind in (("start", start, "output"), ("end", end, "input")):
+        element, _, name = connector.partition(".")
+        variables = [v for part in parts if part.name == element for v in part.connected]
+        if name not in {v.name for v in variables if v.causality == kind}:
+            raise SlipmodeError(f"connections: {connector} is no {kind} of a component")
+        said |= {f"{side}Element": element, f"{side}Connector": name}
+    return said
+
+
 def _tag(prefix: str, name: str) -> str:
     return f"{{{_SSP}{_NAMES[prefix]}}}{name}"
 
 
-def _structure(scene: Scene, variables: Sequence[Any]) -> bytes:
+def _description(scene: Scene, parts: Sequence[Part], pairs: Sequence[Mapping[str, str]]) -> bytes:
     root = Element(_tag("ssd", "SystemStructureDescription"), version="1.0", name=scene.title)
     system = SubElement(root, _tag("ssd", "System"), name="system", description=scene.title)
-    connected = [v for v in variables if v.causality in ("input", "output") and not v.dimensions]
-    _add_connectors(system, connected)
+    taken = {(pair["endElement"], pair["endConnector"]) for pair in pairs}
+    shown = [v for v in parts[0].connected if (_COMPONENT, v.name) not in taken]
+    _add_connectors(system, shown)
     elements = SubElement(system, _tag("ssd", "Elements"))
-    component = SubElement(
-        elements,
-        _tag("ssd", "Component"),
-        name=_COMPONENT,
-        type="application/x-fmu-sharedlibrary",
-        source=f"resources/{scene.name}.fmu",
-    )
-    _add_connectors(component, connected)
-    bindings = SubElement(component, _tag("ssd", "ParameterBindings"))
-    SubElement(bindings, _tag("ssd", "ParameterBinding"), source="resources/start.ssv")
-    connections = SubElement(system, _tag("ssd", "Connections"))
-    for v in connected:
+    for part in parts:
+        component = SubElement(
+            elements,
+            _tag("ssd", "Component"),
+            name=part.name,
+            type="application/x-fmu-sharedlibrary",
+            source=f"resources/{_file_of(part, scene)}",
+        )
+        _add_connectors(component, part.connected)
+        bindings = SubElement(component, _tag("ssd", "ParameterBindings"))
+        SubElement(bindings, _tag("ssd", "ParameterBinding"), source=_parameter_file(part))
+    listed = SubElement(system, _tag("ssd", "Connections"))
+    for v in shown:
         said = {"startConnector": v.name, "endConnector": v.name}
         said["startElement" if v.causality == "output" else "endElement"] = _COMPONENT
-        SubElement(connections, _tag("ssd", "Connection"), said)
-    _add_units(SubElement(root, _tag("ssd", "Units")), connected)
+        SubElement(listed, _tag("ssd", "Connection"), said)
+    for pair in pairs:
+        SubElement(listed, _tag("ssd", "Connection"), dict(pair))
+    _add_units(SubElement(root, _tag("ssd", "Units")), [v for p in parts for v in p.connected])
     SubElement(
         root,
         _tag("ssd", "DefaultExperiment"),
@@ -95,15 +171,16 @@ def _add_connectors(element: Element, variables: Sequence[Any]) -> None:
         SubElement(connector, _tag("ssc", _TYPES[v.type]), {"unit": unit} if unit else {})
 
 
-def _parameters(variables: Sequence[Any]) -> bytes:
+def _parameters(part: Part) -> bytes:
     """Start values of parameters, inputs and amplitudes."""
     root = Element(_tag("ssv", "ParameterSet"), version="1.0", name="start values")
     parameters = SubElement(root, _tag("ssv", "Parameters"))
-    given = [v for v in variables if v.start is not None and v.type in _TYPES]
+    given = [v for v in part.variables if v.start is not None and v.type in _TYPES]
     for v in given:
         parameter = SubElement(parameters, _tag("ssv", "Parameter"), name=v.name)
         unit = _unit_of(v)
-        said = {"value": str(v.start)} | ({"unit": unit} if unit else {})
+        value = literal(part.values[v.name]) if v.name in part.values else str(v.start)
+        said = {"value": value} | ({"unit": unit} if unit else {})
         SubElement(parameter, _tag("ssv", _TYPES[v.type]), said)
     _add_units(SubElement(root, _tag("ssv", "Units")), given)
     return to_bytes(root)

@@ -197,12 +197,17 @@ def test_start_values_take_effect(unzipped, fmi):
         ]
         made.step(5.0, 1.0)
         assert made.get("time")[0] == 6.0
+
+
+def test_modal_damping_is_a_parameter_also_below_zero(unzipped, fmi):
+    """A self-excited mode, as flutter makes it, grows until the contacts slip."""
     damped = []
-    for damping in (0.01, 0.1):
+    for damping in (0.01, 0.1, -0.02):
         with instance(unzipped[fmi], fmi) as made:
             made.start(A_re=0.5, force_A=0.0, damping_A=damping).step(0.0, 20.0)
             damped.append(made.get("A_abs")[0])
     assert damped[1] / damped[0] == pytest.approx(np.exp(-0.5 * 0.09 * 20.0), rel=0.02)
+    assert damped[2] / damped[0] == pytest.approx(np.exp(0.5 * 0.03 * 20.0), rel=0.02)
 
 
 def test_a_decaying_amplitude_is_zero_before_its_square_is_denormal(scalable, fmi):

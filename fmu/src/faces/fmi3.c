@@ -223,6 +223,28 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_
     return (fmi3Status)fmu_snapshot_read(c, bytes, size, (fmu_snapshot **)state);
 }
 
+/* Values along unknowns by knowns, or by time, for which there are none. */
+typedef fmu_status derivative(fmu_instance *instance, const uint32_t *unknown, size_t unknowns,
+                              const uint32_t *known, size_t knowns, const double *seed,
+                              double *value);
+
+/* A derivative of unknowns, arrays as their elements, of which there must be `elements`; `fit`:
+ * whether there are as many other values as knowns. */
+static fmi3Status get_derivative(fmu_instance *c, const char *call, derivative *find,
+                                 const uint32_t *unknown, size_t unknowns, size_t elements,
+                                 const uint32_t *known, size_t knowns, int fit,
+                                 const double *seed, double *value) {
+    size_t scalars;
+    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
+    if (!scalar) return fmi3Error;
+    const fmu_status status =
+        fit && elements == scalars
+            ? find(c, scalar, scalars, known, knowns, seed, value)
+            : fmu_say(c, FMU_ERROR, "%s: " AS_MANY, call);
+    free(scalar);
+    return (fmi3Status)status;
+}
+
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
                                         size_t unknowns, const fmi3ValueReference known[],
                                         size_t knowns, const fmi3Float64 seed[], size_t seeds,
@@ -230,15 +252,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
     ALLOW(READABLE, "fmi3GetDirectionalDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !sensitivity)) || (knowns > 0 && (!known || !seed)),
               "fmi3GetDirectionalDerivative: an array is NULL");
-    size_t scalars;
-    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
-    if (!scalar) return fmi3Error;
-    const fmu_status status =
-        seeds == knowns && sensitivities == scalars
-            ? fmu_directional(c, scalar, scalars, known, knowns, seed, sensitivity)
-            : fmu_say(c, FMU_ERROR, "fmi3GetDirectionalDerivative: " AS_MANY);
-    free(scalar);
-    return (fmi3Status)status;
+    return get_derivative(c, "fmi3GetDirectionalDerivative", fmu_directional, unknown, unknowns,
+                          sensitivities, known, knowns, seeds == knowns, seed, sensitivity);
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknown[],
@@ -248,15 +263,25 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
     ALLOW(READABLE, "fmi3GetAdjointDerivative");
     REFUSE_IF((unknowns > 0 && (!unknown || !seed)) || (knowns > 0 && (!known || !sensitivity)),
               "fmi3GetAdjointDerivative: an array is NULL");
-    size_t scalars;
-    uint32_t *scalar = fmu_scalars(c, unknown, unknowns, &scalars);
-    if (!scalar) return fmi3Error;
-    const fmu_status status =
-        seeds == scalars && sensitivities == knowns
-            ? fmu_adjoint(c, scalar, scalars, known, knowns, seed, sensitivity)
-            : fmu_say(c, FMU_ERROR, "fmi3GetAdjointDerivative: " AS_MANY);
-    free(scalar);
-    return (fmi3Status)status;
+    return get_derivative(c, "fmi3GetAdjointDerivative", fmu_adjoint, unknown, unknowns, seeds,
+                          known, knowns, sensitivities == knowns, seed, sensitivity);
+}
+
+static fmu_status by_time(fmu_instance *c, const uint32_t *unknown, size_t unknowns,
+                          const uint32_t *known, size_t knowns, const double *seed,
+                          double *value) {
+    (void)known, (void)knowns, (void)seed;
+    return fmu_output_derivatives(c, unknown, unknowns, value);
+}
+
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+                                    const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
+    ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, "fmi3GetOutputDerivatives");
+    REFUSE_IF(count > 0 && (!vr || !value || !order), "fmi3GetOutputDerivatives: an array is NULL");
+    for (size_t k = 0; k < count; k++)
+        REFUSE_IF(order[k] != 1, "fmi3GetOutputDerivatives: order must be 1");
+    return get_derivative(c, "fmi3GetOutputDerivatives", by_time, vr, count, values, NULL, 0, 1,
+                          NULL, value);
 }
 
 /* ---- events ---------------------------------------------------------------------------- */
@@ -354,22 +379,6 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count) {
 fmi3Status fmi3EnterStepMode(fmi3Instance c) {
     ALLOW(FMU_STEP_EVENTS, "fmi3EnterStepMode");
     return (fmi3Status)fmu_enter_steps(c);
-}
-
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                                    const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
-    ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, "fmi3GetOutputDerivatives");
-    REFUSE_IF(count > 0 && (!vr || !value || !order), "fmi3GetOutputDerivatives: an array is NULL");
-    for (size_t k = 0; k < count; k++)
-        REFUSE_IF(order[k] != 1, "fmi3GetOutputDerivatives: order must be 1");
-    size_t scalars;
-    uint32_t *scalar = fmu_scalars(c, vr, count, &scalars);
-    if (!scalar) return fmi3Error;
-    const fmu_status status = values == scalars
-                                  ? fmu_output_derivatives(c, scalar, scalars, value)
-                                  : fmu_say(c, FMU_ERROR, "fmi3GetOutputDerivatives: " AS_MANY);
-    free(scalar);
-    return (fmi3Status)status;
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,

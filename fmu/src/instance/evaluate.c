@@ -98,7 +98,8 @@ static fmu_status start(fmu_instance *instance) {
         status = sm_component_reset(instance->component, instance->start, instance->amplitude);
     if (status != SM_OK) return status_of(instance, status, "start values");
     instance->started = instance->inputs_current = 1;
-    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    instance->outputs_current = instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     return FMU_OK;
 }
 
@@ -179,13 +180,16 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
 
 /* Contacts are marched where they are read. In Model Exchange that is to the present point from
  * rest: what happened before the last few periods does not matter to them. */
-fmu_status fmu_evaluate_motion(fmu_instance *instance) {
+fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) {
     fmu_status status = fmu_evaluate_outputs(instance);
-    if (status != FMU_OK || instance->motion_current || !instance->motion.wanted)
+    if (status != FMU_OK || instance->motion_current >= needed || !instance->motion.wanted)
         return status;
     double *outputs = instance->outputs, *motion = outputs + SM_OUTPUTS_FIXED;
+    fmu_motion_known known = FMU_ALL_MOTION;
     if (instance->interface == FMU_CO_SIMULATION) {
-        status = status_of(instance, sm_component_motion(instance->component, motion),
+        known = needed;
+        status = status_of(instance,
+                           sm_component_motion(instance->component, known == FMU_ALL_MOTION, motion),
                            "contact motion");
     } else {
         const sm_inputs inputs = fmu_inputs_now(instance);
@@ -194,7 +198,7 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance) {
                                                       instance->rates, 0, motion),
                            "contact motion");
     }
-    instance->motion_current = status == FMU_OK;
+    instance->motion_current = status == FMU_OK ? known : FMU_NO_MOTION;
     return status;
 }
 
@@ -239,7 +243,8 @@ fmu_status fmu_evaluate_step(fmu_instance *instance, double duration) {
     if (status != FMU_OK) return status;
     instance->terminated = 0;
     instance->inputs = later;
-    instance->rates_current = instance->motion_current = 0;
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     return status_of(instance, sm_component_slow_outputs(instance->component, instance->outputs),
                      "outputs");
 }
@@ -272,7 +277,8 @@ fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters
         return FMU_ERROR;
     }
     instance->inputs_current = instance->outputs_current = 0;
-    instance->rates_current = instance->motion_current = 0;
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     instance->terminated = 0;
     return FMU_OK;
 }

@@ -33,7 +33,8 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
                            amplitude[k]);
     memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
     instance->held = sm_hold_force(&inputs);
-    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    instance->outputs_current = instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     return FMU_OK;
 }
 
@@ -60,7 +61,7 @@ static fmu_status check(const fmu_instance *instance, const double *values, size
 fmu_status fmu_set_time(fmu_instance *instance, double time) {
     if (!isfinite(time)) return fmu_say(instance, FMU_ERROR, "time: must be finite, got %g", time);
     instance->outputs[0] = time;
-    instance->motion_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     fmu_move_inputs(instance);
     return FMU_OK;
 }
@@ -79,7 +80,8 @@ fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t c
             return fmu_say(instance, FMU_ERROR, "state %lu: must be finite, got %g",
                            (unsigned long)k, states[k]);
     for (size_t k = 0; k < count; k++) instance->outputs[place(instance, k)] = states[k];
-    instance->outputs_current = instance->rates_current = instance->motion_current = 0;
+    instance->outputs_current = instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     return FMU_OK;
 }
 

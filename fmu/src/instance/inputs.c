@@ -43,7 +43,8 @@ void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
     if (instance->interface == FMU_MODEL_EXCHANGE) hold(instance, slot);
     instance->refused_at = NAN; /* a step may go another way now */
     instance->inputs_current = instance->outputs_current = 0;
-    instance->rates_current = instance->motion_current = 0;
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
 }
 
 void fmu_move_inputs(fmu_instance *instance) {

@@ -32,6 +32,9 @@ typedef enum {
 #define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING | FMU_STEP_EVENTS)
 #define FMU_ANY 127 /* but within a step */
 
+/* How much of the motion the outputs hold. */
+typedef enum { FMU_NO_MOTION, FMU_CONTACT_MOTION, FMU_ALL_MOTION } fmu_motion_known;
+
 /* Where messages go; `callback` is the importer's, which only `write` knows how to call. */
 typedef struct fmu_logger {
     void (*write)(const struct fmu_logger *logger, const char *instance_name, fmu_status status,
@@ -78,7 +81,8 @@ typedef struct {
     int event_mode, early_return;       /* Co-Simulation: what the importer allows */
     int terminated;                     /* whether it was, and to try again would not help */
     int started;                        /* whether the start values are in effect */
-    int inputs_current, outputs_current, rates_current, motion_current;
+    int inputs_current, outputs_current, rates_current;
+    fmu_motion_known motion_current;
 } fmu_instance;
 
 /* NULL if the instance cannot be; the reason is logged. `folder` ends in a separator. */
@@ -163,7 +167,7 @@ fmu_status fmu_motion_directional(fmu_instance *instance, const double *d_amplit
 /* Brings into effect what was set, and up to date what is read. */
 fmu_status fmu_evaluate_outputs(fmu_instance *instance);
 fmu_status fmu_evaluate_rates(fmu_instance *instance);
-fmu_status fmu_evaluate_motion(fmu_instance *instance);
+fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed);
 /* Forces in the importer's units become modal ones. */
 void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs);
 /* The inputs as the core takes them, where the importer, or the component, has the angles. */

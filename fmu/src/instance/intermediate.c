@@ -40,7 +40,8 @@ static double show(fmu_instance *instance, const sm_inputs *begun, double start,
     double wanted = now;
     instance->inputs = *begun;
     fmu_advance_inputs(&instance->inputs, now - start);
-    instance->rates_current = instance->motion_current = 0;
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
     instance->state = FMU_INTERMEDIATE;
     const int may_end = instance->early_return && now < end;
     const int ends = instance->observer.update(&instance->observer, now, may_end, &wanted);
@@ -74,7 +75,8 @@ sm_status fmu_step_observed(fmu_instance *instance, double *duration) {
     } else { /* what was shown does not count */
         sm_component_set_state(component, state);
         memcpy(instance->outputs, outputs, sizeof outputs);
-        instance->rates_current = instance->motion_current = 0;
+        instance->rates_current = 0;
+        instance->motion_current = FMU_NO_MOTION;
     }
     free(state);
     return status;

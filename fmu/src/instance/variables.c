@@ -33,6 +33,7 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
 
 /* What must be evaluated before the variable can be read. */
 static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *variable) {
+    const int32_t elastic = SM_OUTPUTS_FIXED + 3 * instance->model->contact.contacts;
     switch (variable->kind) {
     case FMU_INPUT:
     case FMU_PARAMETER: return FMU_OK;
@@ -41,8 +42,9 @@ static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *varia
         return status == FMU_OK ? fmu_evaluate_rates(instance) : status;
     }
     case FMU_OUTPUT:
-        if (variable->slot >= SM_OUTPUTS_FIXED) return fmu_evaluate_motion(instance);
-        return fmu_evaluate_outputs(instance);
+        if (variable->slot < SM_OUTPUTS_FIXED) return fmu_evaluate_outputs(instance);
+        return fmu_evaluate_motion(instance, variable->slot < elastic ? FMU_CONTACT_MOTION
+                                                                      : FMU_ALL_MOTION);
     default: return fmu_evaluate_outputs(instance);
     }
 }
@@ -195,9 +197,8 @@ static const char *value_needs(const fmu_variable *variable, double value) {
     if (variable->kind == FMU_INPUT)
         return fmu_input_is_positive(slot) && !(value > 0.0) ? "> 0" : NULL;
     if (variable->kind != FMU_PARAMETER) return NULL;
-    if (slot == FMU_TOLERANCE)
-        return value >= 1e-13 && value <= 1e-2 ? NULL : "1e-13 to 0.01";
-    return value >= 0.0 ? NULL : ">= 0";
+    if (slot != FMU_TOLERANCE) return NULL; /* damping below 0: the mode is self-excited */
+    return value >= 1e-13 && value <= 1e-2 ? NULL : "1e-13 to 0.01";
 }
 
 /* Between the steps of a component, or at an event. */

@@ -89,14 +89,15 @@ typedef struct {
     sm_stepper stepper;
     sm_lanes lane;
     sm_warm warm;
-    double *memory;
+    double *memory, *pull;
 } one_lane;
 
 /* At rest, to be released by free(memory). Stages are solved to rounding. */
 static one_lane new_lane(const sm_contact *contact, double h) {
     const int n = contact->contacts;
     const size_t size = sm_stepper_size(n) + sm_lanes_size(n, 1) + sm_warm_size(n);
-    one_lane m = {.memory = new_doubles(size)};
+    one_lane m = {.memory = new_doubles(size + (size_t)n)};
+    m.pull = m.memory + size;
     sm_stepper_place(&m.stepper, n, m.memory);
     sm_lanes_place(&m.lane, n, 1, m.memory + sm_stepper_size(n));
     sm_warm_place(&m.warm, n, m.memory + sm_stepper_size(n) + sm_lanes_size(n, 1));
@@ -107,7 +108,7 @@ static one_lane new_lane(const sm_contact *contact, double h) {
 }
 
 static sm_status stage_of(one_lane *m, int stage) {
-    return sm_stage_one(&m->stepper, &m->warm, &m->lane, stage);
+    return sm_stage_one(&m->stepper, &m->warm, &m->lane, m->pull, stage);
 }
 
 /* A period under forces that make contacts slip and stick; `spread` tells them apart. */
@@ -122,9 +123,9 @@ static void check_steps(const sm_contact *contact, double spread) {
         const int stage = k % 2;
         for (int i = 0; i < n; i++)
             lane->u[i] = u[i] = 3.0 * (1.0 + spread * i)
-                               * sin(h * (k / 2 + (stage ? 1.0 : SM_GAMMA)) + spread * i);
-        memcpy(x, stage ? lane->base : lane->x, (size_t)n * sizeof(double));
+                               * sin(h * (k / 2 + (stage ? 1.0 : SM_TR_END)) + spread * i);
         CHECK_STATUS(stage_of(&m, stage), SM_OK);
+        memcpy(x, lane->base, (size_t)n * sizeof(double));
         check_stage(contact, h, u, x, lane->v);
         for (int i = 0; i < n; i++) {
             const int stuck = fabs(lane->v[i]) <= 1e-4 * contact->alpha;

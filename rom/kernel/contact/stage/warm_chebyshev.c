@@ -50,16 +50,17 @@ sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {
 }
 
 SM_HOT_ONE static sm_status stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane,
-                                      int stage) {
+                                      double *pull, int stage) {
     const int n = s->contacts;
-    sm_stage_begin(n, 1, s, lane, stage);
+    sm_tr_bdf2_begin(n, s, lane, pull, stage);
     const sm_status status = sm_warm_solve_in(n, s, warm, lane);
     memcpy(lane->v, warm->v, (size_t)n * sizeof(double));
-    sm_stage_end(n, 1, s, lane, stage);
+    sm_tr_bdf2_end(n, s, lane, pull, stage);
     return status;
 }
 
-sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
-    return s->contacts == 2 ? sm_stage_two(s, warm, lane, stage)
-                            : stage_one(s, warm, lane, stage);
+sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, double *pull,
+                       int stage) {
+    return s->contacts == 2 ? sm_stage_two(s, warm, lane, pull, stage)
+                            : stage_one(s, warm, lane, pull, stage);
 }

@@ -9,7 +9,7 @@
 #ifndef SLIPMODE_WARM_CHEBYSHEV_H
 #define SLIPMODE_WARM_CHEBYSHEV_H
 
-#include "contact/sdirk2.h"
+#include "contact/tr_bdf2.h"
 
 #define SM_WARM_TOLERANCE 1e-9 /* of v / alpha: far below what the time steps leave */
 
@@ -32,7 +32,8 @@ void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force);
 /* Solve for the right-hand side lane->r into warm->v. */
 sm_status sm_warm_solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane);
 
-/* One stage, 0 or 1: forcing in lane->u; velocity into lane->v. */
-sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage);
+/* One stage of TR-BDF2, 0 or 1: forcing in lane->u; velocity into lane->v; M dv/dt in `pull`, at the
+ * step's start and then at its end. */
+sm_status sm_stage_one(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, double *pull, int stage);
 
 #endif

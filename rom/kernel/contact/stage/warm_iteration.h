@@ -19,22 +19,24 @@ int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane);
 void sm_warm_start_two(const sm_stepper *s, sm_warm *warm, const double *v, const double *force);
 void sm_warm_resume_two(const sm_stepper *s, sm_warm *warm, const double *force);
 sm_status sm_warm_solve_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane);
-sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage);
+sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, double *pull,
+                       int stage);
 
 SM_INLINE void sm_copy_few(const int n, const double *from, double *to) {
     for (int i = 0; i < n; i++) to[i] = from[i];
 }
 
 /* The inverse of J of two contacts, for which a single division is waited for: its diagonal, and
- * what is off it. */
-SM_INLINE void sm_warm_invert_two(const sm_stepper *s, sm_warm *warm) {
-    const double *S = s->matrix, *sech2 = warm->sech2;
-    const double a = S[0] + s->laws[0].limit * warm->per_alpha * sech2[0];
-    const double b = S[3] + s->laws[1].limit * warm->per_alpha * sech2[1];
-    const double inverse = 1.0 / (a * b - S[1] * S[1]);
-    warm->factor[0] = b * inverse;
-    warm->factor[1] = a * inverse;
-    warm->factor[2] = -S[1] * inverse;
+ * what is off it. The slopes of friction are given times `scale`. */
+SM_INLINE void sm_warm_invert_two(const sm_stepper *s, sm_warm *warm, const double *scale,
+                                  const double *slope) {
+    const double *S = s->matrix;
+    const double a = S[0] * scale[0] + slope[0], b = S[3] * scale[1] + slope[1];
+    const double both = scale[0] * scale[1];
+    const double inverse = 1.0 / (a * b - S[1] * S[1] * both);
+    warm->factor[0] = scale[0] * b * inverse;
+    warm->factor[1] = scale[1] * a * inverse;
+    warm->factor[2] = -S[1] * both * inverse;
 }
 
 /* The factor L D L^T of J, or the inverse. */
@@ -42,7 +44,10 @@ SM_INLINE void sm_warm_factorise(const int n, const sm_stepper *s, sm_warm *warm
     double *restrict f = warm->factor;
     const double *restrict sech2 = warm->sech2;
     if (n == 2) {
-        sm_warm_invert_two(s, warm);
+        const double scale[2] = {1.0, 1.0};
+        const double slope[2] = {s->laws[0].limit * warm->per_alpha * sech2[0],
+                                 s->laws[1].limit * warm->per_alpha * sech2[1]};
+        sm_warm_invert_two(s, warm, scale, slope);
         return;
     }
     for (int i = 0; i < n; i++) {
@@ -65,13 +70,20 @@ SM_INLINE void sm_warm_factorise(const int n, const sm_stepper *s, sm_warm *warm
 /* Friction tanh(v / alpha) and its slope, and the factor of J there. */
 SM_INLINE void sm_warm_linearise(const int n, const sm_stepper *s, sm_warm *warm) {
     double *restrict tanh = warm->tanh, *restrict sech2 = warm->sech2;
+    double scale[2], slope[2]; /* of two contacts: (1 + e)^2, times which there is no division */
     for (int i = 0; i < n; i++) {
         const double w = warm->next[i] * warm->per_alpha;
         const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
         tanh[i] = sm_tanh_from(w, e, inv);
         sech2[i] = 4.0 * e * inv * inv;
+        if (n != 2) continue;
+        scale[i] = (1.0 + e) * (1.0 + e);
+        slope[i] = s->laws[i].limit * warm->per_alpha * 4.0 * e;
     }
-    sm_warm_factorise(n, s, warm);
+    if (n == 2)
+        sm_warm_invert_two(s, warm, scale, slope);
+    else
+        sm_warm_factorise(n, s, warm);
 }
 
 /* x = J^-1 x */

@@ -36,10 +36,11 @@ SM_HOT_ONE sm_status sm_warm_solve_two(const sm_stepper *s, sm_warm *warm, sm_la
     return solve(s, warm, lane);
 }
 
-SM_HOT_ONE sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, int stage) {
-    sm_stage_begin(2, 1, s, lane, stage);
+SM_HOT_ONE sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane,
+                                    double *pull, int stage) {
+    sm_tr_bdf2_begin(2, s, lane, pull, stage);
     const sm_status status = solve(s, warm, lane);
     sm_copy_few(2, warm->v, lane->v);
-    sm_stage_end(2, 1, s, lane, stage);
+    sm_tr_bdf2_end(2, s, lane, pull, stage);
     return status;
 }

@@ -294,15 +294,16 @@ sm_status sm_component_slow_outputs(const sm_component *c, double *outputs) {
     return SM_OK;
 }
 
-sm_status sm_component_motion(sm_component *c, double *motion) {
+sm_status sm_component_motion(sm_component *c, int elastic, double *motion) {
     if (!c || !motion || !c->contacts.motion.wanted) return SM_BAD_ARGUMENT;
-    return sm_contact_output_read(&c->contacts, &c->flow, &c->inputs, c->slow.amplitude, motion);
+    return sm_contact_output_read(&c->contacts, &c->flow, &c->inputs, c->slow.amplitude, elastic,
+                                  motion);
 }
 
 sm_status sm_component_outputs(sm_component *c, double *outputs) {
     const sm_status status = sm_component_slow_outputs(c, outputs);
     if (status != SM_OK || !c->contacts.motion.wanted) return status;
-    return sm_component_motion(c, outputs + SM_OUTPUTS_FIXED);
+    return sm_component_motion(c, 1, outputs + SM_OUTPUTS_FIXED);
 }
 
 sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,

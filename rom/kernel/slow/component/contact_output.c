@@ -356,12 +356,14 @@ static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
 }
 
 sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
-                                 const sm_inputs *inputs, const double *y, double *values) {
+                                 const sm_inputs *inputs, const double *y, int elastic,
+                                 double *values) {
     const size_t count = 3 * (size_t)out->contact.contacts;
     const sm_status status = march_all(out, flow);
     if (status != SM_OK) return status;
     memcpy(values, out->state, count * sizeof(double));
-    if (out->motion.elastic > 0) read_elastic(out, flow, inputs, y, values, values + count);
+    if (elastic && out->motion.elastic > 0)
+        read_elastic(out, flow, inputs, y, values, values + count);
     return SM_OK;
 }
 

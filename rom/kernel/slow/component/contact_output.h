@@ -63,9 +63,10 @@ void sm_contact_output_get_state(const sm_contact_output *out, double *values);
 sm_status sm_contact_output_check_state(const sm_contact_output *out, const double *values);
 void sm_contact_output_set_state(sm_contact_output *out, const double *values);
 
-/* x_c, v_c, f_c and elastic displacements: at the present, */
+/* x_c, v_c, f_c and elastic displacements: at the present, the last ones if asked for, */
 sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
-                                 const sm_inputs *inputs, const double *y, double *values);
+                                 const sm_inputs *inputs, const double *y, int elastic,
+                                 double *values);
 /* or marched to it from rest, the amplitudes moving at `rate`. */
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
                                    const sm_inputs *inputs, const double *y, const double *rate,

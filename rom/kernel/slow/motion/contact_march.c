@@ -22,11 +22,10 @@
  * friction. */
 #define BEND 0.2
 #define STRAIGHT 0.2 /* part of that below which the next step is twice as long */
-#define AS_READ 0.05 /* part of that in the last step, where the velocity is to be read */
-/* Vibrations that have died away to exp(-4) where a march ends are followed less closely: so many
- * halvings keep displacement and force. */
-#define DEAD 4.0
-#define EARLY_HALVINGS 1
+#define AS_READ 0.3 /* part of that in the last step, where the velocity is to be read */
+/* Vibrations that have died away to exp(-5) where a march ends are not followed. */
+#define DEAD 5.0
+#define KEPT 6 /* numbers of each contact that a step changes */
 
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
@@ -34,11 +33,12 @@ static size_t remembered(const sm_contact *contact) {
 
 size_t sm_march_size(const sm_contact *contact, int orders) {
     const size_t n = (size_t)contact->contacts;
-    const size_t common = sm_reaction_size(contact->contacts, orders) + 2 * n;
+    const size_t common = sm_reaction_size(contact->contacts, orders)
+                          + sm_forcing_size(contact->contacts) + 3 * n;
     if (contact->law == SM_ELASTIC)
         return common + n * n + 4 * n + remembered(contact)
                + sm_elastic_solver_size(contact->elastic, contact->contacts);
-    return common + sm_march_state_count(contact)
+    return common + KEPT * n
            + SM_RIGID_LEVELS * sm_stepper_size(contact->contacts)
            + sm_lanes_size(contact->contacts, 1) + sm_warm_size(contact->contacts);
 }
@@ -46,9 +46,10 @@ size_t sm_march_size(const sm_contact *contact, int orders) {
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory) {
     const int contacts = contact->contacts;
     const size_t n = (size_t)contacts;
-    march->forcing.found.least = 0.0;
+    sm_forcing_place(&march->forcing, contacts, sm_take(&memory, sm_forcing_size(contacts)));
     march->force = sm_take(&memory, n);
     march->acceleration = sm_take(&memory, n);
+    march->pull = sm_take(&memory, n);
     sm_reaction_place(&march->reaction, contacts, orders,
                       sm_take(&memory, sm_reaction_size(contacts, orders)));
     if (contact->law == SM_ELASTIC) {
@@ -61,7 +62,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, doub
                                 memory);
         return;
     }
-    march->before = sm_take(&memory, sm_march_state_count(contact));
+    march->before = sm_take(&memory, KEPT * n);
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts,
                          sm_take(&memory, sm_stepper_size(contacts)));
@@ -74,42 +75,42 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, doub
 
 size_t sm_march_state_count(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
-    return 4 * n + (contact->law == SM_ELASTIC ? n + remembered(contact) : 0);
+    return contact->law == SM_ELASTIC ? 4 * n + remembered(contact) : 5 * n;
+}
+
+/* The rows of a state, one number of each contact in each. */
+static int rows_of(const sm_march *march, const sm_contact *contact, double *row[5]) {
+    row[0] = march->x;
+    row[1] = march->v;
+    row[2] = march->force;
+    row[3] = contact->law == SM_ELASTIC ? march->last_u : march->acceleration;
+    row[4] = march->pull;
+    return contact->law == SM_ELASTIC ? 4 : 5;
 }
 
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state) {
     const size_t n = (size_t)contact->contacts;
-    for (size_t i = 0; i < n; i++) {
-        march->x[i] = state ? state[i] : 0.0;
-        march->v[i] = state ? state[n + i] : 0.0;
-        march->force[i] = state ? state[2 * n + i] : 0.0;
-        march->acceleration[i] = state ? state[3 * n + i] : 0.0;
-    }
+    double *row[5];
+    const int rows = rows_of(march, contact, row);
+    for (int k = 0; k < rows; k++)
+        for (size_t i = 0; i < n; i++) row[k][i] = state ? state[(size_t)k * n + i] : 0.0;
     if (contact->law == SM_ELASTIC) {
-        for (size_t i = 0; i < n; i++) march->last_u[i] = state ? state[4 * n + i] : 0.0;
         for (size_t k = 0; k < remembered(contact); k++)
-            march->memory[k] = state ? state[5 * n + k] : 0.0;
+            march->memory[k] = state ? state[4 * n + k] : 0.0;
         return;
     }
     for (size_t i = 0; i < n; i++)
         march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
-SM_INLINE void read_rigid(const int n, const sm_march *march, double *restrict state) {
-    for (int i = 0; i < n; i++) {
-        state[i] = march->x[i];
-        state[n + i] = march->v[i];
-        state[2 * n + i] = march->force[i];
-        state[3 * n + i] = march->acceleration[i];
-    }
-}
-
 void sm_march_read(const sm_march *march, const sm_contact *contact, double *state) {
     const size_t n = (size_t)contact->contacts;
-    read_rigid(contact->contacts, march, state);
-    if (contact->law != SM_ELASTIC) return;
-    memcpy(state + 4 * n, march->last_u, n * sizeof(double));
-    memcpy(state + 5 * n, march->memory, remembered(contact) * sizeof(double));
+    double *row[5];
+    const int rows = rows_of(march, contact, row);
+    for (int k = 0; k < rows; k++)
+        for (size_t i = 0; i < n; i++) state[(size_t)k * n + i] = row[k][i];
+    if (contact->law == SM_ELASTIC)
+        memcpy(state + 4 * n, march->memory, remembered(contact) * sizeof(double));
 }
 
 /* g = r - S v, where rounding must not carry it beyond the limit. */
@@ -123,18 +124,19 @@ SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
 }
 
 /* A step to displacements u of contacts that stick; it takes h seconds. */
-static sm_status step_elastic(sm_march *march, const sm_contact *contact, double h) {
+static sm_status step_elastic(sm_march *march, const double *u, double h) {
+    const sm_contact *contact = march->forcing.contact;
     const int n = contact->contacts;
     double *moved = march->v;
     for (int i = 0; i < n; i++) {
         moved[i] = march->x[i];
-        march->x[i] += march->u[i] - march->last_u[i]; /* as if nothing slipped */
+        march->x[i] += u[i] - march->last_u[i]; /* as if nothing slipped */
     }
-    const sm_status status = sm_elastic_solve(&march->solver, march->u, march->memory, march->x);
+    const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
     if (status != SM_OK) return status;
     for (int i = 0; i < n; i++) {
         march->v[i] = (march->x[i] - moved[i]) / h;
-        march->last_u[i] = march->u[i];
+        march->last_u[i] = u[i];
         march->force[i] = march->solver.f[i];
     }
     memcpy(march->memory, march->solver.next, remembered(contact) * sizeof(double));
@@ -155,38 +157,61 @@ static sm_status set_level(sm_march *march, const sm_contact *contact, int level
     return SM_OK;
 }
 
-SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double elapsed,
-                               double tolerance) {
-    sm_status status = SM_OK;
-    if (level != march->level) status = set_level(march, march->forcing.contact, level, h);
-    const sm_stepper *stepper = &march->stepper[level];
-    march->warm.tolerance = tolerance;
-    for (int stage = 0; stage < SM_STAGES && status == SM_OK; stage++) {
-        const double at = elapsed + (stage == 0 ? SM_GAMMA * h : h);
-        sm_forcing_load(n, &march->forcing, level, stage, at, march->lane.u);
-        status = sm_stage_one(stepper, &march->warm, &march->lane, stage);
-    }
-    if (status == SM_OK) find_force(n, stepper, march);
-    return status;
+/* A rigid step as it begins: what it changes. */
+SM_INLINE void keep_rigid(const int n, const sm_march *march) {
+    const sm_warm *warm = &march->warm;
+    const double *row[] = {march->x, march->v, march->force, march->pull, warm->tanh, warm->sech2};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
+        for (int i = 0; i < n; i++) march->before[(int)k * n + i] = row[k][i];
 }
 
-/* A step of h seconds, of that level, from `elapsed` on. */
-SM_INLINE sm_status step(const int n, sm_march *march, int level, double h, double elapsed,
-                         double tolerance) {
-    const sm_contact *contact = march->forcing.contact;
-    sm_status status;
-    for (int i = 0; i < n; i++) march->acceleration[i] = -march->v[i];
-    if (contact->law == SM_ELASTIC) {
-        sm_forcing_load(n, &march->forcing, level, SM_STAGES - 1, elapsed + h, march->u);
-        status = step_elastic(march, contact, h);
-    } else {
-        status = step_rigid(n, march, level, h, elapsed, tolerance);
-    }
+static void put_back_rigid(const int n, sm_march *march) {
+    const sm_warm *warm = &march->warm;
+    double *row[] = {march->x, march->v, march->force, march->pull, warm->tanh, warm->sech2};
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
+        for (int i = 0; i < n; i++) row[k][i] = march->before[(int)k * n + i];
+    for (int i = 0; i < n; i++)
+        warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
+}
+
+/* By how much velocities v part from straight lines, h seconds after the step's start, at most. */
+SM_INLINE double bend(const int n, const sm_march *march, const double *v, double h) {
+    const double *start = march->before + n, *acceleration = march->acceleration;
+    double most = 0.0;
     for (int i = 0; i < n; i++) {
-        const double mean = (march->acceleration[i] + march->v[i]) / h;
+        const double bent = fabs(v[i] - start[i] - h * acceleration[i]);
+        most = bent > most ? bent : most;
+    }
+    return most;
+}
+
+/* A step of h seconds, of that level: a part of the longest, from there on in it. A velocity that
+ * bends by more than is allowed ends it early; by how much one does. */
+SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double at,
+                               double part, double tolerance, double allowed, double *bent) {
+    if (level != march->level) {
+        const sm_status status = set_level(march, march->forcing.contact, level, h);
+        if (status != SM_OK) return status;
+    }
+    const sm_stepper *stepper = &march->stepper[level];
+    sm_lanes *lane = &march->lane;
+    march->warm.tolerance = tolerance;
+    keep_rigid(n, march);
+    for (int stage = 0; stage < SM_STAGES; stage++) {
+        const double end = stage == 0 ? SM_TR_END : 1.0;
+        sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
+        const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->pull, stage);
+        if (status != SM_OK) return status;
+        *bent = bend(n, march, lane->v, end * h);
+        if (*bent > allowed) return SM_OK;
+    }
+    find_force(n, stepper, march);
+    const double per_h = 1.0 / h;
+    for (int i = 0; i < n; i++) {
+        const double mean = (march->v[i] - march->before[n + i]) * per_h;
         march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* steps of next to nothing */
     }
-    return status;
+    return SM_OK;
 }
 
 /* The velocity that the fastest rigid contact would have without friction. */
@@ -215,17 +240,6 @@ static double lasting(const sm_contact *contact) {
         longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
     }
     return DEAD * longest;
-}
-
-/* By how much velocities parted from straight lines in a step of h seconds, at most. */
-SM_INLINE double bend(const int n, const sm_march *march, double h) {
-    const double *v = march->before + n, *acceleration = march->before + 3 * n;
-    double most = 0.0;
-    for (int i = 0; i < n; i++) {
-        const double bent = fabs(march->v[i] - v[i] - h * acceleration[i]);
-        most = bent > most ? bent : most;
-    }
-    return most;
 }
 
 /* Steps of h 2^-level seconds; time is counted in the finest of them. */
@@ -269,47 +283,76 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     return SM_OK;
 }
 
-/* Of the next step: that level, or a finer one where longer steps are to follow, or where elastic
- * contacts are to be read at the end of this one. */
-SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at, int watched) {
-    for (; level < steps->finest; level++) {
-        const int64_t parts = steps->whole >> level;
-        const int last = !watched && steps->to_be_read && at + parts == steps->end;
-        if ((at & (parts - 1)) == 0 && !last) break;
-    }
+/* Of the next step: that level, or a finer one where longer steps are to follow. */
+SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
+    while (level < steps->finest && (at & ((steps->whole >> level) - 1)) != 0) level++;
     return level;
 }
 
-SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *steps) {
-    const sm_contact *contact = march->forcing.contact;
-    const int watched = isfinite(steps->bend);
-    const int early_finest = steps->finest < EARLY_HALVINGS ? steps->finest : EARLY_HALVINGS;
-    const double least = ldexp(steps->h, -steps->finest);
+/* Rigid contacts, step by step. */
+SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *steps) {
+    const double least = ldexp(1.0, -steps->finest);
     int level = 0;
+    int64_t known = 0; /* as far as the forcing is */
     march->level = -1;
+    sm_forcing_find(n, 1, &march->forcing, steps->from);
     for (int64_t at = 0; at < steps->end;) {
-        level = next_level(steps, level, at, watched);
+        if (at == known) {
+            known += steps->whole;
+            sm_forcing_advance(n, &march->forcing,
+                               steps->from + steps->h * least * (double)known);
+        }
+        level = next_level(steps, level, at);
         const int64_t parts = steps->whole >> level;
-        const double h = least * (double)parts, elapsed = steps->from + least * (double)at;
+        const double part = least * (double)parts;
+        const double within = 1.0 - least * (double)(known - at);
         const int last = at + parts == steps->end;
+        const int finest = at < steps->lasting ? 0 : steps->finest;
         const double allowed = last && steps->to_be_read ? AS_READ * steps->bend : steps->bend;
-        const int finest = at < steps->lasting ? early_finest : steps->finest;
-        if (watched) read_rigid(n, march, march->before);
+        double bent;
         const sm_status status =
-            step(n, march, level, h, elapsed, last ? AT_THE_END : ON_THE_WAY);
+            step_rigid(n, march, level, steps->h * part, within, part,
+                       last ? AT_THE_END : ON_THE_WAY, level < finest ? allowed : INFINITY, &bent);
         if (status != SM_OK) return status;
-        const double bent = watched ? bend(n, march, h) : 0.0;
-        if (bent > allowed && level < finest) {
-            sm_march_start(march, contact, march->before);
-            march->level = -1;
+        if (level < finest && bent > allowed) {
+            put_back_rigid(n, march);
             level += bent > 4.0 * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }
-        sm_forcing_advance(&march->forcing, level, elapsed + h);
         at += parts;
         if (bent < STRAIGHT * steps->bend && level > 0) level--;
     }
     return SM_OK;
+}
+
+/* Elastic contacts: the steps that are all the same, */
+SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *steps,
+                                 int64_t count) {
+    for (int64_t k = 1; k <= count; k++) {
+        const double elapsed = steps->from + steps->h * (double)k;
+        sm_forcing_turn(&march->forcing, elapsed);
+        sm_forcing_find(n, 0, &march->forcing, elapsed);
+        const sm_status status = step_elastic(march, march->forcing.value, steps->h);
+        if (status != SM_OK) return status;
+    }
+    return SM_OK;
+}
+
+/* and the last one, which is halved again and again towards its end. */
+SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *steps,
+                                int64_t count) {
+    sm_forcing *forcing = &march->forcing;
+    sm_forcing_find(n, 1, forcing, steps->from + steps->h * (double)(count - 1));
+    sm_forcing_advance(n, forcing, steps->from + steps->h * (double)count);
+    double within = 0.0;
+    sm_status status = SM_OK;
+    for (int level = 1; status == SM_OK && level <= steps->finest; level++) {
+        within = 1.0 - ldexp(1.0, -level);
+        sm_forcing_load(n, forcing, within, march->u);
+        status = step_elastic(march, march->u, ldexp(steps->h, -level));
+    }
+    return status == SM_OK ? step_elastic(march, forcing->value, (1.0 - within) * steps->h)
+                           : status;
 }
 
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
@@ -321,8 +364,14 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
     sm_forcing_start(&march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
-                     steps.h, steps.finest);
-    status = n == 2 ? take_steps(2, march, &steps) : take_steps(n, march, &steps);
+                     steps.h);
+    if (contact->law == SM_ELASTIC) {
+        const int64_t count = steps.end / steps.whole, same = steps.finest > 0 ? count - 1 : count;
+        status = take_elastic(n, march, &steps, same);
+        if (status == SM_OK && same < count) status = end_elastic(n, march, &steps, count);
+    } else {
+        status = n == 2 ? take_rigid(2, march, &steps) : take_rigid(n, march, &steps);
+    }
     if (status != SM_OK) return status;
     /* a NaN or infinity anywhere on the way is still in the displacement */
     const size_t count = (size_t)n;

@@ -16,8 +16,9 @@ typedef struct {
     sm_warm warm;
     sm_reaction reaction;
     double *force; /* (N_c) friction force at the end of the last step */
-    double *acceleration; /* (N_c) mean of the last step */
-    double *before;       /* rigid contacts: state at the start of the step */
+    double *acceleration; /* (N_c) of rigid contacts: mean of the last step */
+    double *pull;         /* (N_c) of rigid contacts: M dv/dt at its end */
+    double *before;       /* rigid contacts as the step found them */
     int level;            /* of the steps that lane and warm are set for; -1: of none */
     /* elastic contacts have these instead of stepper, lane and warm: */
     sm_elastic_solver solver;
@@ -30,8 +31,8 @@ typedef struct {
 size_t sm_march_size(const sm_contact *contact, int orders); /* doubles */
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory);
 
-/* The state that a march starts from and ends in: x_c, v_c, f_c, accelerations and, of elastic
- * contacts, where the sliders are and where the contacts would be if they stuck. */
+/* The state that a march starts from and ends in: x_c, v_c, f_c; then accelerations and M dv/dt of
+ * rigid contacts, or where elastic ones would be if they stuck and where their sliders are. */
 size_t sm_march_state_count(const sm_contact *contact);
 /* NULL: at rest. */
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state);

@@ -1,13 +1,13 @@
-/* What acts on the contacts along a segment, at the stages of steps of several lengths.
+/* What acts on the contacts along a segment: cubics between instants that are one step apart.
  *
- * The carriers, and the harmonics of the modes' response, are known at the start of a step, and
- * have a factor from there to each of its stages. In a sweep the factors would move, so there
- * they are computed anew.
+ * There it is exact, and so is its rate of change. In between lie the stages of the steps, of
+ * several lengths: a cubic is off by (nu h)^4 / 384 of a harmonic nu, 2e-6 of a carrier at 40 steps
+ * a period. The carriers, and the harmonics of the modes' response, have a factor from one instant
+ * to the next. In a sweep the factors would move, so there they are computed anew.
  */
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
-#include "contact/sdirk2.h"
 #include "slow/motion/reaction.h"
 
 #define SM_EXACT_STEPS 64 /* after which rounding is done away with */
@@ -17,123 +17,148 @@ typedef struct {
     const sm_segment *segment;
     sm_reaction *reaction; /* NULL: none */
     double amplitude[SM_MODES][2][4]; /* cubics in the fraction of the segment */
-    int swept, since;      /* steps since the carriers were exact */
-    sm_complex carrier[SM_MODES]; /* at the start of the next step */
-    sm_complex by[SM_LEVELS][SM_STAGES][SM_MODES];
+    int swept, since;      /* instants since the carriers were exact */
+    double h;
+    sm_complex carrier[SM_MODES], by[SM_MODES]; /* at the last instant; to the next */
+    double *value, *rate;  /* (N_c) at the last instant; rate times h */
+    double *cubic;         /* (N_c, 4) in the fraction of the step that ends there */
     struct {               /* what those factors, and the harmonics', were found for */
-        double least, frequency[SM_MODES];
-        int finest;
+        double h, frequency[SM_MODES];
         const sm_reaction *reaction;
     } found;
 } sm_forcing;
 
+SM_INLINE size_t sm_forcing_size(int contacts) { return 6 * (size_t)contacts; }
+
+SM_INLINE void sm_forcing_place(sm_forcing *f, int contacts, double *memory) {
+    f->found.h = 0.0;
+    f->value = memory;
+    f->rate = memory + contacts;
+    f->cubic = memory + 2 * contacts;
+}
+
 SM_INLINE sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
 
-/* Exact at `elapsed` seconds into the segment. */
-SM_INLINE void sm_forcing_set(sm_forcing *f, double elapsed) {
-    f->since = 0;
-    sm_segment_carriers(f->segment, f->contact->modes, elapsed, f->carrier);
-    if (f->reaction && !f->swept)
-        sm_reaction_set(f->reaction, &f->reaction->now, f->contact->response->orders, f->carrier);
-}
-
-SM_INLINE void find_factors(sm_forcing *f, int level, int stage, double seconds) {
-    sm_complex *by = f->by[level][stage];
-    for (int j = 0; j < SM_MODES; j++)
-        by[j] = j < f->contact->modes ? sm_unit(f->segment->frequency[j] * seconds)
-                                      : sm_cx(1.0, 0.0);
-    sm_reaction *reaction = f->reaction;
-    if (reaction)
-        sm_reaction_set(reaction, &reaction->by[level][stage], f->contact->response->orders, by);
-}
-
-/* Those of the steps twice as long as the next. */
-SM_INLINE void square_factors(sm_forcing *f, int level, int stage) {
-    const sm_complex *half = f->by[level + 1][stage];
-    for (int j = 0; j < SM_MODES; j++) f->by[level][stage][j] = sm_cmul(half[j], half[j]);
-    sm_reaction *reaction = f->reaction;
-    if (!reaction) return;
-    const sm_phasors *root = &reaction->by[level + 1][stage];
-    sm_phasors_multiply(reaction->row, root, root, &reaction->by[level][stage]);
-}
-
-/* Whether the factors for steps of `least` and more are there already; they will be. */
-SM_INLINE int factors_found(sm_forcing *f, double least, int finest) {
-    int same = f->found.least == least && f->found.finest == finest
-               && f->found.reaction == f->reaction;
+/* Whether the factors for steps of h are there already; they will be. */
+SM_INLINE int factors_found(sm_forcing *f) {
+    int same = f->found.h == f->h && f->found.reaction == f->reaction;
     for (int j = 0; j < f->contact->modes; j++) {
         same = same && f->found.frequency[j] == f->segment->frequency[j];
         f->found.frequency[j] = f->segment->frequency[j];
     }
-    f->found.least = least;
-    f->found.finest = finest;
+    f->found.h = f->h;
     f->found.reaction = f->reaction;
     return same;
 }
 
-/* Along a segment, in steps of h / 2^level, level = 0 ... finest, from `elapsed` on. */
-SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
-                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
-                                double h, int finest) {
-    f->contact = contact;
-    f->segment = segment;
-    f->reaction = reaction;
-    f->swept = segment->frequency_rate[0] != 0.0 || segment->frequency_rate[1] != 0.0;
-    for (int j = 0; j < contact->modes; j++) sm_segment_cubics(segment, j, f->amplitude[j]);
-    if (reaction) sm_reaction_start(reaction, contact->contacts, segment);
-    sm_forcing_set(f, elapsed);
-    const double least = ldexp(h, -finest), at[SM_STAGES] = {SM_GAMMA * least, least};
-    if (f->swept || factors_found(f, least, finest)) return;
-    for (int level = finest; level >= 0; level--)
-        for (int stage = 0; stage < SM_STAGES; stage++) {
-            if (level == finest)
-                find_factors(f, level, stage, at[stage]);
-            else
-                square_factors(f, level, stage);
-        }
+SM_INLINE void find_factors(sm_forcing *f) {
+    for (int j = 0; j < SM_MODES; j++)
+        f->by[j] = j < f->contact->modes ? sm_unit(f->segment->frequency[j] * f->h)
+                                         : sm_cx(1.0, 0.0);
+    sm_reaction *reaction = f->reaction;
+    if (reaction)
+        sm_reaction_set(reaction, &reaction->by, f->contact->response->orders, f->by);
 }
 
-SM_INLINE double sm_cubic(const double c[4], double r) {
-    return c[0] + r * (c[1] + r * (c[2] + r * c[3]));
+/* The carriers and harmonics, exactly. */
+SM_INLINE void sm_forcing_set(sm_forcing *f, double elapsed) {
+    f->since = 0;
+    sm_segment_carriers(f->segment, f->contact->modes, elapsed, f->carrier);
+    if (f->reaction)
+        sm_reaction_set(f->reaction, &f->reaction->now, f->contact->response->orders, f->carrier);
 }
 
-/* The forcing u (N_c) at a stage of a step, `elapsed` seconds into the segment:
- * -2 Re sum_j L_j a_j exp(i theta_j), and the reaction. `n` is N_c, and may be a literal. */
-SM_INLINE void sm_forcing_load(const int n, sm_forcing *f, int level, int stage, double elapsed,
-                               double *restrict u) {
+/* c(r) and, in place of the rest, dc/dr. */
+SM_INLINE void sm_cubic(const double c[4], double r, double *value, double *slope) {
+    *value = c[0] + r * (c[1] + r * (c[2] + r * c[3]));
+    *slope = c[1] + r * (2.0 * c[2] + r * 3.0 * c[3]);
+}
+
+/* The forcing (N_c) there, -2 Re sum_j L_j a_j exp(i theta_j) and the reaction, and its rate if
+ * that is wanted. `n` is N_c; it and `rates` may be literals. */
+SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, double elapsed) {
     const sm_contact *contact = f->contact;
-    const double r = elapsed / f->segment->duration;
-    sm_complex carrier[SM_MODES];
-    if (f->swept)
-        sm_segment_carriers(f->segment, contact->modes, elapsed, carrier);
-    else
-        for (int j = 0; j < SM_MODES; j++)
-            carrier[j] = sm_cmul(f->carrier[j], f->by[level][stage][j]);
-    for (int i = 0; i < n; i++) u[i] = 0.0;
+    const sm_segment *g = f->segment;
+    const double r = elapsed / g->duration, h_r = f->h / g->duration;
+    double turn[SM_MODES] = {0.0}; /* of the carriers in a step */
+    double *restrict value = f->value, *restrict rate = f->rate;
+    for (int i = 0; i < n; i++) value[i] = rate[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
-        const sm_complex a = sm_cx(sm_cubic(f->amplitude[j][0], r), sm_cubic(f->amplitude[j][1], r));
-        const sm_complex q = sm_cmul(a, carrier[j]);
+        sm_complex a, slope;
+        sm_cubic(f->amplitude[j][0], r, &a.re, &slope.re);
+        sm_cubic(f->amplitude[j][1], r, &a.im, &slope.im);
+        turn[j] = f->h * (g->frequency[j] + g->frequency_rate[j] * elapsed);
+        const sm_complex moving =
+            sm_cx(h_r * slope.re - turn[j] * a.im, h_r * slope.im + turn[j] * a.re);
+        const sm_complex q = sm_cmul(a, f->carrier[j]), dq = sm_cmul(moving, f->carrier[j]);
         const double *restrict L = contact->coupling + 2 * (size_t)j * (size_t)n;
-        for (int i = 0; i < n; i++) u[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
+        for (int i = 0; i < n; i++) {
+            value[i] -= 2.0 * (L[2 * i] * q.re - L[2 * i + 1] * q.im);
+            if (rates) rate[i] -= 2.0 * (L[2 * i] * dq.re - L[2 * i + 1] * dq.im);
+        }
     }
     sm_reaction *reaction = f->reaction;
     if (!reaction) return;
-    if (f->swept) sm_reaction_set(reaction, &reaction->now, contact->response->orders, carrier);
-    sm_reaction_add(n, reaction, f->swept ? &reaction->none : &reaction->by[level][stage], r, u);
+    if (rates && f->swept) sm_reaction_turn(reaction, contact->response->orders, turn);
+    sm_reaction_add(n, rates, reaction, r, h_r, value, rate);
 }
 
-/* Past a step, which ends at `elapsed`. */
-SM_INLINE void sm_forcing_advance(sm_forcing *f, int level, double elapsed) {
-    if (f->swept) return;
-    if (++f->since == SM_EXACT_STEPS) {
-        sm_forcing_set(f, elapsed);
-        return;
+/* Along a segment, in steps of h, from `elapsed` on; the forcing there is still to be found. */
+SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
+                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
+                                double h) {
+    f->contact = contact;
+    f->segment = segment;
+    f->reaction = reaction;
+    f->h = h;
+    f->swept = segment->frequency_rate[0] != 0.0 || segment->frequency_rate[1] != 0.0;
+    for (int j = 0; j < contact->modes; j++) sm_segment_cubics(segment, j, f->amplitude[j]);
+    if (reaction) sm_reaction_start(reaction, contact->contacts, segment);
+    if (f->swept) {
+        f->found.h = 0.0; /* its turns are not those of a step any more */
+    } else if (!factors_found(f)) {
+        double turn[SM_MODES];
+        find_factors(f);
+        for (int j = 0; j < SM_MODES; j++) turn[j] = h * segment->frequency[j];
+        if (reaction) sm_reaction_turn(reaction, contact->response->orders, turn);
     }
-    for (int j = 0; j < SM_MODES; j++)
-        f->carrier[j] = sm_cmul(f->carrier[j], f->by[level][1][j]);
-    if (f->reaction)
-        sm_phasors_multiply(f->reaction->row, &f->reaction->now, &f->reaction->by[level][1],
-                            &f->reaction->now);
+    sm_forcing_set(f, elapsed);
+}
+
+/* The carriers and harmonics a step later, at `elapsed`. */
+SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
+    if (f->swept || ++f->since == SM_EXACT_STEPS) {
+        sm_forcing_set(f, elapsed);
+    } else {
+        for (int j = 0; j < SM_MODES; j++) f->carrier[j] = sm_cmul(f->carrier[j], f->by[j]);
+        sm_reaction *reaction = f->reaction;
+        if (reaction)
+            sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by, &reaction->now);
+    }
+}
+
+/* On to the step that ends at `elapsed`, its start being found with its rate. */
+SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
+    double *restrict cubic = f->cubic;
+    for (int i = 0; i < n; i++) {
+        cubic[4 * i] = f->value[i];
+        cubic[4 * i + 1] = f->rate[i];
+    }
+    sm_forcing_turn(f, elapsed);
+    sm_forcing_find(n, 1, f, elapsed);
+    for (int i = 0; i < n; i++) {
+        const double change = f->value[i] - cubic[4 * i], leaving = cubic[4 * i + 1];
+        cubic[4 * i + 2] = 3.0 * change - 2.0 * leaving - f->rate[i];
+        cubic[4 * i + 3] = leaving + f->rate[i] - 2.0 * change;
+    }
+}
+
+/* u (N_c) at a fraction of that step. */
+SM_INLINE void sm_forcing_load(const int n, const sm_forcing *f, double s, double *restrict u) {
+    for (int i = 0; i < n; i++) {
+        const double *c = f->cubic + 4 * i;
+        u[i] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+    }
 }
 
 #endif

@@ -14,11 +14,8 @@ void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *
     reaction->orders = orders;
     reaction->row = row;
     reaction->now = take_phasors(row, &memory);
-    reaction->none = take_phasors(row, &memory);
-    for (size_t q = 0; q < row; q++) reaction->none.re[q] = 1.0;
-    for (int level = 0; level < SM_LEVELS; level++)
-        for (int stage = 0; stage < SM_STAGES; stage++)
-            reaction->by[level][stage] = take_phasors(row, &memory);
+    reaction->by = take_phasors(row, &memory);
+    reaction->turn = sm_take(&memory, row);
     reaction->start = sm_take(&memory, 2 * (size_t)contacts * row);
     reaction->slope = memory;
 }
@@ -36,4 +33,10 @@ void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *se
 void sm_reaction_set(const sm_reaction *reaction, sm_phasors *phasors, const int32_t *orders,
                      const sm_complex carrier[SM_MODES]) {
     sm_harmonic_phasors(reaction->orders, orders, carrier, phasors->re, phasors->im);
+}
+
+void sm_reaction_turn(const sm_reaction *reaction, const int32_t *orders,
+                      const double turn[SM_MODES]) {
+    for (int q = 0; q < reaction->orders; q++)
+        reaction->turn[q] = orders[2 * q] * turn[0] + orders[2 * q + 1] * turn[1];
 }

@@ -1,6 +1,6 @@
-/* The modes' response as a force on the contacts, at the stages of time steps.
+/* The modes' response as a force on the contacts, at the instants of a march.
  *
- * Every harmonic advances by a factor of its own from one step to the next, as the carriers do
+ * Every harmonic advances by a factor of its own from one instant to the next, as the carriers do
  * (sm_forcing), and the coefficients move on straight lines.
  */
 #ifndef SLIPMODE_REACTION_H
@@ -10,8 +10,6 @@
 #include "slow/motion/segment.h"
 
 #define SM_REACTION_BLOCK 4 /* harmonics side by side: rows are filled up with zeros */
-#define SM_STAGES 2         /* of a time step */
-#define SM_LEVELS 7         /* lengths that a time step may have: each half the one before */
 
 typedef struct {
     double *re, *im; /* (row) */
@@ -20,9 +18,8 @@ typedef struct {
 typedef struct {
     int orders;              /* of the harmonics that there is room for */
     size_t row;              /* that many, filled up to whole blocks */
-    sm_phasors now;          /* at the start of the next step, or at a stage of it */
-    sm_phasors by[SM_LEVELS][SM_STAGES]; /* factors from the one to the other */
-    sm_phasors none;         /* the factor 1 */
+    sm_phasors now, by;      /* at an instant; factors to the next */
+    double *turn;            /* (row) angles of those factors */
     double *start, *slope;   /* (N_c, 2, row): real parts, imaginary parts */
 } sm_reaction;
 
@@ -31,16 +28,19 @@ static inline size_t sm_reaction_row(int orders) {
 }
 
 static inline size_t sm_reaction_size(int contacts, int orders) { /* doubles */
-    return sm_reaction_row(orders) * (4 + 2 * SM_LEVELS * SM_STAGES + 4 * (size_t)contacts);
+    return sm_reaction_row(orders) * (5 + 4 * (size_t)contacts);
 }
 
 /* In memory that is zero. */
 void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *memory);
 /* The coefficients of a segment. */
 void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *segment);
-/* The harmonics of the carriers. */
+/* The harmonics of the carriers, */
 void sm_reaction_set(const sm_reaction *reaction, sm_phasors *phasors, const int32_t *orders,
                      const sm_complex carrier[SM_MODES]);
+/* and how far they turn where the carriers do by so much. */
+void sm_reaction_turn(const sm_reaction *reaction, const int32_t *orders,
+                      const double turn[SM_MODES]);
 
 /* product = a b; it may be a. */
 SM_INLINE void sm_phasors_multiply(size_t row, const sm_phasors *a, const sm_phasors *b,
@@ -55,34 +55,38 @@ SM_INLINE void sm_phasors_multiply(size_t row, const sm_phasors *a, const sm_pha
     }
 }
 
-/* sm_reaction_add for contact i alone, or for two from there on. */
-SM_INLINE void sm_reaction_add_to(const int contacts, const sm_reaction *reaction, size_t i,
-                                  const sm_phasors *by, double r, double *u) {
-    const size_t row = reaction->row, next = contacts == 2 ? 2 * row : 0;
-    const double *now_re = reaction->now.re, *now_im = reaction->now.im;
-    const double *by_re = by->re, *by_im = by->im;
-    const double *start_re = reaction->start + 2 * i * row, *start_im = start_re + row;
-    const double *slope_re = reaction->slope + 2 * i * row, *slope_im = slope_re + row;
-    double first = 0.0, second = 0.0;
-    SM_SIMD_SUM(first, second)
-    for (size_t q = 0; q < row; q++) {
-        const double re = now_re[q] * by_re[q] - now_im[q] * by_im[q];
-        const double im = now_re[q] * by_im[q] + now_im[q] * by_re[q];
-        first += (start_re[q] + r * slope_re[q]) * re - (start_im[q] + r * slope_im[q]) * im;
-        second += (start_re[q + next] + r * slope_re[q + next]) * re
-                  - (start_im[q + next] + r * slope_im[q + next]) * im;
-    }
-    u[i] += first;
-    if (contacts == 2) u[i + 1] += second;
+/* The sum of a block. */
+SM_INLINE double sm_reaction_sum(const double block[SM_REACTION_BLOCK]) {
+    return (block[0] + block[1]) + (block[2] + block[3]);
 }
 
-/* u += Re sum G_nm exp(i (n theta_A + m theta_B)), the harmonics being `now` turned by `by`, at the
- * fraction r of the segment. `contacts` may be a literal. */
-SM_INLINE void sm_reaction_add(const int contacts, const sm_reaction *reaction,
-                               const sm_phasors *by, double r, double *u) {
-    size_t i = 0;
-    for (; i + 2 <= (size_t)contacts; i += 2) sm_reaction_add_to(2, reaction, i, by, r, u);
-    if (i < (size_t)contacts) sm_reaction_add_to(1, reaction, i, by, r, u);
+/* value += Re sum G_nm exp(i (n theta_A + m theta_B)) (N_c) at the fraction r of the segment, of
+ * which a step is h_r; rate += its change in a step, if that is wanted. `contacts` and `rates` may be
+ * literals. */
+SM_INLINE void sm_reaction_add(const int contacts, const int rates, const sm_reaction *reaction,
+                               double r, double h_r, double *restrict value,
+                               double *restrict rate) {
+    const size_t row = reaction->row;
+    for (size_t i = 0; i < (size_t)contacts; i++) {
+        const double *start_re = reaction->start + 2 * i * row, *start_im = start_re + row;
+        const double *slope_re = reaction->slope + 2 * i * row, *slope_im = slope_re + row;
+        double sum[SM_REACTION_BLOCK] = {0.0}, change[SM_REACTION_BLOCK] = {0.0};
+        for (size_t first = 0; first < row; first += SM_REACTION_BLOCK)
+            SM_SIMD
+            for (size_t k = 0; k < SM_REACTION_BLOCK; k++) {
+                const size_t q = first + k;
+                const double re = start_re[q] + r * slope_re[q];
+                const double im = start_im[q] + r * slope_im[q];
+                const double now_re = reaction->now.re[q], now_im = reaction->now.im[q];
+                const double turn = reaction->turn[q];
+                sum[k] += re * now_re - im * now_im;
+                if (rates)
+                    change[k] += (h_r * slope_re[q] - turn * im) * now_re
+                                 - (h_r * slope_im[q] + turn * re) * now_im;
+            }
+        value[i] += sm_reaction_sum(sum);
+        if (rates) rate[i] += sm_reaction_sum(change);
+    }
 }
 
 #endif
