@@ -28,6 +28,7 @@ from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
+from slipmode.rom.table.accuracy import Accuracy
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
 # carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
@@ -44,6 +45,8 @@ _FAINT = 3e-3
 # tanh velocity relative to the one at which a contact slides without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
 _ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
+
+_DETUNED = 0.05  # distance from the carriers that a table states the error of
 
 Level = Literal["info", "warning", "error"]
 
@@ -220,6 +223,25 @@ def table_findings(tolerance: float, interpolation: float, unanswered: float) ->
         )
         found.append(Finding("contacts", "answered in part", reason, "warning"))
     return found
+
+
+def detuning_findings(
+    accuracy: Accuracy, corrected: bool, carrier: Floats, frequency: Floats
+) -> list[Finding]:
+    """Forcing (..., modes) [rad/s] so far off a table's carriers (modes,) that it is less exact.
+
+    `corrected` tables have dS_j / dOmega_k.
+    """
+    off = float(np.abs(frequency / carrier - 1.0).max(initial=0.0))
+    error = accuracy.detuning * (off / _DETUNED) ** (2 if corrected else 1)
+    if error <= accuracy.tolerance:
+        return []
+    reason = (
+        f"forcing is up to {off:.1%} from those of the friction table, which is off by about "
+        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {accuracy.tolerance:g}; "
+        "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
+    )
+    return [Finding("carriers", "left", reason, "warning")]
 
 
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:

@@ -242,6 +242,8 @@ def response_curve(
     z = np.array([point.z for _, point in points])
     amplitude = np.array([problem.amplitude(row) for row in z])
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    frequencies, excitations = problem.inputs(np.array([0.0, 1.0]))
+    warn(model.detuning_findings(frequencies, (excitations != 0.0).any(axis=0)))
     cut_off = np.array([float(problem.parameter(end.z[-1])) for end in _cut_off(branches)])
     warn(_cut_off_findings(vary, cut_off))
     special = [
