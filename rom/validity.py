@@ -28,7 +28,6 @@ from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
-from slipmode.rom.table.accuracy import Accuracy
 
 # Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
 # carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
@@ -226,19 +225,19 @@ def table_findings(tolerance: float, interpolation: float, unanswered: float) ->
 
 
 def detuning_findings(
-    accuracy: Accuracy, corrected: bool, carrier: Floats, frequency: Floats
+    tolerance: float, detuning: float, corrected: bool, apart: Floats
 ) -> list[Finding]:
-    """Forcing (..., modes) [rad/s] so far off a table's carriers (modes,) that it is less exact.
+    """Forcing so far `apart` from a table's carriers, relative, that it misses its tolerance.
 
-    `corrected` tables have dS_j / dOmega_k.
+    `detuning` is Accuracy.detuning; `corrected` tables have dS_j / dOmega_k.
     """
-    off = float(np.abs(frequency / carrier - 1.0).max(initial=0.0))
-    error = accuracy.detuning * (off / _DETUNED) ** (2 if corrected else 1)
-    if error <= accuracy.tolerance:
+    off = float(np.abs(apart).max(initial=0.0))
+    error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
+    if error <= tolerance:
         return []
     reason = (
         f"forcing is up to {off:.1%} from those of the friction table, which is off by about "
-        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {accuracy.tolerance:g}; "
+        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {tolerance:g}; "
         "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
     )
     return [Finding("carriers", "left", reason, "warning")]

@@ -18,6 +18,7 @@ from slipmode.rom.contact.settled import UNSETTLED
 from slipmode.rom.contact.torus import ContactTerms
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
 
 MOST_DETUNING = 0.05  # of the carriers: that of the core, which takes S_j to be the same beyond
 _DIFFERENCE = 0.02  # of a carrier: over a part of that range, far above rounding
@@ -39,6 +40,8 @@ class Detuned:
 
     reduced: Reduced
     coupling_factor: Complexes
+
+    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, apart: ArrayLike) -> Self:

@@ -141,7 +141,9 @@ def _probes(table: Table) -> Floats:
         held = corners(table.region)
         inside = [pair for pair in chosen if held[pair]]
         chosen = inside or [tuple(np.argwhere(held)[-1].tolist())]
-    return np.array([[node[k] for node, k in zip(table.axes, pair, strict=True)] for pair in chosen])
+    return np.array(
+        [[node[k] for node, k in zip(table.axes, pair, strict=True)] for pair in chosen]
+    )
 
 
 def _surface(
@@ -153,9 +155,7 @@ def _surface(
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes)."""
     modes, axes = table.modes, (table.node_a, table.node_b)
-    lines = [
-        np.unique(np.append(np.arange(0, node.size, stride), node.size - 1)) for node in axes
-    ]
+    lines = [np.unique(np.append(np.arange(0, node.size, stride), node.size - 1)) for node in axes]
     wanted = _wanted(table, stride)[np.ix_(*lines)]
     some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
     points = amplitude_pairs(some[0], some[1], modes)[wanted.ravel()]

@@ -89,10 +89,9 @@ class Model:
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
         seen = slice(None) if forced is None else forced
-        corrected, carrier = self.table.detuning is not None, self.reduced.carrier
-        return detuning_findings(
-            self.accuracy, corrected, carrier[seen], np.asarray(frequency)[..., seen]
-        )
+        apart = (np.asarray(frequency) / self.reduced.carrier - 1.0)[..., seen]
+        stated, corrected = self.accuracy, self.table.detuning is not None
+        return detuning_findings(stated.tolerance, stated.detuning, corrected, apart)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to one file (an .npz archive), with its content hash."""
@@ -145,8 +144,8 @@ class Model:
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         surface = (content["node_a"], content["node_b"], content["values"])
-        beside = {name: content.get(name) for name in TABLE_ARRAYS}
-        table = Table(*surface, len(reduced.modes), **beside)
+        beside = [content.get(name) for name in TABLE_ARRAYS]
+        table = Table(*surface, len(reduced.modes), *beside)
         combinations = tuple(CombinationResonance(*term) for term in header["combinations"])
         accuracy = Accuracy(**header["accuracy"])
         harmonics = None

@@ -70,7 +70,7 @@ def off_carriers(name, modes, apart, tolerance):
 @pytest.mark.parametrize("name", HELD_OUT)
 @pytest.mark.parametrize("apart", [-MOST_DETUNING, MOST_DETUNING])
 def test_one_mode_forced_off_the_carrier(name, apart):
-    aside, followed, stated, left = off_carriers(name, 1, apart, 1e-4)
+    _, followed, stated, left = off_carriers(name, 1, apart, 1e-4)
     # measured at the worst ("blurred, damped"): 0.015 %; without the slope 0.27 %
     assert followed <= 2e-4
     assert left <= stated

@@ -29,7 +29,9 @@ def assert_full_order_agrees(structure, of, cycle, force=None, periods=400):
 @pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 0.02)], ids=["coulomb", "tanh"])
 @pytest.mark.parametrize("coefficient", [-0.02j, 0.05 - 0.024j])
 def test_amplitude_and_frequency_are_those_of_full_order(law, coefficient):
-    of = model(law, (coefficient,), tolerance=1e-4)  # 0.1 % of friction may be 1 % of the amplitude
+    of = model(
+        law, (coefficient,), tolerance=1e-4
+    )  # 0.1 % of friction may be 1 % of the amplitude
     stable, unstable = rom.limit_cycles(of)
     assert stable.stable and not unstable.stable
     assert_full_order_agrees(STRUCTURE, of, stable, periods=3000)

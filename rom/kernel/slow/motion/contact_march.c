@@ -14,10 +14,10 @@
 /* Tolerances of v / alpha: S magnifies what it is off by where the force is read. */
 #define ON_THE_WAY 1e-5
 #define AT_THE_END 1e-10
-/* Halvings of a step. Elastic contacts have no inertia: what is between two steps does not matter
- * to what follows. */
 #define RIGID_HALVINGS (SM_RIGID_LEVELS - 1)
-#define ELASTIC_HALVINGS 6
+/* Elastic contacts have no inertia: what is between two steps does not matter to what follows.
+ * Their velocity is read from a step of this part of the longest, the last. */
+#define READ_FROM 0.015625
 /* By how much a velocity may part from a straight line in a step, relative to that without
  * friction. */
 #define BEND 0.2
@@ -228,7 +228,7 @@ SM_INLINE double bend(const int n, const sm_march *march, double h) {
     return most;
 }
 
-/* Steps of h 2^-level seconds; time is counted in the finest of them. */
+/* Steps of h 2^-level seconds, of rigid contacts; time is counted in the finest of them. */
 typedef struct {
     double from, h;
     int finest;         /* level */
@@ -236,6 +236,7 @@ typedef struct {
     int64_t lasting;    /* from where on vibrations last to the end */
     double bend;        /* of a velocity that is allowed; infinite: any */
     int to_be_read;
+    double last; /* elastic contacts: the part of the last step that is left to be read from */
 } sm_steps;
 
 static sm_status divide(const sm_contact *contact, const sm_segment *segment, double from,
@@ -249,19 +250,19 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     const double count = ceil((to - from) / longest * (1.0 - 1e-9));
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
-    const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
-    const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
                         .h = (to - from) / fmax(count, 1.0),
-                        .finest = halved ? halvings : 0,
+                        .finest = !elastic && detail != SM_UNHALVED ? RIGID_HALVINGS : 0,
                         .bend = INFINITY,
                         .to_be_read = detail == SM_TO_BE_READ};
+    if (elastic && steps->to_be_read && steps->h > 1.2 * READ_FROM * longest)
+        steps->last = READ_FROM * longest;
     /* steps that are short already need fewer halvings */
-    while (steps->finest > 0 && steps->h <= ldexp(0.6 * longest, steps->finest - halvings))
+    while (steps->finest > 0 && steps->h <= ldexp(0.6 * longest, steps->finest - RIGID_HALVINGS))
         steps->finest--;
     steps->whole = (int64_t)1 << steps->finest;
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
-    if (steps->finest > 0 && !elastic) {
+    if (steps->finest > 0) {
         steps->bend = BEND * free_velocity(contact, segment);
         const double before = 1.0 - lasting(contact) / (to - from);
         steps->lasting = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
@@ -269,15 +270,28 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     return SM_OK;
 }
 
-/* Of the next step: that level, or a finer one where longer steps are to follow, or where elastic
- * contacts are to be read at the end of this one. */
-SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at, int watched) {
-    for (; level < steps->finest; level++) {
-        const int64_t parts = steps->whole >> level;
-        const int last = !watched && steps->to_be_read && at + parts == steps->end;
-        if ((at & (parts - 1)) == 0 && !last) break;
-    }
+/* Of the next step: that level, or a finer one where longer steps are to follow. */
+SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
+    while (level < steps->finest && (at & ((steps->whole >> level) - 1)) != 0) level++;
     return level;
+}
+
+/* Of elastic contacts; the last one in two where they are to be read at its end. */
+SM_INLINE sm_status take_elastic_steps(const int n, sm_march *march, const sm_steps *steps) {
+    const double length[] = {steps->h - steps->last, steps->last};
+    for (int64_t k = 0; k < steps->end; k++) {
+        const int split = steps->last > 0.0 && k + 1 == steps->end;
+        double elapsed = steps->from + steps->h * (double)k;
+        for (int part = 0; part < 1 + split; part++) {
+            const double h = split ? length[part] : steps->h;
+            const int level = split ? part : steps->last > 0.0 ? 2 : 0;
+            const sm_status status = step(n, march, level, h, elapsed, ON_THE_WAY);
+            if (status != SM_OK) return status;
+            elapsed += h;
+            sm_forcing_advance(&march->forcing, level, elapsed);
+        }
+    }
+    return SM_OK;
 }
 
 SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *steps) {
@@ -288,7 +302,7 @@ SM_INLINE sm_status take_steps(const int n, sm_march *march, const sm_steps *ste
     int level = 0;
     march->level = -1;
     for (int64_t at = 0; at < steps->end;) {
-        level = next_level(steps, level, at, watched);
+        level = next_level(steps, level, at);
         const int64_t parts = steps->whole >> level;
         const double h = least * (double)parts, elapsed = steps->from + least * (double)at;
         const int last = at + parts == steps->end;
@@ -320,9 +334,17 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
-    sm_forcing_start(&march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
-                     steps.h, steps.finest);
-    status = n == 2 ? take_steps(2, march, &steps) : take_steps(n, march, &steps);
+    sm_reaction *reaction = reacting ? &march->reaction : NULL;
+    if (steps.last > 0.0) {
+        const double length[] = {steps.h - steps.last, steps.last};
+        sm_forcing_start_two(&march->forcing, contact, segment, reaction, from, length);
+    } else {
+        sm_forcing_start(&march->forcing, contact, segment, reaction, from, steps.h, steps.finest);
+    }
+    if (contact->law == SM_ELASTIC)
+        status = take_elastic_steps(n, march, &steps);
+    else
+        status = n == 2 ? take_steps(2, march, &steps) : take_steps(n, march, &steps);
     if (status != SM_OK) return status;
     /* a NaN or infinity anywhere on the way is still in the displacement */
     const size_t count = (size_t)n;

@@ -71,10 +71,9 @@ SM_INLINE int factors_found(sm_forcing *f, double least, int finest) {
     return same;
 }
 
-/* Along a segment, in steps of h / 2^level, level = 0 ... finest, from `elapsed` on. */
-SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
-                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
-                                double h, int finest) {
+/* Along a segment, from `elapsed` on. */
+SM_INLINE void forcing_from(sm_forcing *f, const sm_contact *contact, const sm_segment *segment,
+                            sm_reaction *reaction, double elapsed) {
     f->contact = contact;
     f->segment = segment;
     f->reaction = reaction;
@@ -82,6 +81,28 @@ SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
     for (int j = 0; j < contact->modes; j++) sm_segment_cubics(segment, j, f->amplitude[j]);
     if (reaction) sm_reaction_start(reaction, contact->contacts, segment);
     sm_forcing_set(f, elapsed);
+}
+
+/* In steps of two lengths, and as level 2 of their sum, at the ends of which alone it is wanted. */
+SM_INLINE void sm_forcing_start_two(sm_forcing *f, const sm_contact *contact,
+                                    const sm_segment *segment, sm_reaction *reaction,
+                                    double elapsed, const double length[2]) {
+    const int end = SM_STAGES - 1;
+    forcing_from(f, contact, segment, reaction, elapsed);
+    if (f->swept || factors_found(f, length[0], -1)) return; /* the other is always the same */
+    for (int level = 0; level < 2; level++) find_factors(f, level, end, length[level]);
+    for (int j = 0; j < SM_MODES; j++)
+        f->by[2][end][j] = sm_cmul(f->by[0][end][j], f->by[1][end][j]);
+    if (!f->reaction) return;
+    sm_phasors_multiply(f->reaction->row, &f->reaction->by[0][end], &f->reaction->by[1][end],
+                        &f->reaction->by[2][end]);
+}
+
+/* In steps of h / 2^level, level = 0 ... finest. */
+SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
+                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
+                                double h, int finest) {
+    forcing_from(f, contact, segment, reaction, elapsed);
     const double least = ldexp(h, -finest), at[SM_STAGES] = {SM_GAMMA * least, least};
     if (f->swept || factors_found(f, least, finest)) return;
     for (int level = finest; level >= 0; level--)

@@ -11,7 +11,7 @@
 
 #define SM_REACTION_BLOCK 4 /* harmonics side by side: rows are filled up with zeros */
 #define SM_STAGES 2         /* of a time step */
-#define SM_LEVELS 7         /* lengths that a time step may have: each half the one before */
+#define SM_LEVELS 4         /* lengths that a time step may have */
 
 typedef struct {
     double *re, *im; /* (row) */
