@@ -22,6 +22,7 @@ from slipmode.rom.contact.detuning import (
     friction_detuning,
 )
 from slipmode.rom.contact.rate_correction import friction_rate_correction
+from slipmode.rom.contact.resolution import least_force
 from slipmode.rom.contact.torus import Discretisation
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS, Order
@@ -97,7 +98,9 @@ def with_detuning(
         Error that needs no slope; None: none is wanted whatever the error.
     """
     points, carrier = _probes(table), reduced.carrier
-    scale = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
+    largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
+    scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
+    scale[scale == 0.0] = 1.0  # modes that touch no contact
     held = Detuned.of(reduced, np.zeros(table.modes)).friction(solve, points)
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
     changes = [Detuned.of(reduced, apart).friction(solve, points) - held for apart in aparts]

@@ -131,6 +131,14 @@ def test_what_is_left_is_said():
 
 
 @pytest.mark.quick
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_contacts_that_only_stick_have_nothing_to_state():
+    reduced = rom.reduce(rom.two_mass(beta=0.02), (0,))
+    model = rom.tabulate(reduced, rom.Coulomb(1e6), (4.0,), 1e-3)
+    assert model.accuracy.detuning < 1e-3
+
+
+@pytest.mark.quick
 def test_what_the_tolerance_allows_is_stated_alone():
     """Rigid contacts hardly care how fast they move."""
     reduced = rom.reduce(rom.two_mass(), (0,))
