@@ -45,6 +45,8 @@ _FAINT = 3e-3
 _BLURRED, _SHARP = 2.0, 1e-10
 _ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
 
+_DETUNED = 0.05  # distance from the carriers that a table states the error of
+
 Level = Literal["info", "warning", "error"]
 
 
@@ -220,6 +222,25 @@ def table_findings(tolerance: float, interpolation: float, unanswered: float) ->
         )
         found.append(Finding("contacts", "answered in part", reason, "warning"))
     return found
+
+
+def detuning_findings(
+    tolerance: float, detuning: float, corrected: bool, apart: Floats
+) -> list[Finding]:
+    """Forcing so far `apart` from a table's carriers, relative, that it misses its tolerance.
+
+    `detuning` is Accuracy.detuning; `corrected` tables have dS_j / dOmega_k.
+    """
+    off = float(np.abs(apart).max(initial=0.0))
+    error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
+    if error <= tolerance:
+        return []
+    reason = (
+        f"forcing is up to {off:.1%} from those of the friction table, which is off by about "
+        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {tolerance:g}; "
+        "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
+    )
+    return [Finding("carriers", "left", reason, "warning")]
 
 
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:

@@ -86,6 +86,8 @@ class SlowPass:
         recorder.event(0.0, "info", _summary(self._plan, self._model))
         worth = self._model.accuracy
         found = table_findings(worth.tolerance, worth.interpolation, worth.unanswered)
+        names = [f"frequency_{mode}" for mode in self._plan.excited.modes]
+        found += self._model.detuning_findings(np.array(schedule.extremes(names)))
         for decision in (*self._plan.decisions, *found):
             if decision.level != "info":
                 words = f"{decision.subject} {decision.choice}: {decision.reason}"

@@ -24,7 +24,7 @@ from slipmode.rom.slow.response_surface import no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 7  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 8  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 _ELEMENT_WIDTH = 12  # doubles of an element: its law, three columns and the other fields
 
@@ -95,19 +95,19 @@ def _arrays(
         contact_problem(reduced, model.law).law,
         *(int(reduced.formulation == "paper"), len(model.combinations), 1),
         *(table.node_a.size, table.node_b.size, int(table.rate_correction is not None)),
+        int(table.detuning is not None),
         int(contacts["contact_mass"].size > 0),
         *(len(contacts["contact_elements"]), len(contacts["contact_sliders"])),
         *(len(surface.orders), STEPS_PER_PERIOD, len(variables)),
     )
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
-    rate_correction = table.rate_correction
-    if rate_correction is None:
-        rate_correction = np.empty((0, 0, 4, 0))
+    nothing = np.empty((0, 0, 4, 0))
     doubles = {
         "node_a": table.node_a,
         "node_b": table.node_b,
         "table": table.values,
-        "rate_correction": rate_correction,
+        "rate_correction": nothing if table.rate_correction is None else table.rate_correction,
+        "detuning": nothing if table.detuning is None else table.detuning,
         **contacts,
         "elastic_modes": surface.modes_out.view(float).reshape(len(chosen), model.modes, 2),
         "elastic_contacts": reduced.contact_shapes[chosen],
@@ -173,6 +173,7 @@ def _constants(
         [
             [contact_problem(model.reduced, model.law).alpha, MEMORY_PERIODS],
             np.array(flow.natural),
+            np.array(flow.carrier),
             np.array(flow.coupling_ratio).ravel(),
             np.array(flow.off_resonance).ravel(),
             np.array(flow.cross_response).ravel(),

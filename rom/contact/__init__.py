@@ -11,4 +11,5 @@ harmonics.py         Eq. (14) over the amplitude plane, for the sum of fast moti
 slip_onset.py        where in the amplitude plane contacts begin to slip or open
 static_preload.py    what a static force makes of the contacts
 rate_correction.py   friction while amplitudes grow: dS_j / d(d|a_k|/dt)
+detuning.py          friction where the forcing is off the carriers: dS_j / dOmega_k
 """

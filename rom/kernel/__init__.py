@@ -127,6 +127,7 @@ def table(
     node_b: Floats,
     values: Floats,
     rate_correction: Floats | None,
+    detuning: Floats | None,
     region: Flags | None,
 ) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
@@ -142,7 +143,8 @@ def table(
         node_b=node_b.ctypes.data if modes == 2 else None,
         values=values.ctypes.data,
         rate_correction=None if rate_correction is None else rate_correction.ctypes.data,
+        detuning=None if detuning is None else detuning.ctypes.data,
         region=None if region is None else region.ctypes.data,
     )
-    result.owned = (node_a, node_b, values, rate_correction, region)
+    result.owned = (node_a, node_b, values, rate_correction, detuning, region)
     return result

@@ -229,6 +229,9 @@ typedef struct {
     /* (count_a, count_b, 4, 2 modes modes): dS_j / d(d|a_k|/dt), by mode j and k, in the same way:
      * while amplitudes grow, friction is behind that of steady motion. NULL: it does not. */
     const double *rate_correction;
+    /* (count_a, count_b, 4, 2 modes modes): dS_j / dOmega_k at the carriers of the table, alike.
+     * NULL: S_j is the same at all forcing frequencies. */
+    const double *detuning;
     const uint8_t *region; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
                                not looked up; NULL: it holds everywhere, as it does for one mode */
 } sm_table;
@@ -260,6 +263,7 @@ typedef struct {
     double natural[SM_MODES];   /* omega_j [rad/s] */
     double damping[SM_MODES];   /* phi_j^T C phi_j [1/s]; < 0: self-excited */
     sm_table table;
+    double carrier[SM_MODES];   /* of a table with `detuning` [rad/s] */
     sm_coupling_ratio coupling_ratio[SM_MODES];
     double off_resonance[SM_MODES][2];  /* effective: a_j + off_resonance_j F_j exp(i ph_j) */
     double cross_response[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance

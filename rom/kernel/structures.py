@@ -82,6 +82,7 @@ class Table(Structure):
         ("node_b", c_void_p),
         ("values", c_void_p),
         ("rate_correction", c_void_p),
+        ("detuning", c_void_p),
         ("region", c_void_p),
     )
 
@@ -104,6 +105,7 @@ class SlowFlow(Structure):
         ("natural", c_double * MODES),
         ("damping", c_double * MODES),
         ("table", Table),
+        ("carrier", c_double * MODES),
         ("coupling_ratio", (c_double * 2 * 2) * MODES),
         ("off_resonance", (c_double * 2) * MODES),
         ("cross_response", (c_double * 2 * MODES) * MODES),

@@ -123,6 +123,7 @@ def limit_cycles(
     if found:
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
         warn(motion_findings(model.reduced, model.law, force, largest))
+        warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 
 

@@ -159,6 +159,7 @@ def _slow_flow(
     flow = kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
     for mode in range(model.modes):
         flow.natural[mode] = model.reduced.frequency[mode]
+        flow.carrier[mode] = model.reduced.carrier[mode]
         flow.damping[mode] = model.reduced.modal_damping[mode]
         for power, coefficient in enumerate(coupling_coefficients(model.reduced)[mode]):
             flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)

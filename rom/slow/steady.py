@@ -173,6 +173,7 @@ def steady(
     for point in np.flatnonzero(~problem.is_steady(amplitude)):
         amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)
 
 

@@ -1,10 +1,10 @@
 """Friction tables S_j = Q_j |a_j|, Eq. (20), over the amplitude plane; the model that holds them.
 
-tabulation.py        tabulate: resolution, refinement, check, rate correction. Start here.
+tabulation.py        tabulate: resolution, refinement, check, corrections. Start here.
 hermite.py           Table: the bicubic surface; the look-up is rom/kernel/table/table.c
 refinement/          where its grid lines lie; region.py: which part of the plane is wanted
 check_points.py      where its error is measured, and what that says of the largest
-rate_correction.py   the correction over the plane
+corrections.py       beside the friction terms: for growing amplitudes, for other frequencies
 model.py             Model and its file, whose content model_content.py checks; accuracy.py
 cache.py             models kept on disk, by disk_cache.py, which bounds them
 """

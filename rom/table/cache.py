@@ -34,6 +34,7 @@ def cached_model(
     harmonics: int = 0,
     region: Region | None = None,
     headroom: float = 1.0,
+    detuning: bool = False,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -49,7 +50,9 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same, and the log says so; it will be computed again next time.
     """
-    key = _key(reduced, law, amplitude, tolerance, combinations, harmonics, region, headroom)
+    asked = [tolerance, [astuple(term) for term in combinations], harmonics]
+    asked += [headroom_intervals(headroom), detuning]
+    key = _key(reduced, law, amplitude, asked, region)
     name = f"{key}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
@@ -60,6 +63,7 @@ def cached_model(
         harmonics=harmonics,
         region=region,
         headroom=headroom,
+        detuning=detuning,
         progress=progress,
         warned=False,
     )
@@ -85,11 +89,8 @@ def _key(
     reduced: Reduced,
     law: Friction,
     amplitude: Sequence[float],
-    tolerance: float,
-    combinations: Sequence[CombinationResonance],
-    harmonics: int,
+    asked: Sequence[object],
     region: Region | None,
-    headroom: float,
 ) -> str:
     """Hash of everything that the table depends on."""
     optional = (getattr(reduced, name) for name in OPTIONAL_ARRAYS)
@@ -100,8 +101,7 @@ def _key(
         np.zeros(0) if region is None else region.tiles,
     )
     named = [FORMAT, _version(), reduced.formulation, reduced.modes, record_of(law)]
-    terms, beyond = [astuple(term) for term in combinations], headroom_intervals(headroom)
-    digest = hashlib.sha256(json.dumps([*named, tolerance, terms, harmonics, beyond]).encode())
+    digest = hashlib.sha256(json.dumps([*named, *asked]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]

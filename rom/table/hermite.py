@@ -39,6 +39,9 @@ class Table:
     rate_correction : (n_a, n_b, 4, 2 modes^2) ndarray, optional
         Likewise dS_j / d(d|a_k|/dt) [N kg^-1 s/m], by j and k: see `rate_correction`.
         Default: friction is at any time what it is in steady motion.
+    detuning : (n_a, n_b, 4, 2 modes^2) ndarray, optional
+        Likewise dS_j / dOmega_k at the carriers [N kg^-1/2 s]. Default: S_j is the same at all
+        forcing frequencies.
     region : (n_a - 1, n_b - 1) ndarray of bool, optional
         Cells where the surface holds, and is looked up. Default: all.
     """
@@ -48,6 +51,7 @@ class Table:
     values: Floats
     modes: int
     rate_correction: Floats | None = None
+    detuning: Floats | None = None
     region: Flags | None = None
 
     def __repr__(self) -> str:
@@ -79,6 +83,7 @@ class Table:
             kernel.contiguous(self.node_b),
             kernel.contiguous(self.values),
             None if self.rate_correction is None else kernel.contiguous(self.rate_correction),
+            None if self.detuning is None else kernel.contiguous(self.detuning),
             self.region,
         )
 
@@ -88,11 +93,16 @@ class Table:
 
     def rate_correction_at(self, amplitudes: ArrayLike) -> Complexes:
         """dS_j / d(d|a_k|/dt), (..., modes, modes), at amplitudes (..., modes) >= 0."""
-        if self.rate_correction is None:
+        return self._correction_at(self.rate_correction, amplitudes)
+
+    def detuning_at(self, amplitudes: ArrayLike) -> Complexes:
+        """dS_j / dOmega_k, (..., modes, modes), at amplitudes (..., modes) >= 0."""
+        return self._correction_at(self.detuning, amplitudes)
+
+    def _correction_at(self, values: Floats | None, amplitudes: ArrayLike) -> Complexes:
+        if values is None:
             return np.zeros((*np.shape(amplitudes), self.modes), dtype=complex)
-        surface = Table(
-            self.node_a, self.node_b, self.rate_correction, self.modes, region=self.region
-        )
+        surface = Table(self.node_a, self.node_b, values, self.modes, region=self.region)
         terms = surface.terms(amplitudes)
         return terms.reshape(*terms.shape[:-1], self.modes, self.modes)
 

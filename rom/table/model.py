@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
@@ -21,8 +22,9 @@ from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
+from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 18  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 19  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -38,6 +40,7 @@ REDUCED_ARRAYS = (
     "damping_coupling",
 )
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
+TABLE_ARRAYS = ("rate_correction", "detuning", "region")  # that not all tables have
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +85,13 @@ class Model:
     def hash(self) -> str:
         """Hexadecimal content hash: equal for equal models."""
         return digest(self._header(), self._content())
+
+    def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
+        """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
+        seen = slice(None) if forced is None else forced
+        apart = (np.asarray(frequency) / self.reduced.carrier - 1.0)[..., seen]
+        stated, corrected = self.accuracy, self.table.detuning is not None
+        return detuning_findings(stated.tolerance, stated.detuning, corrected, apart)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model to one file (an .npz archive), with its content hash."""
@@ -133,16 +143,16 @@ class Model:
             aerodynamics=content.get("aerodynamics"),
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
-        rate_correction, region = content.get("rate_correction"), content.get("region")
         surface = (content["node_a"], content["node_b"], content["values"])
-        table = Table(*surface, len(reduced.modes), rate_correction, region)
+        beside = [content.get(name) for name in TABLE_ARRAYS]
+        table = Table(*surface, len(reduced.modes), *beside)
         combinations = tuple(CombinationResonance(*term) for term in header["combinations"])
         accuracy = Accuracy(**header["accuracy"])
         harmonics = None
         if header["orders"]:
             orders = tuple((n, m) for n, m in header["orders"])
             P, left_out = content["P"], content["left_out"]
-            harmonics = Harmonics(table.axes, orders, P, left_out, region)
+            harmonics = Harmonics(table.axes, orders, P, left_out, table.region)
         return cls(reduced, law, table, harmonics, combinations, accuracy)
 
     def _header(self) -> dict[str, Any]:
@@ -163,10 +173,9 @@ class Model:
                 arrays[name] = array
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
-        if self.table.rate_correction is not None:
-            arrays |= {"rate_correction": self.table.rate_correction}
-        if self.table.region is not None:
-            arrays |= {"region": self.table.region}
+        for name in TABLE_ARRAYS:
+            if (array := getattr(self.table, name)) is not None:
+                arrays[name] = array
         return arrays | {
             "node_a": self.table.node_a,
             "node_b": self.table.node_b,

@@ -64,7 +64,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
     sizes |= {"4": 4, "k": 2 * (modes + combinations + 1), "l": 2 * modes**2}
     optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
-    given = {"force_patterns": "mn", "aerodynamics": "m"}
+    given = {"force_patterns": "mn", "aerodynamics": "m", "detuning": "ab4l"}
     optional |= {name: layout for name, layout in given.items() if name in content}
     for name, layout in (_ARRAYS | optional | (_harmonics(modes) if orders else {})).items():
         if name not in content:
@@ -124,7 +124,7 @@ def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
 
 
 # The axes of each array: n DOFs, m modes, c contacts, p nonresonant modes, q all, a and b nodes,
-# k columns, l of the rate correction; and the arrays that some are measured by.
+# k columns, l of the corrections; and the arrays that some are measured by.
 _MEASURED = {
     **{"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"},
     **{"a": "node_a", "b": "node_b"},

@@ -23,7 +23,7 @@ from slipmode.rom.contact.resolution import (
 )
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.torus import ContactTerms, contact_orders
+from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -36,9 +36,9 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.rate_correction import with_rate_correction
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
@@ -47,6 +47,7 @@ from slipmode.rom.validity import model_findings, table_findings, warn
 _Solved = TypeVar("_Solved")
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
+_ROUGHLY = 10.0  # how much less well marches repeat for differences of friction
 _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
 
@@ -60,6 +61,7 @@ def tabulate(
     harmonics: int = 0,
     region: Region | None = None,
     headroom: float = 1.0,
+    detuning: bool | None = None,
     threads: int | None = None,
     progress: bool = False,
     warned: bool = True,
@@ -88,6 +90,10 @@ def tabulate(
         How far the table goes, relative to `amplitude`, rounded up to eighths: 1 or more, for
         runs that go further than expected. Up to `amplitude` it has the nodes of a table without
         headroom, and more where it needs them beyond. Not with a region.
+    detuning : bool, optional
+        Whether friction follows the forcing frequencies off the carriers of `reduced`, to first
+        order; `Model.accuracy.detuning` says what is left. Default: where the carriers are the
+        natural frequencies. Not in the paper's formulation.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -187,7 +193,7 @@ def tabulate(
             closer = refined_on(resolution.closer, further)
             return min(found, closer, key=lambda each: each[-1][-1])
 
-        unanswered = 0.0
+        unanswered = off_carriers = 0.0
         try:
             finer = resolve(list(further)) if further else resolution
             orders, samples, (table, carried, error) = refined(finer, list(further))
@@ -202,12 +208,28 @@ def tabulate(
             table = with_rate_correction(
                 *(table, reduced, law, amplitude_range, resolution.grid, spread)
             )
+            answered = [] if unanswered else list(further)
+
+            def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
+                return contact_terms(
+                    *(reduced, law, amplitudes, resolution.grid, march, 0.1 * amplitude_range),
+                    *(combinations, 1, answered),
+                )
+
+            if detuning is None:
+                detuning = np.array_equal(reduced.carrier, reduced.frequency)
+            table, off_carriers = with_detuning(
+                *(table, reduced, partial(solve, resolution.march)),
+                *(partial(solve, _ROUGHLY * resolution.march), spread),
+                tolerance if detuning else None,
+            )
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=error,
         resolution=resolution.error,
         periodicity=samples.periodicity,
         unanswered=unanswered,
+        detuning=off_carriers,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
         solved=samples.solved,

@@ -153,7 +153,9 @@ def scene_performance(
         # relative to the largest |S| of the table, which the scene itself stays far below
         largest, tolerance = factor * plan.amplitude[at], scene.model.tolerance / factor
         try:
-            model, _ = cached_model(reduced, law, (largest,), tolerance, progress=progress)
+            model, _ = cached_model(
+                reduced, law, (largest,), tolerance, detuning=True, progress=progress
+            )
         except SlipmodeError:
             if factor == _DESIGN_RANGES[-1]:
                 raise
@@ -182,6 +184,7 @@ def _curve(
     model, _ = cached_model(
         *(excited.reduced, excited.law, amplitude.tolist(), tolerance),
         combinations=forcing.plan.combinations,
+        detuning=vary.startswith("frequency"),
         progress=progress,
     )
     curve = rom.response_curve(

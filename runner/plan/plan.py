@@ -101,6 +101,7 @@ class Plan:
             harmonics=self._harmonics(contact),
             region=self.region if region else None,
             headroom=headroom,
+            detuning=self._frequencies_move,
             progress=progress,
         )
 
@@ -119,6 +120,12 @@ class Plan:
         )
         responding = self.scene.model.formulation == "consistent"
         return max(RESPONSE_ORDER if marched and responding else 0, self.elastic_order or 0)
+
+    @property
+    def _frequencies_move(self) -> bool:
+        """Whether the forcing leaves the carriers of the friction table."""
+        least, most = self.schedule.extremes([f"frequency_{m}" for m in self.excited.modes])
+        return bool(np.any(least != most)) and self.scene.model.formulation == "consistent"
 
     def component(self, model: Model) -> Component:
         """A component at t = 0 of the scene."""

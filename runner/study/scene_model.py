@@ -72,6 +72,8 @@ class SceneModel:
         Whether there are more: not where the scene gives model.amplitude.
     combinations : tuple of CombinationResonance
         Anywhere between the samples; steady states have none.
+    detuned : bool
+        Whether forcing frequencies differ between them.
     tolerance : float
     """
 
@@ -79,6 +81,7 @@ class SceneModel:
     amplitude: tuple[float, ...]
     may_grow: bool
     combinations: tuple[CombinationResonance, ...]
+    detuned: bool
     tolerance: float
 
     __repr__ = short_repr
@@ -104,12 +107,13 @@ class SceneModel:
         plan = _first_plan(samples, contents)
         scene = plan.scene
         excited, terms = plan.excited, plan.combinations if samples.asked.runs else ()
-        if any(mode in frequencies for mode in excited.modes):
+        detuned = any(mode in frequencies for mode in excited.modes)
+        if detuned:
             excited = replace(excited, reduced=replace(excited.reduced, force_patterns=None))
             if samples.asked.runs and scene.model.formulation == "consistent":
                 terms = _combinations(plan.excited, plan.schedule, frequencies)
         may_grow = scene.model.amplitude is None
-        return cls(excited, plan.amplitude, may_grow, terms, scene.model.tolerance)
+        return cls(excited, plan.amplitude, may_grow, terms, detuned, scene.model.tolerance)
 
     def model(self, step: int) -> Model:
         """With the table of a step of the ladder, numbered from 0.
@@ -123,6 +127,7 @@ class SceneModel:
         model, _ = cached_model(
             *(self.excited.reduced, self.excited.law, ranges, self.tolerance),
             combinations=self.combinations,
+            detuning=self.detuned,
         )
         return model
 

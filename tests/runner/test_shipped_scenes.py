@@ -44,9 +44,9 @@ PINNED = {
         "contact": (0.219243, 0.0124875),
     },
     "sweep": {
-        "end": (1.27469, 0.325638),
+        "end": (1.27865, 0.326651),
         "peak": (3.06588, 1.25878),
-        "energy": 1469.53,
+        "energy": 1471.95,
         "contact": (0.242566, 0.156938),
     },
     "two-mode": {
@@ -107,6 +107,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     points, samples = schedule.steps + 1, shipped.samples
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 3}
     expected |= {"/events": 4, "/contact_share": 1} if scene.name in ELASTIC else {}
+    expected |= {"/events": 4} if scene.name == "sweep" else {}  # its ends are off the carriers
     expected |= {"/torus": 32 * 64} if two else {}
     assert counts.pop("/overview/modes") == points <= 4096
     assert counts == expected

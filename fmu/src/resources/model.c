@@ -15,13 +15,13 @@
 
 /* Files, in the order of checksums.npy. */
 enum {
-    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION, LIMIT,
-    STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
+    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION,
+    DETUNING, LIMIT, STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
     ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
     "layout.npy", "constants.npy", "inputs.npy", "combinations.npy", "node_a.npy", "node_b.npy",
-    "table.npy", "rate_correction.npy", "contact_limit.npy", "contact_stiffness.npy",
+    "table.npy", "rate_correction.npy", "detuning.npy", "contact_limit.npy", "contact_stiffness.npy",
     "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "contact_elements.npy",
     "contact_sliders.npy", "contact_reference.npy", "elastic_modes.npy", "elastic_contacts.npy",
     "orders.npy", "contact_reaction.npy", "elastic_response.npy", "variables.npy", "names.txt"};
@@ -31,13 +31,13 @@ enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
 /* layout.npy */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
-    int32_t corrected, inertia, elements, sliders, orders, steps_per_period, variables;
+    int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
 } layout;
 
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], coupling_ratio[SM_MODES][2][2], off_resonance[SM_MODES][2];
+    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2], off_resonance[SM_MODES][2];
     double cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
     double carrier_range[2];
@@ -138,6 +138,18 @@ static int layout_is_possible(loader *l, const layout *shape) {
     return 1;
 }
 
+/* An array over the nodes that a table may lack: its file is empty then. */
+static int load_correction(loader *l, fmu_model *model, int file, const layout *shape, int given,
+                           const double **correction) {
+    const size_t count_a = given ? (size_t)shape->count_a : 0;
+    const size_t count_b = given ? (size_t)shape->count_b : 0;
+    const size_t columns = given ? 2 * (size_t)(shape->modes * shape->modes) : 0;
+    const double *array =
+        load_array(l, model, file, NPY_FLOAT64, 4, count_a, count_b, 4, columns);
+    *correction = given ? array : NULL;
+    return array != NULL;
+}
+
 static int load_flow(loader *l, fmu_model *model, const layout *shape, const constants *given) {
     const size_t count_a = (size_t)shape->count_a, count_b = (size_t)shape->count_b;
     const size_t fields = 2 * (size_t)(shape->modes + shape->combinations + shape->power);
@@ -150,6 +162,7 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
             (sm_combination){combination[3 * k], combination[3 * k + 1], combination[3 * k + 2]};
     flow->paper = shape->paper;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
+    memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
     memcpy(flow->cross_response, given->cross_response, sizeof flow->cross_response);
@@ -167,14 +180,9 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     if (!flow->table.node_b) return 0;
     flow->table.values = load_array(l, model, TABLE, NPY_FLOAT64, 4, count_a, count_b, 4, fields);
     if (!flow->table.values) return 0;
-    const size_t correction_a = shape->corrected ? count_a : 0;
-    const size_t correction_b = shape->corrected ? count_b : 0;
-    const size_t corrections = shape->corrected ? 2 * (size_t)(shape->modes * shape->modes) : 0;
-    const double *rate_correction =
-        load_array(l, model, RATE_CORRECTION, NPY_FLOAT64, 4, correction_a, correction_b, 4,
-                   corrections);
-    flow->table.rate_correction = shape->corrected ? rate_correction : NULL;
-    return rate_correction != NULL;
+    return load_correction(l, model, RATE_CORRECTION, shape, shape->corrected,
+                           &flow->table.rate_correction)
+           && load_correction(l, model, DETUNING, shape, shape->detuned, &flow->table.detuning);
 }
 
 /* The elements as the core takes them; integers in their rows must be such. */

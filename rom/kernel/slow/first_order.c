@@ -79,6 +79,23 @@ SM_INLINE void reactions_and_rates(const sm_slow_flow *flow, const sm_instant *i
     }
 }
 
+/* S_j at the forcing frequencies, to first order in their distance from the table's carriers. */
+static void detune(const sm_slow_flow *flow, const sm_instant *instant, int modes, int sloped,
+                   sm_flow_state *state) {
+    const size_t fields = 2 * (size_t)(modes + flow->table.combinations + flow->table.power);
+    const size_t own = 2 * (size_t)(modes * modes);
+    const double *detuning = instant->now.detuning;
+    sm_table_detuning(&flow->table, state->effective.modulus, sloped, instant->cell,
+                      state->detuning);
+    for (size_t part = 0; part < (sloped ? 3 : 1); part++)
+        for (int j = 0; j < modes; j++)
+            for (int k = 0; k < modes; k++)
+                for (int re_im = 0; re_im < 2; re_im++)
+                    state->slopes[part * fields + (size_t)(2 * j + re_im)] +=
+                        detuning[k]
+                        * state->detuning[part * own + (size_t)(2 * (j * modes + k) + re_im)];
+}
+
 /* With slopes of the first `sloped` columns of the table. */
 SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, int modes,
                                 size_t sloped, const double *y, sm_flow_state *state) {
@@ -88,8 +105,10 @@ SM_INLINE sm_status first_order(const sm_slow_flow *flow, sm_instant *instant, i
     const sm_status status =
         sm_table_slopes_from(&flow->table, state->effective.modulus, sloped, instant->cell,
                              state->slopes, state->rate_correction);
-    if (status == SM_OK) reactions_and_rates(flow, instant, modes, state);
-    return status;
+    if (status != SM_OK) return status;
+    if (flow->table.detuning) detune(flow, instant, modes, sloped > 0, state);
+    reactions_and_rates(flow, instant, modes, state);
+    return SM_OK;
 }
 
 sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, int sloped,
@@ -156,8 +175,8 @@ SM_INLINE sm_complex change_of_column(const double *slopes, size_t fields, int m
 /* How the strengths of the reactions change: what they are relative to the units of the modes. */
 SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *instant,
                                    const sm_flow_state *state, int modes,
-                                   const double *combination_angle, const effective_change *d,
-                                   sm_modal *strength) {
+                                   const double *combination_angle, const double *detuning,
+                                   const effective_change *d, sm_modal *strength) {
     const double *S = state->slopes, *T = S + 2 * modes;
     const size_t fields = 2 * (size_t)(modes + flow->table.combinations + flow->table.power);
     const sm_complex *phasor = state->combination_phasor;
@@ -173,6 +192,12 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
         const sm_complex grown = change_of_column(S, fields, modes, j, d);
         sm_put(strength, j, sm_cadd(grown, times_i(sm_pair(S + 2 * j), d->angle[j])));
     }
+    if (flow->table.detuning)
+        for (int j = 0; j < modes; j++)
+            for (int k = 0; k < modes; k++) {
+                const sm_complex slope = sm_pair(state->detuning + 2 * (j * modes + k));
+                sm_put(strength, j, sm_cadd(sm_of(strength, j), sm_cscale(slope, detuning[k])));
+            }
     for (int k = 0; k < flow->table.combinations; k++) {
         const double *order = instant->combination_order[k];
         double angle = order[0] * d->angle[0] + combination_angle[k];
@@ -209,8 +234,8 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
     }
     change_of_effective(instant, &state->effective, modes, along->amplitude, &by_inputs, scale,
                         effective);
-    change_of_strengths(flow, instant, state, modes, along->combination_angle, effective,
-                        &strength);
+    change_of_strengths(flow, instant, state, modes, along->combination_angle, d->detuning,
+                        effective, &strength);
     SM_SIMD
     for (int j = 0; j < modes; j++) {
         const sm_complex unit = sm_of(&effective->unit, j), stronger = sm_of(&strength, j);

@@ -23,6 +23,7 @@ typedef struct {
                                                        arg a_j */
     double slopes[3 * SM_MOST_FIELDS]; /* of the table: values, d/da, d/db */
     double rate_correction[SM_RATE_CORRECTIONS];
+    double detuning[3 * SM_RATE_CORRECTIONS]; /* dS_j / dOmega_k, d/da, d/db, if the table has it */
 } sm_flow_state;
 
 /* A direction in amplitudes and inputs. */

@@ -4,6 +4,8 @@
 
 #include "base/check.h"
 
+#define MOST_DETUNING 0.05 /* of the carrier: dS/dOmega is no guide beyond, S stays as it is there */
+
 sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
     for (int j = 0; j < modes; j++) {
         const double values[] = {inputs->force[j], inputs->force_rate[j],
@@ -37,6 +39,11 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
     return after;
 }
 
+static double detuning_of(const sm_slow_flow *flow, int j, double Omega) {
+    const double most = MOST_DETUNING * flow->carrier[j];
+    return fmax(-most, fmin(most, Omega - flow->carrier[j]));
+}
+
 /* Carrier at the forcing (consistent formulation): in its frame q'' + damping q' + omega^2 q is
  * (d/dt + mass) (d/dt - slow) a, where slow = -damping / 2 + root - i Omega decays as the mode does
  * by itself, root^2 = damping^2 / 4 - omega^2, and
@@ -50,6 +57,7 @@ static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const 
     sm_coefficients *now = &instant->now;
     sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
     sm_put(&now->coupling_ratio, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
+    now->detuning[j] = detuning_of(flow, j, Omega);
     if (flow->paper) {
         sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
         sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));
@@ -71,6 +79,8 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
         const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
         sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
         sm_put(&d->coupling_ratio, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));
+        const int beyond = instant->now.detuning[j] != in->frequency[j] - flow->carrier[j];
+        d->detuning[j] = beyond ? 0.0 : dOmega;
         if (flow->paper) {
             sm_put(&d->mass, j, sm_cx(0.0, 0.0));
             sm_put(&d->stiffness, j, sm_cx(-2.0 * omega * dOmega, 0.0));

@@ -10,6 +10,7 @@ typedef struct {
     sm_modal excitation; /* F exp(i ph) */
     sm_modal coupling_ratio;       /* L_j(Omega_j) / L_j(carrier) */
     sm_modal mass, stiffness;
+    double detuning[SM_MODES]; /* from the carriers of the table, as far as it knows [rad/s] */
 } sm_coefficients;
 
 /* The same equation by what it multiplies, for the hot path:

@@ -46,27 +46,29 @@ sm_status sm_table_check(const sm_table *table) {
     if (status != SM_OK) return status;
     const size_t rows = (size_t)table->count_a * (size_t)table->count_b * 4;
     if (!sm_all_finite(table->values, rows * field_count(table))) return SM_NOT_FINITE;
-    return !table->rate_correction
-                   || sm_all_finite(table->rate_correction, rows * correction_count(table))
-               ? SM_OK
-               : SM_NOT_FINITE;
+    const double *corrections[] = {table->rate_correction, table->detuning};
+    for (size_t k = 0; k < sizeof corrections / sizeof *corrections; k++)
+        if (corrections[k] && !sm_all_finite(corrections[k], rows * correction_count(table)))
+            return SM_NOT_FINITE;
+    return SM_OK;
 }
 
-/* Doubles of the nodes, of the values and of the rate correction, bytes of the cells. */
+/* Doubles of the nodes, of the values and of the corrections, bytes of the cells. */
 typedef struct {
-    size_t a, b, values, rate_correction, cells;
+    size_t a, b, values, rate_correction, detuning, cells;
 } sizes;
 
 static sizes sizes_of(const sm_table *table) {
     const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
+    const size_t corrections = a * b * 4 * correction_count(table);
     return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
-                   table->rate_correction ? a * b * 4 * correction_count(table) : 0,
+                   table->rate_correction ? corrections : 0, table->detuning ? corrections : 0,
                    table->region ? (a - 1) * (b - 1) : 0};
 }
 
 size_t sm_table_size(const sm_table *table) {
     const sizes s = sizes_of(table);
-    return s.a + s.b + s.values + s.rate_correction + sm_doubles(s.cells);
+    return s.a + s.b + s.values + s.rate_correction + s.detuning + sm_doubles(s.cells);
 }
 
 sm_table sm_table_copy(const sm_table *table, double **memory) {
@@ -76,6 +78,7 @@ sm_table sm_table_copy(const sm_table *table, double **memory) {
     copy.node_b = sm_keep(memory, table->node_b, s.b);
     copy.values = sm_keep(memory, table->values, s.values);
     copy.rate_correction = sm_keep(memory, table->rate_correction, s.rate_correction);
+    copy.detuning = sm_keep(memory, table->detuning, s.detuning);
     copy.region = sm_keep_bytes(memory, table->region, s.cells);
     return copy;
 }
@@ -247,6 +250,14 @@ SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *a
     look_at(&found, table, table->rate_correction, correction_count(table));
     sum_patch(&found, table->modes, 0, rate_correction);
     return SM_OK;
+}
+
+void sm_table_detuning(const sm_table *table, const double *amplitudes, int sloped,
+                       const int32_t *cell, double *slopes) {
+    patch found;
+    patch_at(table, amplitudes, cell, &found);
+    look_at(&found, table, table->detuning, correction_count(table));
+    sum_patch(&found, table->modes, sloped ? found.fields : 0, slopes);
 }
 
 sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,

@@ -13,6 +13,11 @@ sm_status sm_table_check_shape(const sm_table *table);
 sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, size_t sloped,
                                int32_t *cell, double *slopes, double *rate_correction);
 
+/* dS_j / dOmega_k of a table that has it, in the cell where its amplitudes were found; and where
+ * `sloped`, its slopes too: (3, 2 modes modes). */
+void sm_table_detuning(const sm_table *table, const double *amplitudes, int sloped,
+                       const int32_t *cell, double *slopes);
+
 /* A copy in memory from *memory, of so many doubles, which is moved on. */
 size_t sm_table_size(const sm_table *table);
 sm_table sm_table_copy(const sm_table *table, double **memory);

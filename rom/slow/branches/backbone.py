@@ -21,6 +21,7 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
 from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
 from slipmode.rom.table.model import Model
+from slipmode.rom.validity import warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -157,6 +158,7 @@ def backbone(
         change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
         if change <= _CONVERGED:
             break
+    warn(model.detuning_findings(frequency))
     zeta = off.imag / (2.0 * Omega**2)
     decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()

@@ -244,6 +244,10 @@ def response_curve(
     )
     amplitude = problem.amplitude(z)
     warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    frequencies, forces = (
+        problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
+    )
+    warn(model.detuning_findings(frequencies, (forces != 0.0).any(axis=0)))
     ends = _cut_off(branches)
     cut_off = problem.parameter(np.array([end[-1] for end in ends]))
     warn(_cut_off_findings(vary, cut_off))

@@ -6,7 +6,7 @@
 
 static const char *const FILES[] = {
     "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "combinations.npy",
-    "node_a.npy", "node_b.npy", "table.npy", "rate_correction.npy", "contact_limit.npy",
+    "node_a.npy", "node_b.npy", "table.npy", "rate_correction.npy", "detuning.npy", "contact_limit.npy",
     "contact_stiffness.npy", "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy",
     "contact_elements.npy", "contact_sliders.npy", "contact_reference.npy",
     "elastic_modes.npy", "elastic_contacts.npy", "elastic_response.npy", "contact_reaction.npy",

@@ -122,11 +122,15 @@ table new_rich_table(int count_a, int count_b, int combinations) {
         values[r * fields + fields - 2] = 0.2 * t.values[r * 4];
     }
     t.rate_correction = new_doubles((size_t)(rows * SM_RATE_CORRECTIONS));
-    for (int r = 0; r < rows * SM_RATE_CORRECTIONS; r++)
+    t.detuning = new_doubles((size_t)(rows * SM_RATE_CORRECTIONS));
+    for (int r = 0; r < rows * SM_RATE_CORRECTIONS; r++) {
         t.rate_correction[r] = (r % 3 - 0.7) * t.values[r / SM_RATE_CORRECTIONS * 4 + r % 4];
+        t.detuning[r] = (r % 5 - 1.9) * t.values[r / SM_RATE_CORRECTIONS * 4 + r % 4];
+    }
     free(t.values);
     t.table.values = t.values = values;
     t.table.rate_correction = t.rate_correction;
+    t.table.detuning = t.detuning;
     t.table.combinations = combinations;
     t.table.power = 1;
     return t;
@@ -137,11 +141,13 @@ void free_table(table *t) {
     free(t->node_b);
     free(t->values);
     free(t->rate_correction);
+    free(t->detuning);
 }
 
 sm_slow_flow flow_over(const table *t) {
     return (sm_slow_flow){
-        .paper = 0, .natural = {1.0, 1.7}, .damping = {0.01, 0.0289}, .table = t->table};
+        .paper = 0, .natural = {1.0, 1.7}, .damping = {0.01, 0.0289}, .carrier = {1.0, 1.7},
+        .table = t->table};
 }
 
 sm_inputs resonant_inputs(void) {

@@ -22,13 +22,13 @@ void free_problem(problem *p);
 
 typedef struct {
     sm_table table;
-    double *node_a, *node_b, *values, *rate_correction;
+    double *node_a, *node_b, *values, *rate_correction, *detuning;
 } table;
 
 /* Amplitudes 0 to 4, unevenly spaced; S_j is a polynomial that a bicubic surface holds exactly. */
 table new_table(int modes, int count_a, int count_b);
 /* For two modes, with columns for combination resonances and for the friction power, and a
- * rate correction. */
+ * rate correction and slopes in the forcing frequencies. */
 table new_rich_table(int count_a, int count_b, int combinations);
 void free_table(table *t);
 /* S_j of that polynomial, (Re, Im) of one or two modes. */

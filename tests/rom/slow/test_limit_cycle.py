@@ -14,10 +14,10 @@ FREQUENCY_BOUND = 1e-4
 STRUCTURE = rom.two_mass(beta=0.01)
 
 
-def model(law=None, aerodynamics=(-0.02j,), reach=(6.0,), **given):
+def model(law=None, aerodynamics=(-0.02j,), reach=(6.0,), tolerance=1e-3, **given):
     law = law or rom.Coulomb(2.0)
     reduced = rom.reduce(STRUCTURE, range(len(reach)), aerodynamics=aerodynamics, **given)
-    return rom.tabulate(reduced, law, reach, combinations=())
+    return rom.tabulate(reduced, law, reach, tolerance, combinations=())
 
 
 def assert_full_order_agrees(structure, of, cycle, force=None, periods=400):
@@ -29,10 +29,12 @@ def assert_full_order_agrees(structure, of, cycle, force=None, periods=400):
 @pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 0.02)], ids=["coulomb", "tanh"])
 @pytest.mark.parametrize("coefficient", [-0.02j, 0.05 - 0.024j])
 def test_amplitude_and_frequency_are_those_of_full_order(law, coefficient):
-    of = model(law, (coefficient,))
+    of = model(
+        law, (coefficient,), tolerance=1e-4
+    )  # 0.1 % of friction may be 1 % of the amplitude
     stable, unstable = rom.limit_cycles(of)
     assert stable.stable and not unstable.stable
-    assert_full_order_agrees(STRUCTURE, of, stable)
+    assert_full_order_agrees(STRUCTURE, of, stable, periods=3000)
 
 
 def test_full_order_leaves_the_unstable_one_to_either_side():

@@ -24,14 +24,16 @@ def forced_beam(law, node, force, detuning):
 
 @pytest.mark.parametrize(
     ("law", "node", "force", "detuning", "bound", "steady_friction"),
-    # measured: 0.28 %, 0.15 %, 3.4 %, where amplitudes change by 60, 29, 32 % in a cycle;
-    # friction as in steady motion: 2.1 %, 1.2 %, 8.1 %
+    # measured: 0.28 %, 0.29 %, 0.15 %, 3.4 %, where amplitudes change by 60, 100, 29, 32 % in a
+    # cycle; friction as in steady motion: 2.1 %, 0.91 %, 1.2 %, 8.1 %. The second slips for 88 %
+    # of the time once it is steady.
     [
         (SLIDER, 5, 0.05, -0.01, 4e-3, 1.8e-2),
+        (SLIDER, 5, 0.5, -0.06, 4e-3, 8e-3),
         (IWAN, 5, 0.03, -0.02, 2e-3, 1e-2),
         (LIFT_OFF, 8, 0.05, -0.01, 4e-2, 7e-2),
     ],
-    ids=["slider", "iwan", "lift-off"],
+    ids=["slider", "slider that hardly sticks", "iwan", "lift-off"],
 )
 def test_the_rate_correction_brings_strong_contacts_closer(
     law, node, force, detuning, bound, steady_friction

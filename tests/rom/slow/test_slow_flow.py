@@ -9,6 +9,7 @@ from slow_time import mass_and_slow_root, slow_trajectory
 
 from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
+from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import off_resonance_shift
@@ -87,8 +88,10 @@ def contact_force(model, a, now):
         coupling_factor(model.reduced, now.frequency),
         effective_amplitude(model, a, now),
     )
-    terms, unit = model.table.terms(np.abs(effective)), effective / np.abs(effective)
-    force = terms[: model.modes] * unit
+    size, unit = np.abs(effective), effective / np.abs(effective)
+    terms, carrier = model.table.terms(size), model.reduced.carrier
+    detuning = np.clip(now.frequency - carrier, -MOST_DETUNING * carrier, MOST_DETUNING * carrier)
+    force = (terms[: model.modes] + model.table.detuning_at(size) @ detuning) * unit
     for term, T in zip(model.combinations, terms[model.modes :], strict=False):
         angle = term.n * now.angle[0] + term.m * now.angle[1] - now.angle[term.mode]
         force[term.mode] += T * unit[0] ** term.n * unit[1] ** term.m * np.exp(1j * angle)

@@ -11,7 +11,7 @@ from slipmode.rom.slow.branches import continuation
 
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
-LOW_FOLD, HIGH_FOLD = 0.8987, 0.9831  # of `opening` under 0.06 N
+LOW_FOLD, HIGH_FOLD = 0.8995, 0.9831  # of `opening` under 0.06 N
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,8 @@ def opening():
 @pytest.fixture(scope="module")
 def folding():
     structure, law = opening()
-    model = rom.tabulate(rom.reduce(structure, (0,), law=law), law, (6.0,), 1e-3)
+    reduced = rom.reduce(structure, (0,), carrier=(0.94,), law=law)
+    model = rom.tabulate(reduced, law, (6.0,), 1e-3, detuning=True)
     return structure, law, model
 
 

@@ -1,0 +1,180 @@
+"""What is tabulated beside the friction terms: how they change with rates, and with frequencies.
+
+Both are hundredths of them, and themselves taken to some hundredths: at every third or fourth grid
+line; the rate correction on a coarser torus and without the modal response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.detuning import (
+    MOST_DETUNING,
+    Detuned,
+    Solve,
+    detuned_problems,
+    friction_detuning,
+)
+from slipmode.rom.contact.rate_correction import friction_rate_correction
+from slipmode.rom.contact.resolution import least_force
+from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.laws.friction import Friction
+from slipmode.rom.reduction.combination import CARRIERS, Order
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.table.hermite import Table, surface_values
+from slipmode.rom.table.refinement.sampling import amplitude_pairs
+from slipmode.rom.table.region import corners, with_neighbours
+
+Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
+
+_COARSER = Discretisation(steps=4, lines=2)
+_COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
+_COARSEST = Discretisation(steps=16, lines=8)
+_STRIDE, _DETUNING_STRIDE = 3, 4  # grid lines from one that is sampled to the next
+_HELPS = 0.5  # of the error that a slope has to take away, at least
+# Fractions of the largest amplitudes where forcing off the carriers is tried.
+_PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
+
+
+def with_rate_correction(
+    table: Table,
+    reduced: Reduced,
+    law: Friction,
+    amplitude_range: Floats,
+    grid: Discretisation,
+    spread: Spread,
+) -> Table:
+    """The table with its rate correction.
+
+    Parameters
+    ----------
+    amplitude_range : (modes,) ndarray
+        Amplitudes that are looked at as large ones [kg^1/2 m].
+    grid : Discretisation
+        Of the table.
+    spread : callable
+        Values of a function at many points, part by part.
+    """
+    coarser = _COARSER if reduced.contacts is None else _COARSER_ELASTIC
+    coarse = Discretisation(
+        min(grid.steps, max(grid.steps // coarser.steps, _COARSEST.steps)),
+        min(grid.lines, max(grid.lines // coarser.lines, _COARSEST.lines)),
+    )
+    surface = _surface(
+        table,
+        _STRIDE,
+        lambda part: friction_rate_correction(reduced, law, part, amplitude_range, coarse),
+        [(j != k, j != k) for j in range(table.modes) for k in range(table.modes)],
+        spread,
+    )
+    return replace(table, rate_correction=surface)
+
+
+def with_detuning(
+    table: Table,
+    reduced: Reduced,
+    solve: Solve,
+    roughly: Solve,
+    spread: Spread,
+    tolerance: float | None,
+) -> tuple[Table, float]:
+    """The table with dS_j / dOmega_k, where that helps, and the error of forcing off the carriers.
+
+    The error is that of S_j relative to the largest, MOST_DETUNING from the carriers.
+
+    Parameters
+    ----------
+    solve, roughly : callable
+        Contact terms of reduced matrices at amplitudes (points, modes), and less exactly.
+    spread : callable
+        As above.
+    tolerance : float or None
+        Error that needs no slope; None: none is wanted whatever the error.
+    """
+    points, carrier = _probes(table), reduced.carrier
+    largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
+    scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
+    scale[scale == 0.0] = 1.0  # modes that touch no contact
+    held = Detuned.of(reduced, np.zeros(table.modes)).friction(solve, points)
+    aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
+    changes = [Detuned.of(reduced, apart).friction(solve, points) - held for apart in aparts]
+
+    def missed_by(slope: Complexes | None) -> float:
+        """Largest error at the points; all of S_j where contacts do not settle."""
+        rest = np.array(changes)
+        if slope is not None:
+            rest -= np.einsum("pjk,ck->cpj", slope, aparts * carrier)
+        return float(np.nan_to_num(np.abs(rest) / scale, nan=1.0).max())
+
+    error = missed_by(None)
+    if tolerance is None or error <= tolerance:
+        return table, error
+    problems = detuned_problems(reduced)
+    if missed_by(friction_detuning(problems, carrier, solve, points)) > _HELPS * error:
+        return table, error
+    surface = _surface(
+        table,
+        _DETUNING_STRIDE,
+        lambda part: friction_detuning(problems, carrier, roughly, part),
+        [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
+        spread,
+    )
+    detuned = replace(table, detuning=surface)
+    return detuned, missed_by(detuned.detuning_at(points))
+
+
+def _probes(table: Table) -> Floats:
+    """Nodes (points, modes) that show what detuning does."""
+    fractions = np.unique(_PROBES[:, : table.modes], axis=0)
+    nearest = {
+        tuple(
+            int(np.abs(node - part * node[-1]).argmin())
+            for node, part in zip(table.axes, fraction, strict=True)
+        )
+        for fraction in fractions
+    }
+    chosen = sorted(nearest)
+    if table.region is not None:
+        held = corners(table.region)
+        inside = [pair for pair in chosen if held[pair]]
+        chosen = inside or [tuple(np.argwhere(held)[-1].tolist())]
+    return np.array(
+        [[node[k] for node, k in zip(table.axes, pair, strict=True)] for pair in chosen]
+    )
+
+
+def _surface(
+    table: Table,
+    stride: int,
+    sample: Callable[[Floats], Complexes],
+    orders: Sequence[Order],
+    spread: Spread,
+) -> Floats:
+    """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes)."""
+    modes, axes = table.modes, (table.node_a, table.node_b)
+    lines = [np.unique(np.append(np.arange(0, node.size, stride), node.size - 1)) for node in axes]
+    wanted = _wanted(table, stride)[np.ix_(*lines)]
+    some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
+    points = amplitude_pairs(some[0], some[1], modes)[wanted.ravel()]
+    samples = np.zeros((*wanted.shape, modes * modes), dtype=complex)
+    parts = list(spread(sample, points))
+    samples[wanted] = np.concatenate(parts).reshape(-1, modes * modes)
+    for axis in range(2):
+        samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
+    return surface_values(*axes, samples, orders)
+
+
+def _wanted(table: Table, stride: int) -> Flags:
+    """Nodes (n_a, n_b) that what is looked up may depend on."""
+    if table.region is None:
+        return np.ones((table.node_a.size, table.node_b.size), dtype=bool)
+    near = corners(table.region)
+    for _ in range(stride):
+        near = with_neighbours(near)
+    return near
