@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,6 +99,28 @@ class Table:
     def detuning_at(self, amplitudes: ArrayLike) -> Complexes:
         """dS_j / dOmega_k, (..., modes, modes), at amplitudes (..., modes) >= 0."""
         return self._correction_at(self.detuning, amplitudes)
+
+    def values_on(self, axes: Sequence[Floats]) -> Floats:
+        """Value and slopes as in `values` at nodes of another grid; the same bits at its own."""
+        shape = self.values.shape
+        known = self.values.reshape(*shape[:2], 2, 2, -1)  # d/db or none, d/da or none
+        found = np.einsum("diej,jbcek->ibcdk", _basis(self.node_a, axes[0]), known)
+        if self.modes == 2:
+            found = np.einsum("dibj,ajbck->aidck", _basis(self.node_b, axes[1]), found)
+        return np.ascontiguousarray(found).reshape(*found.shape[:2], 4, -1)
+
+    def keeping(self, inner: Table) -> Table:
+        """With the surfaces of a smaller table up to its end; with those that both have."""
+        axes, ends = (self.node_a, self.node_b), (inner.node_a[-1], inner.node_b[-1])
+        inside = [node <= end for node, end in zip(axes, ends, strict=True)]
+        kept = [node[within] for node, within in zip(axes, inside, strict=True)]
+        surfaces: dict[str, Any] = {}
+        for name in ("values", "rate_correction", "detuning"):
+            own, known = getattr(self, name), getattr(inner, name)
+            if own is not None and known is not None:
+                surfaces[name] = own.copy()
+                surfaces[name][np.ix_(*inside)] = replace(inner, values=known).values_on(kept)
+        return replace(self, **surfaces)
 
     def _correction_at(self, values: Floats | None, amplitudes: ArrayLike) -> Complexes:
         if values is None:
@@ -193,6 +216,22 @@ def _with_slopes(
 def _side_by_side(*parts: Floats) -> Floats:
     values = np.stack(parts, axis=2)
     return values.reshape(*values.shape[:3], -1)
+
+
+def _basis(node: Floats, at: Floats) -> Floats:
+    """Weights (2, points, 2, n) of values and slopes at nodes in those of Hermite's cubics."""
+    i = np.clip(np.searchsorted(node, at, "right") - 1, 0, node.size - 2)
+    h = node[i + 1] - node[i]
+    t = (at - node[i]) / h
+    rise, rise_by = t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / h
+    weights = np.zeros((2, at.size, 2, node.size))
+    k = np.arange(at.size)
+    weights[0, k, 0, i], weights[0, k, 0, i + 1] = 1.0 - rise, rise
+    weights[1, k, 0, i], weights[1, k, 0, i + 1] = -rise_by, rise_by
+    weights[0, k, 1, i], weights[0, k, 1, i + 1] = h * t * (1.0 - t) ** 2, h * t * t * (t - 1.0)
+    weights[1, k, 1, i] = (1.0 - t) * (1.0 - 3.0 * t)
+    weights[1, k, 1, i + 1] = t * (3.0 * t - 2.0)
+    return weights
 
 
 def _slope_weights(node: Floats, odd: Flags) -> Floats:

@@ -154,7 +154,7 @@ def tabulate(
 
         def refined_on(
             resolution: Resolution, further: Sequence[Order]
-        ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
+        ) -> tuple[list[Order], _Samples, tuple[Table, Table | None, Complexes, float]]:
             orders = contact_orders(reduced, combinations, max(harmonics, 1), further)
             columns = Columns(
                 orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
@@ -184,7 +184,7 @@ def tabulate(
 
         def refined(
             resolution: Resolution, further: Sequence[Order]
-        ) -> tuple[list[Order], _Samples, tuple[Table, Complexes, float]]:
+        ) -> tuple[list[Order], _Samples, tuple[Table, Table | None, Complexes, float]]:
             found = refined_on(resolution, further)
             if found[-1][-1] <= budget.interpolation or reduced.contacts is None:
                 return found
@@ -196,18 +196,15 @@ def tabulate(
         unanswered = off_carriers = 0.0
         try:
             finer = resolve(list(further)) if further else resolution
-            orders, samples, (table, carried, error) = refined(finer, list(further))
+            orders, samples, (table, inner, carried, error) = refined(finer, list(further))
             resolution = finer
         except UnsettledError:
             if not further:
                 raise
             unanswered = max(further.values())
-            orders, samples, (table, carried, error) = refined(resolution, [])
+            orders, samples, (table, inner, carried, error) = refined(resolution, [])
         if reduced.formulation == "consistent":
             spread = partial(_in_tasks, pool)
-            table = with_rate_correction(
-                *(table, reduced, law, amplitude_range, resolution.grid, spread)
-            )
             answered = [] if unanswered else list(further)
 
             def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
@@ -218,11 +215,20 @@ def tabulate(
 
             if detuning is None:
                 detuning = np.array_equal(reduced.carrier, reduced.frequency)
-            table, off_carriers = with_detuning(
-                *(table, reduced, partial(solve, resolution.march)),
-                *(partial(solve, _ROUGHLY * resolution.march), spread),
-                tolerance if detuning else None,
-            )
+
+            def corrected(part: Table) -> tuple[Table, float]:
+                part = with_rate_correction(
+                    *(part, reduced, law, amplitude_range, resolution.grid, spread)
+                )
+                return with_detuning(
+                    *(part, reduced, partial(solve, resolution.march)),
+                    *(partial(solve, _ROUGHLY * resolution.march), spread),
+                    tolerance if detuning else None,
+                )
+
+            table, off_carriers = corrected(table)
+            if inner is not None:
+                table = table.keeping(corrected(inner)[0])
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=error,

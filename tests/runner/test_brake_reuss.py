@@ -15,7 +15,7 @@ from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.runner.mode_table import mode_table
 
 pytest.importorskip("skfem", reason="needs slipmode[fem]")
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "bolted_joints"
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "published"
 
 

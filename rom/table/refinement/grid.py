@@ -42,9 +42,6 @@ class Grid:
         Nodes at which samples were taken.
     closest : float
         Distance of nodes below which no cell is halved, relative to the amplitude there.
-    throughout : bool
-        Whether samples are taken on all of a new line. Where the surface has to stay as it is, up
-        to the amplitudes of a table without headroom, those of a few cells would move its slopes.
     """
 
     nodes: tuple[Floats, Floats]
@@ -53,7 +50,6 @@ class Grid:
     left: Floats
     sampled: Flags
     closest: float
-    throughout: bool = False
 
     __repr__ = short_repr
 
@@ -83,7 +79,6 @@ class Grid:
             np.pad(self.left, pad, constant_values=np.inf),
             np.pad(self.sampled, pad[1:], constant_values=True),
             self.closest,
-            throughout=True,
         )
 
     def split(self, mode: int) -> Flags:
@@ -110,7 +105,7 @@ class Grid:
 
     def wanted(self, mode: int) -> Flags:
         """Nodes on the lines through the midpoints that are corners of halved cells, as a grid."""
-        poor = np.compress(self.split(mode), self.poor[mode] | self.throughout, axis=mode)
+        poor = np.compress(self.split(mode), self.poor[mode], axis=mode)
         return _touching(poor, 1 - mode, self.nodes[1 - mode].size)
 
     def halved(self, mode: int, taken: Flags, error: Floats, tolerance: float) -> Grid:
@@ -139,7 +134,6 @@ class Grid:
             np.repeat(left, parts, axis),
             np.take(both, self.order(mode), axis=mode),
             self.closest,
-            self.throughout,
         )
 
     def poor_at(self, points: Floats, doubts: Floats, share: float) -> Grid:

@@ -107,7 +107,7 @@ class _Checks:
         return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
-def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, float]:
+def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, Complexes, float]:
     """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
@@ -118,6 +118,8 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     Returns
     -------
     table : Table
+    inner : Table, optional
+        Up to the amplitude range, of one that goes beyond.
     carried : (n_a, n_b, carried) complex ndarray
         The columns that are not tabulated, at the nodes.
     error : float
@@ -135,13 +137,16 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Complexes, floa
     samples = samples.reshape(*grid.sampled.shape, -1)
     checks = _Checks(sampling)
     grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
+    inner = None
     if sampling.beyond:
+        inner = table
+        sampling = replace(sampling, inner=inner)
         grid, samples = _extended(sampling, grid, samples)
         checks.add_beyond()
         grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
     if sampling.region is not None:
         table = replace(table, region=sampling.region.cells(*grid.nodes))
-    return table, samples[..., len(sampling.columns.orders) :], error
+    return table, inner, samples[..., len(sampling.columns.orders) :], error
 
 
 def _refined(
@@ -212,16 +217,15 @@ def _halve(
     if not grid.poor[mode].any():
         return grid, samples
     grid, samples = _with_corners(sampling, grid, samples, mode)
-    order, split = grid.order(mode), grid.split(mode)
+    order = grid.order(mode)
     node = np.append(grid.nodes[mode], grid.middles(mode))
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
     table = sampling.table(grid.nodes, samples)
     surface = table.terms(points)
-    # what is not sampled is as it was: on the surface, or what is linear between the nodes
-    (left,) = np.nonzero(split)
-    beside = np.take(samples, left, axis=mode), np.take(samples, left + 1, axis=mode)
-    shape = beside[0].shape
-    fresh = (0.5 * (beside[0] + beside[1])).reshape(len(points), -1)
+    # what is not sampled is as it was: on the surface, or on cubics through the nodes
+    between = _between(grid.nodes[mode], samples, grid.middles(mode), mode)
+    shape = between.shape
+    fresh = between.reshape(len(points), -1)
     fresh[:, : surface.shape[1]] = surface
     new = order >= grid.nodes[mode].size
     counts, taken = (
@@ -234,6 +238,14 @@ def _halve(
     both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
     return finer, np.take(both, order, axis=mode)
+
+
+def _between(node: Floats, samples: Complexes, at: Floats, axis: int) -> Complexes:
+    """Samples along an axis, by cubics that keep their signs and go no further than they do."""
+    from scipy.interpolate import PchipInterpolator  # takes long to import
+
+    parts = PchipInterpolator(node, samples.view(float), axis=axis)(at)
+    return np.ascontiguousarray(parts).view(complex)
 
 
 def _with_corners(

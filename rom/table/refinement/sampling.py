@@ -59,7 +59,8 @@ class Sampling:
 
     `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
     much they are off by chance, as errors are; `region` the part of the plane where they are
-    wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`.
+    wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`,
+    up to which the surface is `inner` then.
     """
 
     at: Callable[[Floats], Complexes]
@@ -69,6 +70,7 @@ class Sampling:
     noise: float
     region: Region | None = None
     beyond: int = 0
+    inner: Table | None = None
 
     __repr__ = short_repr
 
@@ -92,7 +94,8 @@ class Sampling:
         """Table through the tabulated columns of samples on a grid."""
         orders = self.columns.orders
         tabulated = samples[..., : len(orders)]
-        return make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
+        table = make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
+        return table if self.inner is None else table.keeping(self.inner)
 
     def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
         """Relative error of values of a table where samples are `exact`, (points,)."""

@@ -1,6 +1,6 @@
 """A Brake-Reuss beam: two half beams and three bolts, from the Abaqus deck of its authors.
 
-    python examples/brake_reuss.py brb_octave-jim.inp beam
+    python examples/bolted_joints/brake_reuss.py brb_octave-jim.inp beam
     slipmode modes beam/beam.toml
 
 The first line reads the deck, assembles and joins its bodies, gathers the interface into

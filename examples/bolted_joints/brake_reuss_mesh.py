@@ -1,7 +1,7 @@
 """What brake_reuss.py found, on the mesh: for Rerun and for ParaView.
 
-    python examples/brake_reuss_mesh.py beam rest.rrd
-    python examples/brake_reuss_mesh.py beam vibrating.vtu logs/beam.mcap
+    python examples/bolted_joints/brake_reuss_mesh.py beam rest.rrd
+    python examples/bolted_joints/brake_reuss_mesh.py beam vibrating.vtu logs/beam.mcap
 
 The mode with the contacts as the bolts leave them; or a period of a recording of the scene.
 """

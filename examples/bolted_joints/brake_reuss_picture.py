@@ -1,7 +1,7 @@
 """A picture of what brake_reuss.py found: contacts at rest, damped nonlinear mode.
 
-    python examples/brake_reuss_picture.py beam beam.png
-    python examples/brake_reuss_picture.py beam beam.png tmdsimpy_brb_epmc_flat.yaml
+    python examples/bolted_joints/brake_reuss_picture.py beam beam.png
+    python examples/bolted_joints/brake_reuss_picture.py beam beam.png tmdsimpy_brb_epmc_flat.yaml
 
 The file is a published curve, beside which ours is drawn.
 """
