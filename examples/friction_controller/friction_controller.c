@@ -5,6 +5,7 @@
  */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "fmi2Functions.h"
 
@@ -15,7 +16,7 @@ typedef struct {
     double time; /* [s] */
     int running;
     fmi2CallbackFunctions call;
-    fmi2String name;
+    char name[]; /* a copy: the importer's lasts for a call */
 } controller;
 
 static const double START[VARIABLES] = {0.0, 1.0, 0.0, 1.0, 10.0, 0.05, 5.0};
@@ -33,10 +34,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid,
                               fmi2String resources, const fmi2CallbackFunctions *call,
                               fmi2Boolean visible, fmi2Boolean logging) {
     (void)guid, (void)resources, (void)visible, (void)logging;
-    controller *c = type == fmi2CoSimulation ? calloc(1, sizeof *c) : NULL;
+    if (type != fmi2CoSimulation || !name || !call) return NULL;
+    controller *c = calloc(1, sizeof *c + strlen(name) + 1);
     if (!c) return NULL;
     c->call = *call;
-    c->name = name;
+    strcpy(c->name, name);
     fmi2Reset(c);
     return c;
 }
