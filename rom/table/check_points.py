@@ -24,7 +24,7 @@ _NEARBY = 0.1  # of a cell: what is checked there need not be checked again
 AROUND = (0.25, 0.12)  # of a cell, around the largest error, then around the largest again
 _WORST = (4, 1)  # cells whose largest errors are gone around, for one mode, for two
 _OTHERS = 4  # errors beside the largest that tell what lies beyond it
-_LEAST_BEYOND = 0.75  # of the largest, see `largest_error`
+_LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
 
 def spread_points(
@@ -157,8 +157,8 @@ def largest_error(errors: Floats, noise: float) -> float:
 
     These are the upper end of a sample: beyond its largest lies about as much as between it and
     the few after it (Robson and Whitlock's estimate of where a distribution ends). Where these
-    are alike a better place in the cell, or a kink less fortunate, has more: dense checks of some
-    hundred tables found up to 1.7 times as much.
+    are alike a better place in the cell, or a kink less fortunate, has more: of dense checks of 77
+    tables one found 1.44 and one 1.27 times as much, with the noise of samples; no other 1.12.
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
     return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
