@@ -15,19 +15,20 @@ from typing import Any, Self
 import numpy as np
 
 from slipmode.fmu.archive.contents import Archive
+from slipmode.fmu.import_log import Log
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 
 fmpy = extra("fmpy", "fmu")
+fmi2 = extra("fmpy.fmi2", "fmu")
 simulation = extra("fmpy.simulation", "fmu")
 FMICallException = extra("fmpy.fmi1", "fmu").FMICallException
 
 # FMPy changes the working directory of the process while it loads a library: in two threads at
 # once, for good.
 _LOADING = threading.Lock()
-_DISCARD = 2  # status from which on a message says what went wrong
 
 
 class Imported:
@@ -66,7 +67,7 @@ class Imported:
         self.input_names = tuple(self._inputs)
         self.output_names = ("time", *self._archive.outputs)
         self._time = 0.0
-        self._log = _Log()
+        self._log = Log()
         self._resources = ExitStack()
         weakref.finalize(self, self._resources.close)
         try:
@@ -168,9 +169,7 @@ class Imported:
         self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)
         fmpy.extract(self._archive.path, unzipped)
         with _LOADING:
-            instance = simulation.instantiate_fmu(
-                unzipped, description, "CoSimulation", logger=self._log.write
-            )
+            instance = self._instantiated(unzipped)
         self._resources.callback(instance.freeInstance)
         simulation.apply_start_values(
             instance, description, start, simulation.settable_in_instantiated
@@ -183,20 +182,16 @@ class Imported:
         instance.exitInitializationMode()
         return instance
 
-
-class _Log:
-    """The last reason that an FMU gave for not doing what it was asked."""
-
-    def __init__(self) -> None:
-        self._last = ""
-
-    def write(self, *said: Any) -> None:
-        """Logger of either version of the standard."""
-        status, _, message = said[-3:]
-        if status >= _DISCARD:
-            self._last = message.decode(errors="replace")
-
-    def reason(self, error: Exception) -> str:
-        """What was logged since it was last asked for, else what the error says."""
-        reason, self._last = self._last or str(error), ""
-        return reason
+    def _instantiated(self, unzipped: str) -> Any:
+        description = self._archive.description
+        if self._archive.fmi != "2.0":
+            return simulation.instantiate_fmu(
+                unzipped, description, "CoSimulation", logger=self._log.write
+            )
+        instance = fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=unzipped,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )
+        instance.instantiate(callbacks=self._log.callbacks())
+        return instance

@@ -11,7 +11,8 @@ from time import sleep
 
 import numpy as np
 import pytest
-from fmpy import fmi1
+from fmpy import fmi1, read_model_description
+from fmpy.simulation import instantiate_fmu
 from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component
 from mcap.reader import make_reader
 
@@ -142,6 +143,26 @@ def test_a_failed_step_leaves_outputs_and_a_reason(fmus, fmi):
         assert stop.value.outputs.shape == (2, len(imported.output_names))
         imported.do_step(2.0, 1.0)  # it goes on from where it stands
         assert imported.outputs()["time"] == 3.0
+
+
+def test_each_hears_of_its_own_failures(fmus, fmi):
+    with Imported(fmus[fmi]) as first, Imported(fmus[fmi]) as second:
+        for step, imported in ((-1, first), (-2, second), (-3, first)):
+            with pytest.raises(fmu.StoppedError, match=f"step {step} s"):
+                imported.do_step(0.0, step)
+
+
+def test_instances_of_fmpy_itself_log_after_an_import(fmus, fmi, tmp_path, capfd):
+    with Imported(fmus[fmi]):
+        pass
+    shutil.unpack_archive(fmus[fmi], tmp_path, format="zip")
+    description = read_model_description(tmp_path)
+    instance = instantiate_fmu(tmp_path, description, "CoSimulation")
+    with pytest.raises(fmi1.FMICallException):
+        instance.doStep(0.0, -1.0)
+    instance.freeInstance()
+    said = capfd.readouterr().out
+    assert fmi == 3 or "DoStep: not allowed" in said  # of FMI 3.0 FMPy prints nothing
 
 
 def test_wrong_use_is_refused_and_named(fmus, fmi):
