@@ -1,8 +1,8 @@
 """What an FMU logs while FMPy drives it.
 
-FMPy formats the messages of FMI 2.0 in one function of the process, which passes them all on to the
-logger that it was given last, whether that is still there or not. Ours is one for all instances and
-lasts as long as the process; it tells them apart by their environment.
+FMPy formats the messages of FMI 2.0 in one function of the process, which passes them all on to
+the logger that it was given last, whether that is still there or not. Ours is one for all
+instances and lasts as long as the process; it tells them apart by their environment.
 """
 
 from __future__ import annotations
