@@ -42,7 +42,5 @@ def test_three_ways_agree(name, tmp_path):
     ):
         np.testing.assert_allclose(way[0], time, rtol=1e-9)
         assert apart(way[1], expected).max() < WITHIN
-    # the blade's own table is that of a region, to the 1e-2 of the scene
-    bound = WITHIN if name != "blade" else scene.model.tolerance / 8
     _, plain = recorded(runner.run(scene, tmp_path / "plain"))
-    assert apart(plain, expected).max() < bound
+    assert apart(plain, expected).max() < WITHIN
