@@ -78,14 +78,13 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
         for excluded, members in groups.items():
             group = np.array(members)
             here = np.ix_(rows, group)
-            others = _Others.of(reduced, excluded, nu[here].ravel())
-            responded, reacting = others.response(P[here].reshape(-1, reduced.n_contacts))
-            modal[np.ix_(rows, group, others.numbers)] = responded.reshape(*nu[here].shape, -1)
-            reaction[here] = reacting.reshape(P[here].shape)
+            others = _Others.of(reduced, excluded, nu[here])
+            responded, reaction[here] = others.response(P[here])
+            modal[np.ix_(rows, group, others.numbers)] = responded
         for mode, order in enumerate(CARRIERS[: model.modes]):
             q = orders.index(order)
             excluded = resonant_modes(model.modes, order, model.combinations)
-            others = _Others.of(reduced, excluded, nu[rows, q])
+            others = _Others.of(reduced, excluded, nu[rows, q, np.newaxis])
             carried = _at_carrier(model, trajectory, effective, rows, others, mode, P[rows, q])
             P[rows, q], responded, reaction[rows, q] = carried
             modal[rows[:, np.newaxis], q, others.numbers] = responded
@@ -94,55 +93,86 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
 
 @dataclass(frozen=True, eq=False)
 class _Others:
-    """The modes that respond to a harmonic: all but those whose slow flow has it.
+    """The modes that respond to harmonics: all but those whose slow flow has them.
+
+    Matrices are those of `distinct` frequencies: one for each harmonic where the forcing stands
+    still, else one for each harmonic at each point.
 
     Attributes
     ----------
     reduced : Reduced
     numbers : (others,) ndarray of int
         Of these modes.
-    frequency : (points,) ndarray
+    steady : bool
+        Whether the frequencies of all points are the same.
+    distinct : (distinct, 1, 1) ndarray
         nu [rad/s]
-    coupling : (points, others, N_c) complex ndarray
+    coupling : (distinct, others, N_c) complex ndarray
         B
-    all_rows : (points, others, modes + nonresonant) complex ndarray
+    all_rows : (distinct, others, modes + nonresonant) complex ndarray
         Their rows of D.
     """
 
     reduced: Reduced
     numbers: NDArray[np.intp]
-    frequency: Floats
+    steady: bool
+    distinct: Floats
     coupling: Complexes
     all_rows: Complexes
 
     @classmethod
     def of(cls, reduced: Reduced, excluded: Sequence[int], nu: Floats) -> Self:
+        """At the frequencies nu (points, harmonics)."""
         numbers = np.delete(np.arange(reduced.all_shapes.shape[1]), list(excluded))
-        coupling = reduced.modal_coupling(nu)[:, numbers]
-        return cls(reduced, numbers, nu, coupling, reduced.modal_stiffness(nu)[:, numbers])
+        steady = bool(np.all(nu == nu[0]))
+        distinct = nu[0] if steady else nu.ravel()
+        return cls(
+            *(reduced, numbers, steady, distinct[:, np.newaxis, np.newaxis]),
+            reduced.modal_coupling(distinct)[:, numbers],
+            reduced.modal_stiffness(distinct)[:, numbers],
+        )
 
     def displacement(self, force: Complexes) -> Complexes:
-        """Displacement by forces on them (points, others, forces)."""
+        """Displacement by forces on them (distinct, others, forces)."""
         return np.asarray(np.linalg.solve(self.all_rows[:, :, self.numbers], force))
 
     def response(
         self, P: Complexes, force: Complexes | float = 0.0
     ) -> tuple[Complexes, Complexes]:
-        """Displacement by contacts P (points, N_c) and forces; its reaction on the contacts."""
-        on_them = force - np.einsum("pjc,pc->pj", self.coupling, P)
-        q = self.displacement(on_them[..., np.newaxis])[..., 0]
-        follows = (self.frequency**2)[:, np.newaxis] * (P @ self.reduced.carried_mass)
+        """Displacement (points, harmonics, others) by contacts P (points, harmonics, N_c).
+
+        And by forces; then its reaction on the contacts.
+        """
+        moved = self._side_by_side(P)
+        on_them = -self.coupling @ moved
+        if isinstance(force, np.ndarray):
+            on_them += self._side_by_side(force)
+        q = self.displacement(on_them)
+        follows = self.distinct**2 * (self.reduced.carried_mass.T @ moved)
         if self.reduced.contacts is not None:
-            follows = follows - 1j * self.frequency[:, np.newaxis] * (P @ self.reduced.damping)
-        return q, follows - np.einsum("pjc,pj->pc", self.coupling, q)
+            follows = follows - 1j * self.distinct * (self.reduced.damping.T @ moved)
+        reaction = follows - self.coupling.transpose(0, 2, 1) @ q
+        return self._by_point(q, P.shape[:2]), self._by_point(reaction, P.shape[:2])
 
     def contact_stiffness(self) -> Complexes:
-        """Of the contacts without friction, these modes responding, (points, N_c, N_c)."""
-        reduced, nu = self.reduced, self.frequency[:, np.newaxis, np.newaxis]
+        """Of the contacts without friction, these modes responding, (distinct, N_c, N_c)."""
+        reduced, nu = self.reduced, self.distinct
         inertia = reduced.mass + reduced.carried_mass
         own = reduced.stiffness + 1j * nu * reduced.damping - nu**2 * inertia
         reacting = self.coupling.transpose(0, 2, 1) @ self.displacement(self.coupling)
         return np.asarray(own - reacting)
+
+    def _side_by_side(self, values: Complexes) -> Complexes:
+        """Values (points, harmonics, k) of the same frequency, (distinct, k, values)."""
+        if self.steady:
+            return values.transpose(1, 2, 0)
+        return values.reshape(-1, values.shape[2], 1)
+
+    def _by_point(self, values: Complexes, shape: tuple[int, ...]) -> Complexes:
+        """Back from `_side_by_side`."""
+        if self.steady:
+            return values.transpose(2, 0, 1)
+        return values.reshape(*shape, -1)
 
 
 def _at_carrier(
@@ -158,18 +188,23 @@ def _at_carrier(
     force_response = trajectory.force_response
     on_modes: Complexes | float = 0.0
     on_contacts: Complexes | float = 0.0
+
+    def response(P: Complexes) -> tuple[Complexes, Complexes]:
+        q, reaction = others.response(P[:, np.newaxis], on_modes)
+        return q[:, 0], reaction[:, 0]
+
     if force_response is not None:
         half = 0.5 * trajectory.point_force[points, mode, np.newaxis]
-        on_modes = half * force_response.modal[mode, others.numbers]
+        on_modes = (half * force_response.modal[mode, others.numbers])[:, np.newaxis]
         on_contacts = half * force_response.residual_force(model.reduced)[mode]
-        further = on_contacts + others.response(np.zeros_like(P), on_modes)[1]
+        further = on_contacts + response(np.zeros_like(P))[1]
         effective_here = effective[points, mode, np.newaxis]
         tabulated = _tabulated_force(model.reduced, mode, effective_here, P)
         coupled = effective_here * model.reduced.coupling[mode]
         P = P + _displacement_by(
             further - tabulated, others.contact_stiffness(), P, tabulated - coupled
         )
-    q, reaction = others.response(P, on_modes)
+    q, reaction = response(P)
     by_dampers = others.displacement(others.all_rows[:, :, [mode]])[..., 0]  # per a_j
     return (
         P,
@@ -190,10 +225,11 @@ def _displacement_by(
 ) -> Complexes:
     """What a small further force adds to a carrier P of the contacts, (points, N_c).
 
-    Friction resists it with its secant stiffness, friction_i / P_i, which `force` and P tell; a
-    contact that sticks does not move.
+    `stiffness` (points, N_c, N_c), or (1, N_c, N_c) of all points. Friction resists it with its
+    secant stiffness, friction_i / P_i, which `force` and P tell; a contact that sticks does not
+    move.
     """
-    friction = force - np.einsum("pcd,pd->pc", stiffness, P)
+    friction = force - (stiffness @ P[..., np.newaxis])[..., 0]
     elastic = np.abs(np.einsum("pcc->pc", stiffness) * P)
     reach = np.abs(force).max(axis=1, keepdims=True)
     sticks = (elastic <= _STUCK * reach) | (reach == 0.0)
