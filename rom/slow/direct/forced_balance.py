@@ -79,10 +79,13 @@ class Balanced(SteadyHarmonics):
     ----------
     off : (modes,) ndarray
         By what the next step would change the amplitudes [kg^1/2 m].
+    changes : (8 or more, n) ndarray
+        Of displacements and of the imbalance on the way, see `_Secants`.
     grid : Discretisation
     """
 
     off: Floats
+    changes: Floats
     grid: Discretisation
 
     __repr__ = short_repr
@@ -140,12 +143,15 @@ class ForcedBalance:
         modes = len(self.half)
         receptance = self._receptance(orders)
         q, k = receptance.resonant
+        frequency = receptance.frequency[:modes]
         target, P = np.zeros(q.size, dtype=complex), None
         if start is not None:
             P = _extended(start.P, start.orders, orders)
             target = _extended(start.modal, start.orders, orders)[q, k]
         kappa, moves = receptance.kappa, np.linalg.norm(receptance.B[q, k], axis=1)
         secants = _Secants(moves, modes)
+        if isinstance(start, Balanced) and np.array_equal(start.frequency[:modes], frequency):
+            secants.take_on(start.changes)
         closest, far, least, idle = 0.1 * self.tolerance, 1.0, np.inf, 0
         finest = _PRECISION[modes] * self.tolerance
         for _ in range(_STEPS):
@@ -175,6 +181,7 @@ class ForcedBalance:
                 return Balanced(
                     amplitude=found[:modes],
                     off=off[:modes],
+                    changes=secants.changes,
                     orders=list(orders),
                     frequency=receptance.frequency,
                     modal=modal,
@@ -287,25 +294,36 @@ class _Secants:
         self.unresolved = np.zeros(moves.size)
         self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
+        self._before = np.zeros((4 * moves.size, 0))
+
+    def take_on(self, changes: Floats) -> None:
+        """Those of another balance of the same modes at the same frequencies.
+
+        Of one mode a balance finds its own in two steps.
+        """
+        if self._enough > 1 and len(changes) == len(self._before):
+            self._before = changes
 
     @property
-    def known(self) -> bool:
-        """Whether there is one."""
-        return len(self._points) > 1
+    def changes(self) -> Floats:
+        """Of displacements, and of the imbalance below, weighted, (4 pairs, n); the last first."""
+        last, *before = reversed(self._points)
+        own = np.array([last - point for point in before]).reshape(-1, last.size).T
+        return np.hstack((own, self._before))[:, : self._most]
 
     @property
     def spanning(self) -> bool:
         """Whether there are enough for all the retained modes may do."""
-        return len(self._points) > self._enough
+        return self.changes.shape[1] >= self._enough
 
     def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
         """The next displacement (pairs,)."""
         moved = self._moves * np.array((found, imbalance))
         self._points = [*self._points[-self._most :], moved.ravel().view(float)]
-        if not self.known:
+        changes = self.changes
+        if not changes.size:
             return found
         last, size = self._points[-1], 2 * found.size
-        changes = np.array([last - before for before in self._points[:-1]]).T
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
         displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
         softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
