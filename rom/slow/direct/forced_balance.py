@@ -314,7 +314,7 @@ class _Secants:
     @property
     def spanning(self) -> bool:
         """Whether there are enough for all the retained modes may do."""
-        return self.changes.shape[1] >= self._enough
+        return bool(self.changes.shape[1] >= self._enough)
 
     def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
         """The next displacement (pairs,)."""
