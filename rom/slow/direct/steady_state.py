@@ -31,6 +31,7 @@ from slipmode.rom.structure.structure import Structure
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS = 128
 _SAFETY = 2.0
+_LEFT_BY_STEPS = 1 / 3  # of the change by twice as many: they are of second order
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
 # often the first do.
 _TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
@@ -205,8 +206,9 @@ def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floa
     if modes == 2:
         found, by_grid = _resolved(balance, found, "lines", LINES[-1], 0.5)
     found, by_steps = _resolved(balance, found, "steps", most, 1.0)
-    # steps are of second order: a third of the change is left; what changes tell is no bound
-    return _SAFETY * (by_harmonics + by_grid + by_steps / 3.0) + found.off, found
+    # what changes tell is no bound; elastic contacts that turn between two steps settle slowly
+    left = _LEFT_BY_STEPS if balance.reduced.contacts is None else 1.0
+    return _SAFETY * (by_harmonics + by_grid + left * by_steps) + found.off, found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:
