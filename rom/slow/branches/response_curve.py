@@ -21,7 +21,7 @@ from slipmode.rom.slow.branches.continuation import (
     Points,
     branch_through,
 )
-from slipmode.rom.slow.branches.forced import ForcedSlowFlow, Varied
+from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
 from slipmode.rom.table.model import Model
@@ -102,7 +102,8 @@ class ResponseCurve:
     def at(self, value: float) -> tuple[Complexes, Flags]:
         """Steady states at a value of the parameter, (found, modes), and which are stable.
 
-        Between the points of the curve: on straight lines, by which amplitudes are some 1e-4 off.
+        Between the points of the curve: on straight lines, by which amplitudes are some 1e-4 off;
+        a quarter of that for half the `largest_step`.
         """
         p = self.parameter
         across = (p[:-1] > value) != (p[1:] > value)
@@ -184,6 +185,7 @@ def response_curve(
     vary: Varied,
     span: Sequence[ArrayLike],
     phase: Sequence[float] = (0.0, 0.0),
+    largest_step: float = LARGEST_STEP,
 ) -> ResponseCurve:
     """Follow every steady state within the friction table, through folds, with its stability.
 
@@ -207,6 +209,9 @@ def response_curve(
         First and last value.
     phase : sequence of float
         Phases of the forces [rad].
+    largest_step : float
+        From one point to the next, over the whole span and the range of the table: 1e-4 to 0.1;
+        they are closer where the curve bends.
 
     Returns
     -------
@@ -224,7 +229,9 @@ def response_curve(
         Where friction or the force strain what the method assumes, or a branch has too many
         points.
     """
-    problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span)
+    if not 1e-4 <= largest_step <= 0.1:
+        raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
+    problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []
     left = problem.solutions(np.linspace(0.0, 1.0, _SECTIONS))
     while left.size:
