@@ -155,7 +155,7 @@ def compare(
             )
         else:
             table, curve, found, own = _tabulated(case, reduced, compared, span)
-        balance, exact = _spent(lambda: np.array(list(_balanced(compared, span))))
+        balance, exact = _spent(lambda: np.array(list(balanced(compared, span))))
     size = np.abs(exact[:, 0])
     apart = np.nan if published is None else np.abs(own - published(span)).max() / own.max()
     return Found(
@@ -198,7 +198,7 @@ def _displacement(model: rom.Model, case: Case, curve: rom.ResponseCurve, Omega:
     return float(np.abs(steady_displacement(model, case, a)[0]))
 
 
-def _balanced(compared: Compared, span: Floats) -> Iterator[Complexes]:
+def balanced(compared: Compared, span: Floats) -> Iterator[Complexes]:
     """Carriers (modes,) at successive frequencies."""
     before: list[Complexes] = []
     balance = HarmonicBalance(compared.peer, compared.harmonics)
