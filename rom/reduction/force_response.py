@@ -133,7 +133,7 @@ def _per_modal_force(reduced: Reduced, patterns: ForcePatterns) -> Floats:
     """Forces (modes, n) per unit of their modal force F_j; 0 where there is none."""
     f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in patterns])
     own = np.array([[reduced.modal_force(j, each)] for j, each in enumerate(f)])
-    return np.divide(f, own, out=np.zeros_like(f), where=own != 0)
+    return np.asarray(np.divide(f, own, out=np.zeros_like(f), where=own != 0))
 
 
 def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:

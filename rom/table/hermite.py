@@ -256,7 +256,7 @@ def _slope_weights(node: Floats, odd: Flags) -> Floats:
     *_, even, _ = dgtsv(lower, diagonal, upper, of_values)
     upper[0], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
     *_, uneven, _ = dgtsv(lower, diagonal, upper, of_values)
-    return np.stack((even, uneven))[odd.astype(int)]
+    return np.asarray(np.stack((even, uneven))[odd.astype(int)])
 
 
 def _end_weights(node: Floats) -> Floats:

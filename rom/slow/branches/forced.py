@@ -125,7 +125,8 @@ class ForcedSlowFlow:
 
     def limit_scale(self, part: Floats) -> Floats:
         """Friction limits at parts of the span, over those of the model."""
-        return np.asarray(self._inputs_at(part)["limit_scale"])
+        first, last = self.inputs["limit_scale"]
+        return np.asarray(first + part * (last - first))
 
     def amplitude(self, z: Floats) -> Complexes:
         """a_j (points, modes) of solutions (points, k + 1)."""

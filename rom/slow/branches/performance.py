@@ -20,7 +20,7 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
+from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -75,12 +75,13 @@ class PerformanceCurve:
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        peak = self.peak if dof is None else units.of_displacement(self.displacement(dof))
+        shown = Shown(dof, units)
+        peak = shown.size(self.mode_shape, self.peak)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
-        unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
-        ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=f"resonance peak {unit}")
+        name = shown.named("resonance peak")
+        ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=name)
         ax.legend()
         return ax
 

@@ -23,7 +23,7 @@ from slipmode.rom.slow.branches.continuation import (
 )
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding, motion_findings, warn
 
@@ -114,14 +114,7 @@ class ResponseCurve:
 
     def displacement(self, dof: int) -> Floats:
         """Amplitude of a DOF in each mode's shape, (n, modes) [m], without the contacts' share."""
-        return self._sized(self.amplitude, dof, SI)
-
-    def _sized(self, amplitude: Complexes, dof: int | None, units: Units) -> Floats:
-        """|a_j| (..., modes), or what they move a DOF."""
-        size = np.abs(amplitude)
-        if dof is None:
-            return size
-        return units.of_displacement(modal_displacements(self.mode_shapes, size, dof))
+        return Shown(dof).size(self.mode_shapes, np.abs(self.amplitude))
 
     def _shown(self, parameter: Floats | float, units: Units) -> Floats:
         of_frequency = self.vary.startswith("frequency_")
@@ -133,19 +126,17 @@ class ResponseCurve:
         Where amplitudes oscillate in slow time, bars from the least to the largest.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        parameter, sizes = (
-            self._shown(self.parameter, units),
-            self._sized(self.amplitude, dof, units),
-        )
+        shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
+        sizes = shown.size(self.mode_shapes, np.abs(self.amplitude))
         for j in range(self.amplitude.shape[1]):
             size, color = sizes[:, j], f"C{j}"
             for number in np.unique(self.branch):
                 own = self.branch == number
-                for shown, style in ((self.stable, "-"), (~self.stable, "--")):
-                    part = np.where(shown, size, np.nan)[own]
+                for which, style in ((self.stable, "-"), (~self.stable, "--")):
+                    part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
             ends = (self.cycles.lowest, self.cycles.highest)
-            low, high = (self._sized(end.astype(complex), dof, units)[:, j] for end in ends)
+            low, high = (shown.size(self.mode_shapes, end)[:, j] for end in ends)
             ax.vlines(
                 self._shown(self.cycles.parameter, units), low, high, color=color, alpha=0.3, lw=3
             )
@@ -153,11 +144,10 @@ class ResponseCurve:
             for kind, marker in (("fold", "o"), ("Hopf", "s")):
                 at = [point for point in self.special if point.kind == kind]
                 where = [self._shown(point.parameter, units) for point in at]
-                tops = [self._sized(point.amplitude, dof, units)[j] for point in at]
+                tops = [shown.size(self.mode_shapes, np.abs(one.amplitude))[j] for one in at]
                 ax.plot(where, tops, marker, color=color)
         unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
-        size_unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
-        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=f"amplitude {size_unit}")
+        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=shown.named("amplitude"))
         ax.legend()
         return ax
 
@@ -169,7 +159,8 @@ class ResponseCurve:
             found |= {f"{mode}_re": self.amplitude[:, j].real}
             found |= {f"{mode}_im": self.amplitude[:, j].imag}
         if dof is not None:
-            for mode, size in zip("AB", self._sized(self.amplitude, dof, units).T, strict=False):
+            sizes = units.of_displacement(self.displacement(dof))
+            for mode, size in zip("AB", sizes.T, strict=False):
                 found[units.of_dof(mode, dof)] = size
         return found | {"growth": self.growth}
 

@@ -169,15 +169,13 @@ def _tabulated(
     case: Case, reduced: rom.Reduced, compared: Compared, span: Floats
 ) -> tuple[float, float, int, Floats]:
     """Seconds of the table and of the curve, its points, and |x| at frequencies."""
-    assert compared.amplitude is not None
-    tabulate = partial(rom.tabulate, law=case.law, amplitude=compared.amplitude)
-    forcing = {"frequency": case.frequency, "force": case.force, "span": compared.span}
-    follow = partial(rom.response_curve, vary="frequency_A", **forcing)
-    largest_step, spent = LARGEST_STEP, []
+    amplitude, largest_step, spent = compared.amplitude, LARGEST_STEP, []
+    assert amplitude is not None
     for _ in range(_TURNS):
         anew = reduced.at_carrier(case.frequency)  # nothing is known of it
-        table, model = _spent(partial(tabulate, anew, tolerance=_TOLERANCE))
-        seconds, curve = _spent(partial(follow, model, largest_step=largest_step))
+        table, model = _spent(partial(rom.tabulate, anew, case.law, amplitude, _TOLERANCE))
+        follow = partial(rom.response_curve, model, case.frequency, case.force, "frequency_A")
+        seconds, curve = _spent(partial(follow, compared.span, largest_step=largest_step))
         spent.append((table, seconds))
         largest_step *= curve.parameter.size / _POINTS
     own = np.array([_displacement(model, case, curve, Omega) for Omega in span])

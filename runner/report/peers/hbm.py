@@ -21,7 +21,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from slipmode import rom
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.structure.matrices import as_dense
