@@ -102,8 +102,7 @@ class ResponseCurve:
     def at(self, value: float) -> tuple[Complexes, Flags]:
         """Steady states at a value of the parameter, (found, modes), and which are stable.
 
-        Between the points of the curve: on straight lines, by which amplitudes are some 1e-4 off;
-        a quarter of that for half the `largest_step`.
+        Between the points of the curve: on straight lines, by which amplitudes are some 1e-4 off.
         """
         p = self.parameter
         across = (p[:-1] > value) != (p[1:] > value)
@@ -289,7 +288,11 @@ def _passes(branch: Branch, z: Floats) -> Flags:
     """Whether a branch goes through solutions (n, k + 1): near a chord, which bends little."""
     start, chord = branch.points.z[:-1], np.diff(branch.points.z, axis=0)
     length = np.linalg.norm(chord, axis=1)
-    away = z[:, np.newaxis] - start
-    along = np.einsum("nck,ck->nc", away, chord) / length**2
-    away -= np.clip(along, 0.0, 1.0)[..., np.newaxis] * chord
-    return np.asarray(np.any(np.linalg.norm(away, axis=2) <= _SAME + _BEND * length, axis=1))
+    away = _SAME + _BEND * length
+    at, near = np.nonzero(np.abs(z[:, -1:] - start[:, -1]) <= length + away)
+    apart, chord = z[at] - start[near], chord[near]
+    along = np.einsum("ck,ck->c", apart, chord) / length[near] ** 2
+    apart -= np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
+    passed = np.zeros(len(z), dtype=bool)
+    passed[at[np.linalg.norm(apart, axis=1) <= away[near]]] = True
+    return passed
