@@ -28,6 +28,7 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
 
 _OVERSAMPLING = 4  # grid points per harmonic and period
+_LEAST_GRID = 16  # few harmonics need more against aliasing
 _TOLERANCE = 1e-9  # of the friction limit
 _NEWTON_STEPS = 25
 _FIRST_ALPHA = 1.0  # the friction is sharpened from here [m/s] ...
@@ -72,7 +73,7 @@ class HarmonicBalance:
         self._orders = np.array(harmonic_orders(highest, self.forced.size))
         n, m = self._orders.T
         self._apart = np.subtract.outer(n, n), np.subtract.outer(m, m)
-        size = next_fast_len(_OVERSAMPLING * highest)
+        size = max(next_fast_len(_OVERSAMPLING * highest), _LEAST_GRID)
         self._grid = (size, size if self.forced.size == 2 else 1)
         self._sums = tuple(
             np.add.outer(k, k) % count for k, count in zip((n, m), self._grid, strict=True)
