@@ -22,7 +22,7 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import ForceResponse, Forces, steady_force
+from slipmode.rom.reduction.force_response import Forces, residual_force, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.representable import round_down, round_up
@@ -324,9 +324,9 @@ def force_strain(reduced: Reduced, law: Friction, force: Forces, amplitude: Floa
     if reduced.formulation == "paper":
         return np.zeros(len(force))
     modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
-    residual = ForceResponse.of(reduced, force).residual_force(reduced)
+    residual = residual_force(reduced, force)
     if reduced.force_patterns is not None:  # the contact problem has theirs
-        known = ForceResponse.of(reduced, list(reduced.force_patterns)).residual_force(reduced)
+        known = residual_force(reduced, list(reduced.force_patterns))
         residual -= np.where(steady_force(reduced)[0] != 0.0, known, 0.0)
     aside = np.abs(residual * modal[:, np.newaxis])
     if reduced.contacts is not None:

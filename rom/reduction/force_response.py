@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -71,9 +72,7 @@ class ForceResponse:
 
         Without the structure the displacement of DOFs lacks the static part.
         """
-        f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in patterns])
-        own = np.array([reduced.modal_force(j, each) for j, each in enumerate(f)])
-        f = np.divide(f, own[:, np.newaxis], out=np.zeros_like(f), where=own[:, np.newaxis] != 0)
+        f = _per_modal_force(reduced, patterns)
         static = np.zeros_like(f.T)
         if structure is not None and reduced.formulation == "consistent":
             static = _left_over(structure, reduced, f.T)
@@ -121,6 +120,20 @@ class ForceResponse:
         own = (rotated / (gamma + 2j * (frequency + damped))).real
         left = -responded + 1j * (own + 0.5 * gamma * responded - moving) / damped
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
+
+
+def residual_force(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
+    """Force on the contacts less what they have of it by the shift, (modes, N_c), as above."""
+    on_contacts = _per_modal_force(reduced, patterns) @ reduced.contact_shapes
+    shift = off_resonance_shift(reduced, patterns)
+    return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
+
+
+def _per_modal_force(reduced: Reduced, patterns: ForcePatterns) -> Floats:
+    """Forces (modes, n) per unit of their modal force F_j; 0 where there is none."""
+    f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in patterns])
+    own = np.array([[reduced.modal_force(j, each)] for j, each in enumerate(f)])
+    return np.asarray(np.divide(f, own, out=np.zeros_like(f), where=own != 0))
 
 
 def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
@@ -184,12 +197,24 @@ def force_on_contacts(
     f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(mode, pattern)
     if own == 0.0:
         return np.zeros(reduced.n_contacts, dtype=complex)
-    Omega = reduced.carrier[mode]
-    others = reduced.others_response(mode, Omega, reduced.all_shapes.T @ f)
-    by_modes = others @ reduced.modal_coupling(Omega)
-    return np.asarray((reduced.contact_shapes.T @ f - by_modes) / own)
+    by_modes = (f @ reduced.all_shapes) @ _through_others(reduced)[mode]
+    return np.asarray((f @ reduced.contact_shapes - by_modes) / own)
 
 
+@lru_cache(maxsize=8)
+def _through_others(reduced: Reduced) -> Complexes:
+    """What the other modes take from the contacts at each carrier, per force on every mode.
+
+    (modes, modes + nonresonant, N_c): every curve asks for the same.
+    """
+    taken = [
+        reduced.others_response(j, nu, reduced.modal_coupling(nu))
+        for j, nu in enumerate(reduced.carrier)
+    ]
+    return _kept(np.array(taken))
+
+
+@lru_cache(maxsize=8)
 def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     """Force on the contacts per dynamic stiffness force D_j c_j + L_j^T P_j, and D_j.
 
@@ -216,7 +241,7 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     )
     D = D + reduced.indirect_damping
     if reduced.force_patterns is None:
-        return np.zeros_like(reduced.coupling), D
+        return _kept(np.zeros_like(reduced.coupling)), _kept(D)
     shift = off_resonance_shift(reduced, list(reduced.force_patterns))[:, np.newaxis]
     residual = np.array(
         [force_on_contacts(reduced, j, f) for j, f in enumerate(reduced.force_patterns)]
@@ -226,19 +251,27 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     aside, through = (
         np.linalg.norm(part, axis=1) for part in (D[:, np.newaxis] * force, reduced.coupling)
     )
-    return np.where((aside <= _MOST_ASIDE * through)[:, np.newaxis], force, 0.0), D
+    held = (aside <= _MOST_ASIDE * through)[:, np.newaxis]
+    return _kept(np.where(held, force, 0.0)), _kept(D)
 
 
+@lru_cache(maxsize=8)
 def steady_coupling(reduced: Reduced) -> Complexes:
     """L_j of a mode that its force holds steady, (modes, N_c)."""
     force, D = steady_force(reduced)
-    return np.asarray(reduced.coupling - D[:, np.newaxis] * force)
+    return _kept(reduced.coupling - D[:, np.newaxis] * force)
 
 
 def steady_reaction(reduced: Reduced) -> Complexes:
     """Force on the contacts per carrier P_j (modes, N_c, N_c), by the force that answers it."""
     force, _ = steady_force(reduced)
     return np.asarray(np.einsum("jc,jd->jcd", force, reduced.coupling))
+
+
+def _kept(values: Complexes) -> Complexes:
+    """An array that a cache gives to everybody."""
+    values.flags.writeable = False
+    return values
 
 
 def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:

@@ -142,13 +142,13 @@ class Reduced:
         return ratio
 
     def others_response(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
-        """Displacement of all modes but one, for which it is 0, (modes + nonresonant,).
+        """Displacement of all modes but one, for which it is 0, (modes + nonresonant, ...).
 
-        By modal forces (modes + nonresonant,) at a frequency [rad/s], with dampers between them.
+        By modal forces of that shape at a frequency [rad/s], with dampers between them.
         """
         other = np.arange(len(force)) != mode
         stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
-        response = np.zeros(len(force), dtype=complex)
+        response = np.zeros(force.shape, dtype=complex)
         response[other] = np.linalg.solve(stiffness, force[other])
         return response
 
@@ -200,12 +200,17 @@ class Reduced:
         rigid-body mode, which contacts do not move, gets a unit static stiffness.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
+        at_rest, unit, free, dampers = self._modal_parts
+        stiffness: Complexes = at_rest - nu**2 * unit + (nu == 0.0) * free + 1j * nu * dampers
+        return stiffness
+
+    @cached_property
+    def _modal_parts(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """What D(nu) is made of: omega_j^2, 1, 1 where a mode is free, and dampers."""
         omega = np.append(self.frequency, self.nonresonant_frequency)
         own = np.diag(np.append(self.modal_damping, self.nonresonant_damping))
-        free = (omega == 0.0) & (nu == 0.0)
-        inert = np.diag(omega**2) + (free - nu**2) * np.eye(omega.size)
-        stiffness: Complexes = inert + 1j * nu * (own + self.damping_coupling)
-        return stiffness
+        unit = np.eye(omega.size)
+        return np.diag(omega**2), unit, (omega == 0.0) * unit, own + self.damping_coupling
 
     def modal_coupling(self, frequency: ArrayLike) -> Complexes:
         """Coupling of every mode to the contacts at frequencies nu (...) [rad/s].
@@ -216,10 +221,17 @@ class Reduced:
             The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and reacts by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        at_rest = np.vstack((self.spring, self.nonresonant_spring))
-        inertia = np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia))
-        dampers = np.vstack((self.damper, self.nonresonant_damper))
+        at_rest, inertia, dampers = self._coupling_parts
         return np.asarray(at_rest - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
+
+    @cached_property
+    def _coupling_parts(self) -> tuple[Floats, Floats, Floats]:
+        """What couples every mode to the contacts: springs, inertia, dampers."""
+        return (
+            np.vstack((self.spring, self.nonresonant_spring)),
+            np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia)),
+            np.vstack((self.damper, self.nonresonant_damper)),
+        )
 
     def reaction(self, frequency: float, excluded: Sequence[int]) -> Complexes:
         """Force on the contacts per x_c exp(i nu t), (N_c, N_c).

@@ -16,7 +16,7 @@ from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_problem import SteadyProblem
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
+from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
 
@@ -76,7 +76,7 @@ class ResonanceSurface:
 
     def displacement(self, dof: int) -> Floats:
         """Amplitude of a DOF in the shape of each mode, (n_A, n_B, 2) [m], without contacts."""
-        return modal_displacements(self.mode_shapes, np.abs(self.amplitude), dof)
+        return modal_displacement(self.mode_shapes, np.abs(self.amplitude), dof)
 
     def plot(
         self,
@@ -88,14 +88,12 @@ class ResonanceSurface:
         if axes is None:
             shared = {"sharex": True, "sharey": True, "layout": "constrained"}
             axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
-        size = np.abs(self.amplitude)
-        if dof is not None:
-            size = units.of_displacement(self.displacement(dof))
+        shown = Shown(dof, units)
+        size = shown.size(self.mode_shapes, np.abs(self.amplitude))
         along, up = units.of_frequency(self.frequency_A), units.of_frequency(self.frequency_B)
-        unit = f"[{MODAL}]" if dof is None else f"at DOF {dof} [{units.displacement}]"
         for j, ax in enumerate(axes):
             colours = ax.pcolormesh(along, up, size[..., j].T, shading="nearest")
-            ax.figure.colorbar(colours, ax=ax, label=f"|{'AB'[j]}| {unit}")
+            ax.figure.colorbar(colours, ax=ax, label=shown.named(f"|{'AB'[j]}|"))
             ax.set_xlabel(f"frequency A [{units.frequency}]")
         axes[0].set_ylabel(f"frequency B [{units.frequency}]")
         return axes

@@ -66,16 +66,29 @@ class Units:
 SI = Units()
 
 
-def modal_displacement(mode_shape: Floats, amplitude: Floats, dof: int) -> Floats:
-    """Amplitude of a DOF in a mode's shape [m]; refused for a DOF that there is not."""
-    if not 0 <= dof < mode_shape.size:
-        raise SlipmodeError(f"dof: must be 0 to {mode_shape.size - 1}, got {dof}")
-    return np.asarray(2.0 * abs(mode_shape[dof]) * amplitude)
+@dataclass(frozen=True)
+class Shown:
+    """How pictures and tables show amplitudes: those of a DOF where one is given, and units."""
+
+    dof: int | None = None
+    units: Units = SI
+
+    def size(self, mode_shapes: Floats, amplitude: Floats) -> Floats:
+        """Of modal amplitudes, as `modal_displacement` has them."""
+        if self.dof is None:
+            return amplitude
+        return self.units.of_displacement(modal_displacement(mode_shapes, amplitude, self.dof))
+
+    def named(self, name: str, modal: str = MODAL) -> str:
+        """An amplitude with its unit."""
+        return f"{name} [{modal}]" if self.dof is None else self.units.of_dof(name, self.dof)
 
 
-def modal_displacements(mode_shapes: Floats, amplitude: Floats, dof: int) -> Floats:
-    """Likewise in each mode's shape, (..., modes) of amplitudes (..., modes)."""
-    each = [
-        modal_displacement(shape, amplitude[..., j], dof) for j, shape in enumerate(mode_shapes.T)
-    ]
-    return np.stack(each, axis=-1)
+def modal_displacement(mode_shapes: Floats, amplitude: Floats, dof: int) -> Floats:
+    """Amplitude of a DOF in the shape of a mode (n,), or of each of several (n, modes) [m].
+
+    Of modal amplitudes (...), or (..., modes); refused for a DOF that there is not.
+    """
+    if not 0 <= dof < len(mode_shapes):
+        raise SlipmodeError(f"dof: must be 0 to {len(mode_shapes) - 1}, got {dof}")
+    return np.asarray(2.0 * np.abs(mode_shapes[dof]) * amplitude)

@@ -69,15 +69,14 @@ def unpredicted(node: Floats, values: Complexes) -> Floats:
     Along the first axis; at its ends through the nearest four. Nothing at node = 0, where all
     harmonics are known.
     """
+    here = np.arange(1, node.size)[:, np.newaxis]
+    window = np.clip(here - 2, 0, node.size - 5) + np.arange(5)
+    others = window[window != here].reshape(-1, 4)
+    own, known = np.eye(4, dtype=bool), node[others]
+    apart = np.where(own, 1.0, known[:, :, np.newaxis] - known[:, np.newaxis])
+    reach = np.where(own, 1.0, (node[here] - known)[:, np.newaxis])
     weights = np.eye(node.size)
-    for i in range(1, node.size):
-        first = min(max(i - 2, 0), node.size - 5)
-        others = np.delete(np.arange(first, first + 5), i - first)
-        apart = node[others, np.newaxis] - node[others]
-        np.fill_diagonal(apart, 1.0)
-        reach = np.tile(node[i] - node[others], (4, 1))
-        np.fill_diagonal(reach, 1.0)
-        weights[i, others] = -np.prod(reach / apart, axis=1)
+    weights[here, others] = -np.prod(reach / apart, axis=2)
     weights[0] = 0.0
     return np.asarray(np.abs(np.tensordot(weights, values, axes=1)))
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import solve_banded
+from scipy.linalg.lapack import dgtsv
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -245,32 +245,27 @@ def _slope_weights(node: Floats, odd: Flags) -> Floats:
     step = np.diff(node)
     # continuous second derivative: row i holds for the slopes at i - 1, i and i + 1
     below, above = step[1:], step[:-1]
-    bands = np.zeros((3, n))  # above, on and below the diagonal
-    bands[0, 2:], bands[1, 1:-1], bands[2, :-2] = above, 2.0 * (below + above), below
-    bands[1, 0] = bands[1, -1] = 1.0
+    lower, upper = np.append(below, 0.0), np.append(0.0, above)
+    diagonal = np.concatenate(([1.0], 2.0 * (below + above), [1.0]))
     of_values = np.zeros((n, n))
     i = np.arange(1, n - 1)
     of_values[i, i - 1] = -3.0 * below / above
     of_values[i, i + 1] = 3.0 * above / below
     of_values[i, i] = -of_values[i, i - 1] - of_values[i, i + 1]
     of_values[-1, -4:] = _end_weights(node[-4:])
-    even = solve_banded((1, 1), bands, of_values)
-    bands[0, 1], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
-    both = np.stack((even, solve_banded((1, 1), bands, of_values)))
-    return np.asarray(both[odd.astype(int)])
+    *_, even, _ = dgtsv(lower, diagonal, upper, of_values)
+    upper[0], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
+    *_, uneven, _ = dgtsv(lower, diagonal, upper, of_values)
+    return np.asarray(np.stack((even, uneven))[odd.astype(int)])
 
 
 def _end_weights(node: Floats) -> Floats:
     """Weights (4,) of four values in the slope at the last node of the cubic through them."""
     last, others = node[-1], node[:-1]
-    apart = node[:, np.newaxis] - others
-    apart[apart == 0.0] = 1.0
-    weights = np.array(
-        [
-            np.prod(np.delete(last - others, k)) / np.prod(apart[k]) / (node[k] - last)
-            for k in range(3)
-        ]
-    )
+    own = np.eye(3, dtype=bool)
+    reach = np.where(own, 1.0, last - others)
+    apart = np.where(own, 1.0, others[:, np.newaxis] - others)
+    weights = reach.prod(axis=1) / apart.prod(axis=1) / (others - last)
     return np.append(weights, -weights.sum())
 
 

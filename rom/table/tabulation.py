@@ -286,6 +286,8 @@ def _in_tasks(
 ) -> Iterator[_Solved]:
     """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
     starts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    if len(starts) == 1:
+        return iter([solve(amplitudes)])
     return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
 
 

@@ -132,7 +132,8 @@ def _written(
     panels: int,
 ) -> None:
     """A table of numbers, a picture and a recording."""
-    from slipmode.runner.curves.curve_charts import Shown, curve_charts
+    from slipmode.rom.slow.units import Shown
+    from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts.rrd_file import write_charts
 
     units = scene.units

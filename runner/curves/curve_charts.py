@@ -2,37 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.slow.units import modal_displacement
+from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
 
-_MODAL = "kg^0.5 m"
+_MODAL = "kg^0.5 m"  # no formulae there
 _COLORS = (BLUE, ORANGE)
-
-
-@dataclass(frozen=True)
-class Shown:
-    """How a curve is shown: amplitudes of a DOF where one is given, and units."""
-
-    dof: int | None
-    units: rom.Units
-
-    def size(self, mode_shape: Floats, amplitude: Floats) -> Floats:
-        """Of modal amplitudes."""
-        if self.dof is None:
-            return amplitude
-        return self.units.of_displacement(modal_displacement(mode_shape, amplitude, self.dof))
-
-    def named(self, name: str) -> str:
-        """An amplitude with its unit."""
-        if self.dof is None:
-            return f"{name} [{_MODAL}]"
-        return f"{name} at DOF {self.dof} [{self.units.displacement}]"
 
 
 def curve_charts(
@@ -42,10 +20,8 @@ def curve_charts(
     if isinstance(curve, rom.ResponseCurve):
         return [[_response(curve, j, shown) for j in range(curve.amplitude.shape[1])]]
     if isinstance(curve, rom.Backbone):
-        size = curve.amplitude
-        if shown.dof is not None:
-            size = shown.units.of_displacement(curve.displacement(shown.dof))
-        x, frequency = Axis(shown.named("amplitude"), log=True), shown.units.frequency
+        size = shown.size(curve.mode_shape, curve.amplitude)
+        x, frequency = Axis(shown.named("amplitude", _MODAL), log=True), shown.units.frequency
         of_frequency = shown.units.of_frequency(curve.frequency)
         return [
             [
@@ -55,14 +31,12 @@ def curve_charts(
                 _line("/damping", "Damping ratio", x, "damping [-]", size, curve.damping),
             ]
         ]
-    peak = curve.peak
-    if shown.dof is not None:
-        peak = shown.units.of_displacement(curve.displacement(shown.dof))
+    peak = shown.size(curve.mode_shape, curve.peak)
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
     lowest = f"lowest at {curve.limit[best]:.3g}"
     point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)
     layers = [Layer(curve.limit, peak), point]
-    return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
+    return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak", _MODAL)), layers)]]
 
 
 def _line(entity: str, title: str, x: Axis, label: str, at: Floats, values: Floats) -> Chart:
@@ -103,4 +77,6 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
         name = "slow limit cycles"
         layers.append(Layer(np.repeat(at(cycles.parameter), 3), bars, GREEN, name, width=1.0))
     label = f"{curve.vary.replace('_', ' ')} [{unit}]"
-    return Chart(f"/{mode}", f"|{mode}|", Axis(label), Axis(shown.named(f"|{mode}|")), layers)
+    return Chart(
+        f"/{mode}", f"|{mode}|", Axis(label), Axis(shown.named(f"|{mode}|", _MODAL)), layers
+    )

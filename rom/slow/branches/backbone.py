@@ -19,7 +19,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
+from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import warn
 
@@ -72,7 +72,8 @@ class Backbone:
         """Frequency and damping ratio against the amplitude, of a DOF where one is given."""
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
-        against = self.amplitude if dof is None else units.of_displacement(self.displacement(dof))
+        amplitude = Shown(dof, units)
+        against = amplitude.size(self.mode_shape, self.amplitude)
         shown = {
             f"frequency [{units.frequency}]": units.of_frequency(self.frequency),
             "damping [-]": self.damping,
@@ -80,8 +81,7 @@ class Backbone:
         for ax, (name, values) in zip(axes, shown.items(), strict=True):
             ax.semilogx(against, values)
             ax.set_ylabel(name)
-        where = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
-        axes[1].set_xlabel(f"amplitude {where}")
+        axes[1].set_xlabel(amplitude.named("amplitude"))
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:

@@ -24,9 +24,11 @@ from slipmode.rom.validity import check_carriers
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
-_LARGEST_STEP = 0.02  # of span and table, between two points
+LARGEST_STEP = 0.02  # of span and table, between two points
 _CELLS = {1: 100, 2: 32}  # of the moduli of each forced mode, in which steady states are searched
+_NAMES = get_args(Varied)
 _VARIED = "force", "frequency", "limit_scale"
+_NEIGHBOURS = slice(None, -1), slice(1, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +62,12 @@ class ForcedSlowFlow:
         phase: Sequence[float],
         vary: Varied,
         span: Sequence[ArrayLike],
+        largest_step: float = LARGEST_STEP,
     ) -> ForcedSlowFlow:
         """Of arguments as `response_curve` has them, which it refuses where they do not fit."""
         excitation = excitation_of(model, force, phase)
-        if vary not in get_args(Varied) or (vary.endswith("_B") and model.modes == 1):
-            allowed = [name for name in get_args(Varied) if model.modes == 2 or name[-2:] != "_B"]
+        allowed = [name for name in _NAMES if model.modes == 2 or name[-2:] != "_B"]
+        if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
         ends = [np.asarray(end, dtype=float) for end in span]
         both = vary == "frequency"
@@ -105,7 +108,7 @@ class ForcedSlowFlow:
         forced.owned = flow, inputs
         curve = kernel.Curve()
         kernel.check(
-            kernel.lib.sm_forced_curve(forced, _LARGEST_STEP, ctypes.byref(curve)), "curve"
+            kernel.lib.sm_forced_curve(forced, largest_step, ctypes.byref(curve)), "curve"
         )
         curve.owned = forced
         first, last = (0.0, 1.0) if both else values.tolist()
@@ -122,7 +125,8 @@ class ForcedSlowFlow:
 
     def limit_scale(self, part: Floats) -> Floats:
         """Friction limits at parts of the span, over those of the model."""
-        return np.asarray(self._inputs_at(part)["limit_scale"])
+        first, last = self.inputs["limit_scale"]
+        return np.asarray(first + part * (last - first))
 
     def amplitude(self, z: Floats) -> Complexes:
         """a_j (points, modes) of solutions (points, k + 1)."""
@@ -143,8 +147,9 @@ class ForcedSlowFlow:
         at = np.stack(np.meshgrid(parts, *axes, indexing="ij"), axis=-1)
         least = most = self._imbalance(at)[0]
         for axis in np.flatnonzero(forced) + 1:
-            least = np.fmin(np.delete(least, -1, axis), np.delete(least, 0, axis))
-            most = np.fmax(np.delete(most, -1, axis), np.delete(most, 0, axis))
+            below, above = (axis * (slice(None),) + (ends,) for ends in _NEIGHBOURS)
+            least = np.fmin(least[below], least[above])
+            most = np.fmax(most[below], most[above])
         cell = np.nonzero(np.all((least <= 0.0) & (most >= 0.0), axis=-1))
         middle = at[cell] + np.append(0.0, 0.5 * largest / cells)
         return solutions_near(self.curve, self._imbalance(middle)[1])

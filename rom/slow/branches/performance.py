@@ -15,18 +15,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacement
+from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 2000
+_ENOUGH = 4.0  # times where contacts begin to slip: friction takes most at about twice that
 _LITTLE = 0.01  # of the damping: friction that adds less has no best limit
 
 
@@ -75,12 +77,13 @@ class PerformanceCurve:
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        peak = self.peak if dof is None else units.of_displacement(self.displacement(dof))
+        shown = Shown(dof, units)
+        peak = shown.size(self.mode_shape, self.peak)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
-        unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
-        ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=f"resonance peak {unit}")
+        name = shown.named("resonance peak")
+        ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=name)
         ax.legend()
         return ax
 
@@ -137,12 +140,21 @@ def performance_curve(
     if np.ptp(curve.damping) <= _LITTLE * curve.damping.min():
         raise SlipmodeError(
             f"amplitude: up to {curve.amplitude[-1]:.3g} kg^1/2 m, as far as the friction table "
-            "goes, the contacts hardly slip: every limit has the same peak, none is best; a wider "
-            "range is needed"
+            "goes, the contacts hardly slip: every limit has the same peak, none is best; "
+            f"{_advice(model, mode)}"
         )
     limit = F / held[::-1]
     frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
     return PerformanceCurve(limit, peak, frequency, curve.mode_shape)
+
+
+def _advice(model: Model, mode: int) -> str:
+    """What to do where contacts hardly slip."""
+    lines = onset_lines(model.reduced, model.law)[:, mode]
+    if not lines.any():
+        return "this mode does not move them"
+    onset = 1.0 / lines.max()
+    return f"the first yields at {onset:.3g}: tabulate to {_ENOUGH * onset:.2g} or more"
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:

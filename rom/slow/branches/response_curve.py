@@ -21,9 +21,9 @@ from slipmode.rom.slow.branches.continuation import (
     Points,
     branch_through,
 )
-from slipmode.rom.slow.branches.forced import ForcedSlowFlow, Varied
+from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
-from slipmode.rom.slow.units import MODAL, SI, Units, modal_displacements
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding, motion_findings, warn
 
@@ -113,14 +113,7 @@ class ResponseCurve:
 
     def displacement(self, dof: int) -> Floats:
         """Amplitude of a DOF in each mode's shape, (n, modes) [m], without the contacts' share."""
-        return self._sized(self.amplitude, dof, SI)
-
-    def _sized(self, amplitude: Complexes, dof: int | None, units: Units) -> Floats:
-        """|a_j| (..., modes), or what they move a DOF."""
-        size = np.abs(amplitude)
-        if dof is None:
-            return size
-        return units.of_displacement(modal_displacements(self.mode_shapes, size, dof))
+        return Shown(dof).size(self.mode_shapes, np.abs(self.amplitude))
 
     def _shown(self, parameter: Floats | float, units: Units) -> Floats:
         of_frequency = self.vary.startswith("frequency_")
@@ -132,19 +125,17 @@ class ResponseCurve:
         Where amplitudes oscillate in slow time, bars from the least to the largest.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        parameter, sizes = (
-            self._shown(self.parameter, units),
-            self._sized(self.amplitude, dof, units),
-        )
+        shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
+        sizes = shown.size(self.mode_shapes, np.abs(self.amplitude))
         for j in range(self.amplitude.shape[1]):
             size, color = sizes[:, j], f"C{j}"
             for number in np.unique(self.branch):
                 own = self.branch == number
-                for shown, style in ((self.stable, "-"), (~self.stable, "--")):
-                    part = np.where(shown, size, np.nan)[own]
+                for which, style in ((self.stable, "-"), (~self.stable, "--")):
+                    part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
             ends = (self.cycles.lowest, self.cycles.highest)
-            low, high = (self._sized(end.astype(complex), dof, units)[:, j] for end in ends)
+            low, high = (shown.size(self.mode_shapes, end)[:, j] for end in ends)
             ax.vlines(
                 self._shown(self.cycles.parameter, units), low, high, color=color, alpha=0.3, lw=3
             )
@@ -152,11 +143,10 @@ class ResponseCurve:
             for kind, marker in (("fold", "o"), ("Hopf", "s")):
                 at = [point for point in self.special if point.kind == kind]
                 where = [self._shown(point.parameter, units) for point in at]
-                tops = [self._sized(point.amplitude, dof, units)[j] for point in at]
+                tops = [shown.size(self.mode_shapes, np.abs(one.amplitude))[j] for one in at]
                 ax.plot(where, tops, marker, color=color)
         unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
-        size_unit = f"[{MODAL}]" if dof is None else f"of DOF {dof} [{units.displacement}]"
-        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=f"amplitude {size_unit}")
+        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=shown.named("amplitude"))
         ax.legend()
         return ax
 
@@ -168,7 +158,8 @@ class ResponseCurve:
             found |= {f"{mode}_re": self.amplitude[:, j].real}
             found |= {f"{mode}_im": self.amplitude[:, j].imag}
         if dof is not None:
-            for mode, size in zip("AB", self._sized(self.amplitude, dof, units).T, strict=False):
+            sizes = units.of_displacement(self.displacement(dof))
+            for mode, size in zip("AB", sizes.T, strict=False):
                 found[units.of_dof(mode, dof)] = size
         return found | {"growth": self.growth}
 
@@ -184,6 +175,7 @@ def response_curve(
     vary: Varied,
     span: Sequence[ArrayLike],
     phase: Sequence[float] = (0.0, 0.0),
+    largest_step: float = LARGEST_STEP,
 ) -> ResponseCurve:
     """Follow every steady state within the friction table, through folds, with its stability.
 
@@ -207,6 +199,9 @@ def response_curve(
         First and last value.
     phase : sequence of float
         Phases of the forces [rad].
+    largest_step : float
+        From one point to the next, over the whole span and the range of the table: 1e-4 to 0.1;
+        they are closer where the curve bends.
 
     Returns
     -------
@@ -224,7 +219,9 @@ def response_curve(
         Where friction or the force strain what the method assumes, or a branch has too many
         points.
     """
-    problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span)
+    if not 1e-4 <= largest_step <= 0.1:
+        raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
+    problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []
     left = problem.solutions(np.linspace(0.0, 1.0, _SECTIONS))
     while left.size:
@@ -291,7 +288,11 @@ def _passes(branch: Branch, z: Floats) -> Flags:
     """Whether a branch goes through solutions (n, k + 1): near a chord, which bends little."""
     start, chord = branch.points.z[:-1], np.diff(branch.points.z, axis=0)
     length = np.linalg.norm(chord, axis=1)
-    away = z[:, np.newaxis] - start
-    along = np.einsum("nck,ck->nc", away, chord) / length**2
-    away -= np.clip(along, 0.0, 1.0)[..., np.newaxis] * chord
-    return np.asarray(np.any(np.linalg.norm(away, axis=2) <= _SAME + _BEND * length, axis=1))
+    away = _SAME + _BEND * length
+    at, near = np.nonzero(np.abs(z[:, -1:] - start[:, -1]) <= length + away)
+    apart, chord = z[at] - start[near], chord[near]
+    along = np.einsum("ck,ck->c", apart, chord) / length[near] ** 2
+    apart -= np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
+    passed = np.zeros(len(z), dtype=bool)
+    passed[at[np.linalg.norm(apart, axis=1) <= away[near]]] = True
+    return passed

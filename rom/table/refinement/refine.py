@@ -222,16 +222,18 @@ def _halve(
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
     table = sampling.table(grid.nodes, samples)
     surface = table.terms(points)
-    # what is not sampled is as it was: on the surface, or on cubics through the nodes
-    between = _between(grid.nodes[mode], samples, grid.middles(mode), mode)
-    shape = between.shape
-    fresh = between.reshape(len(points), -1)
-    fresh[:, : surface.shape[1]] = surface
     new = order >= grid.nodes[mode].size
     counts, taken = (
         np.compress(new, flags, axis=mode) & grid.wanted(mode)
         for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
     )
+    shape = (*taken.shape, samples.shape[-1])
+    fresh = np.empty((len(points), shape[-1]), dtype=complex)
+    if not taken.all():
+        # what is not sampled is as it was: on the surface, or on cubics through the nodes
+        between = _between(grid.nodes[mode], samples, grid.middles(mode), mode)
+        fresh[:] = between.reshape(fresh.shape)
+        fresh[:, : surface.shape[1]] = surface
     if taken.any():
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()])
     error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)

@@ -12,19 +12,23 @@ no more than one more transform.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.fft import next_fast_len
 
 from slipmode import rom
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.report.cases.cases import Case
 
 _OVERSAMPLING = 4  # grid points per harmonic and period
+_LEAST_GRID = 16  # few harmonics need more against aliasing
 _TOLERANCE = 1e-9  # of the friction limit
 _NEWTON_STEPS = 25
 _FIRST_ALPHA = 1.0  # the friction is sharpened from here [m/s] ...
@@ -62,26 +66,39 @@ class HarmonicBalance:
 
     def __init__(self, case: Case, highest: int) -> None:
         assert isinstance(case.law, rom.Tanh)
-        patterns, frequency = case.excitation.patterns, np.array(case.frequency)
+        s, patterns = case.structure, case.excitation.patterns
         self.forced = np.flatnonzero(np.any(patterns != 0.0, axis=1))
         self._alpha = case.law.alpha
-        self._limit = limits(case.law, case.structure.n_contacts)
+        self._limit = limits(case.law, s.n_contacts)
         self._orders = np.array(harmonic_orders(highest, self.forced.size))
-        self._nu = self._orders[:, : self.forced.size] @ frequency[self.forced]
-        size = 1 << int(np.ceil(np.log2(_OVERSAMPLING * highest)))
+        n, m = self._orders.T
+        self._apart = np.subtract.outer(n, n), np.subtract.outer(m, m)
+        size = max(next_fast_len(_OVERSAMPLING * highest), _LEAST_GRID)
         self._grid = (size, size if self.forced.size == 2 else 1)
-        self._condense(case, patterns[self.forced])
+        self._sums = tuple(
+            np.add.outer(k, k) % count for k, count in zip((n, m), self._grid, strict=True)
+        )
+        self._matrices = tuple(as_dense(part) for part in (s.mass, s.damping, s.stiffness))
+        self._directions = as_dense(s.directions)
+        self._loads = np.concatenate([self._directions, 0.5 * patterns[self.forced].T], axis=1)
+        self._condense(case.frequency)
 
-    def _condense(self, case: Case, patterns: Floats) -> None:
+    def at(self, frequency: Sequence[float]) -> Self:
+        """The same at other forcing frequencies [rad/s]."""
+        other = copy(self)
+        other._condense(frequency)
+        return other
+
+    def _condense(self, frequency: Sequence[float]) -> None:
         """Linear responses to the friction forces and to the excitation, at every harmonic."""
-        s = case.structure
-        M, C, K, W = (as_dense(m) for m in (s.mass, s.damping, s.stiffness, s.directions))
-        loads = np.concatenate([W, 0.5 * patterns.T], axis=1)
+        M, C, K = self._matrices
+        W, loads = self._directions, self._loads
+        self._nu = self._orders[:, : self.forced.size] @ np.array(frequency)[self.forced]
         Z = K - np.multiply.outer(self._nu**2, M) + 1j * np.multiply.outer(self._nu, C)
         responses = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
         contacts = W.shape[1]
         self._receptance, excitation = responses[..., :contacts], responses[..., contacts:]
-        carriers = np.arange(len(patterns))  # the first harmonics are those of the forces
+        carriers = np.arange(self.forced.size)  # the first harmonics are those of the forces
         self._driven = excitation[carriers, :, carriers]
         self._stiffness = np.linalg.inv(W.T @ self._receptance)
         self._linear = np.zeros((self._nu.size, contacts), dtype=complex)
@@ -138,7 +155,6 @@ class HarmonicBalance:
 
     def _newton_change(self, residual: Complexes, slope: Complexes) -> Complexes:
         """Solve J dX = -residual in real and imaginary parts: G depends on X and on conj X."""
-        n, m = self._orders.T
         count, contacts = residual.shape
         inu = 1j * self._nu
         a = np.zeros((count, contacts, count, contacts), dtype=complex)
@@ -146,15 +162,11 @@ class HarmonicBalance:
         each = np.arange(count)
         a[each, :, each, :] = self._stiffness
         for c in range(contacts):
-            a[:, c, :, c] += slope[np.subtract.outer(n, n), np.subtract.outer(m, m), c] * inu
-            b[:, c, :, c] = slope[self._wrapped(n), self._wrapped(m, 1), c] * inu.conj()
+            a[:, c, :, c] += slope[(*self._apart, c)] * inu
+            b[:, c, :, c] = slope[(*self._sums, c)] * inu.conj()
         size = count * contacts
         plus, minus = (a + b).reshape(size, size), (a - b).reshape(size, size)
         J = np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
         r = residual.ravel()
         y = np.linalg.solve(J, -np.concatenate([r.real, r.imag]))
         return (y[:size] + 1j * y[size:]).reshape(residual.shape)
-
-    def _wrapped(self, order: NDArray[np.int_], axis: int = 0) -> NDArray[np.int_]:
-        """Sums of orders, on the periodic grid."""
-        return np.asarray(np.add.outer(order, order) % self._grid[axis])

@@ -9,9 +9,10 @@ from slipmode import rom
 from slipmode.rom import SlipmodeError
 from slipmode.rom.slow.branches.oscillation import SlowCycles
 from slipmode.rom.slow.branches.response_curve import SpecialPoint
+from slipmode.rom.slow.units import Shown
 from slipmode.runner import load, run
 from slipmode.runner.cli import main
-from slipmode.runner.curves.curve_charts import Shown, curve_charts
+from slipmode.runner.curves.curve_charts import curve_charts
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 from slipmode.runner.view import views
 

@@ -59,10 +59,12 @@ def test_where_nothing_slips_no_limit_is_best():
     """Contacts of the two masses slip from |a| = 1 on."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
     stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
-    with pytest.raises(
-        SlipmodeError, match=r"^amplitude: up to 0\.898 .* the contacts hardly slip"
-    ):
+    with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* hardly slip") as said:
         rom.performance_curve(stuck, FORCE)
+    assert str(said.value).endswith("the first yields at 1: tabulate to 4 or more")
+    model = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2)
+    curve = rom.performance_curve(model, FORCE)
+    assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
 
 
 def test_what_has_no_such_curve_is_named(model):

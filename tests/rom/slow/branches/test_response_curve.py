@@ -88,6 +88,16 @@ def test_it_is_made_of_steady_states(both, vary, span):
         assert amplitude == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.parametrize("step", [0.05, 0.02, 0.004])
+def test_points_are_as_close_as_asked_for(folding, step):
+    _, _, model = folding
+    given = (model, [1.0], [{0: 0.02}], "frequency_A", (0.9, 1.0))
+    curve = rom.response_curve(*given, largest_step=step)
+    z = np.column_stack((curve.amplitude[:, 0] / 6.0, (curve.parameter - 0.9) / 0.1))
+    distance = np.linalg.norm(np.diff(z, axis=0), axis=1)
+    assert distance.max() == pytest.approx(step, rel=0.02)
+
+
 @pytest.mark.quick
 def test_a_contact_that_opens_folds_the_curve(folding):
     _, _, model = folding
@@ -171,6 +181,7 @@ def test_it_ends_where_the_table_does(both):
         ("frequency", {"frequency": [1.0]}),
         ("frequency", {"span": (0.1, 1.0)}),
         ("force", {"force": [{0: 0.1}]}),
+        ("largest_step", {"largest_step": 0.2}),
     ],
 )
 def test_bad_arguments_are_named(both, key, change):
