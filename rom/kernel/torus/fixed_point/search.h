@@ -4,7 +4,7 @@
 
 #include "torus/fixed_point/anderson.h"
 
-#define SM_ALMOST 1e-3 /* residual that is left to means over several periods */
+#define SM_ALMOST 1e-2 /* residual that is left to means over several periods */
 /* Parts of the amplitudes through which points that do not settle are led up from below. */
 static const double SM_LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
 #define SM_RUNGS (sizeof SM_LADDER / sizeof *SM_LADDER)
@@ -13,8 +13,9 @@ typedef struct {
     sm_anderson faster;
     double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
     double best;               /* that residual */
+    double fallen;             /* what it last fell to noticeably */
     double part;               /* of the change that a fresh start from there takes */
-    int idle;                  /* evaluations since it last fell noticeably */
+    int idle;                  /* evaluations since then */
 } sm_fixed_point;
 
 static inline size_t sm_fixed_point_size(size_t size) {
