@@ -61,7 +61,7 @@ duration = {duration:.6g}                          # [s]
 step = {step:.6g}
 
 [model]
-tolerance = 1e-2
+tolerance = {tolerance}
 
 [[contact]]
 window = [{window:.6g}, {duration:.6g}]                  # [s]
@@ -160,6 +160,7 @@ def write(
         duration=400 * period,
         window=396 * period,
         step=2 * period,
+        tolerance="2e-2" if both else "1e-2",
         second_mode="B = 7\n" if both else "",
         second_forcing=forcing,
         second_output=f', [{node}, "y"]' if both else "",

@@ -16,6 +16,7 @@
 #include "contact/elastic/solve.h"
 #include "torus/fixed_point/marched.h"
 #include "torus/fixed_point/phase_lines.h"
+#include "torus/fixed_point/places.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
@@ -36,12 +37,12 @@ typedef struct {
     size_t taken;              /* steps of the point so far */
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
-    size_t turned;             /* line p is where p + turned began the point */
+    sm_places places;          /* of what is remembered, where it `lingers` */
     double *own_u;             /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
-    double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by; */
-    size_t searched;           /* so many of `memory` by places follow both: see `lingers` */
+    double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by; then
+                                  memory by places, and what that is off by */
     double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
     sm_elastic_solver solver;
     sm_marched marched;
@@ -75,12 +76,8 @@ static int is_odd(const problem *t) {
 /* A slider forgets where it was as soon as it slides, but not where it slides in two directions: it
  * turns only as far as it goes, for many periods. There what contacts remember is looked for too. */
 static int lingers(const problem *t) {
-    int found = 0;
-    for (int32_t e = 0; e < t->contact->elastic->elements; e++) {
-        const sm_element *element = &t->contact->elastic->element[e];
-        found |= element->law == SM_FRICTIONAL && element->tangents == 2;
-    }
-    return found && (t->contact->modes == 1 || shift_of(t, 0) > 0);
+    const int closed = t->contact->modes == 1 || shift_of(t, 0) > 0;
+    return closed && sm_elastic_slides_in_two(t->contact->elastic);
 }
 
 /* By half a period at a time, where that will do, or by whole ones. */
@@ -98,9 +95,9 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const double ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
-    t->searched = lingers(t) ? lines * t->remembered : 0;
+    t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
-    const size_t unknowns = all + t->searched;
+    const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
     const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
                         + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
@@ -159,7 +156,7 @@ static double find_change(problem *t) {
 static void start_again(problem *t) {
     const size_t lines = t->lines.lines;
     sm_phase_lines_start(&t->lines);
-    t->turned = 0;
+    t->places.turned = 0;
     memset(t->last_u, 0, t->n * lines * sizeof(double));
     memset(t->x, 0, t->n * lines * sizeof(double));
     for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * lines * sizeof(double));
@@ -300,7 +297,7 @@ static sm_status march(problem *t, const double *amplitude) {
     for (size_t i = 0; i < t->n; i++) t->square[i] /= (double)(steps * t->lines.lines);
     t->taken += steps;
     sm_phase_lines_turn(&t->lines, t->half);
-    t->turned = (t->turned + t->shift) % t->lines.lines;
+    t->places.turned = (t->places.turned + t->shift) % t->lines.lines;
     if (t->half || t->shift > 0) carry_sliders_over(t);
     if (t->half) turn_round(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
@@ -353,22 +350,6 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
     return SM_OK;
 }
 
-/* What contacts remember, by the places where lines began the point. */
-static void remember(const problem *t, double *by_place) {
-    const size_t lines = t->lines.lines, stride = t->remembered;
-    for (size_t p = 0; p < lines && t->searched; p++)
-        memcpy(by_place + (p + t->turned) % lines * stride, t->memory + p * stride,
-               stride * sizeof(double));
-}
-
-/* The same back, to the lines that are there now. */
-static void recall(problem *t, const double *by_place) {
-    const size_t lines = t->lines.lines, stride = t->remembered;
-    for (size_t p = 0; p < lines && t->searched; p++)
-        memcpy(t->memory + p * stride, by_place + (p + t->turned) % lines * stride,
-               stride * sizeof(double));
-}
-
 /* Iterates until harmonics and response repeat, or come no nearer. */
 static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
                         double *residual) {
@@ -377,16 +358,16 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
     sm_fixed_point_start(&t->search);
     int32_t marches = 0;
     for (int open = 1; open && marches < task->max_periods; marches += count) {
-        remember(t, begun);
+        sm_places_take(&t->places, t->memory, begun);
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
         if (t->taken < 2 * marched_steps(t)) continue; /* the first one forgets the start */
         if (*residual <= task->tolerance) return SM_OK;
-        remember(t, off);
-        for (size_t k = 0; k < t->searched; k++) off[k] -= begun[k];
+        sm_places_take(&t->places, t->memory, off);
+        for (size_t k = 0; k < sm_places_size(&t->places); k++) off[k] -= begun[k];
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
-        recall(t, begun);
+        sm_places_give(&t->places, begun, t->memory);
     }
     return SM_OK;
 }
