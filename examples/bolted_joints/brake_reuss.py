@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from abaqus_deck import Deck, read_deck
 from bolted_bodies import Bodies, bodies
+from numpy.typing import ArrayLike
 
 from slipmode import rom
 
@@ -24,6 +25,7 @@ A = 6  # first bending; modes 0 to 5 swing in the cords
 NEAR = 0.985  # forcing, relative to the stuck mode
 FORCE = 0.4  # at the far end [N]
 LARGEST = 4e-5  # |a| of the backbone [kg^1/2 m]
+LARGEST_AT = 32, 36  # periods of A: where two modes that set in slip most
 CORDS = 3.0  # frequency of the beam as a whole, hung in soft cords [Hz]
 DAMPING, FREQUENCY = 8.7e-4, 2 * np.pi * 168.5  # damping ratio, measured, and where [rad/s]
 INTERFACES = (("bots", "tops"), ("topbeam_insurf", "botbeam_insurf"))  # in the decks there are
@@ -48,25 +50,33 @@ vector = "bolts.npy"                    # {bolt:g} N each
 # First bending, across the interface; modes 0 to 5 swing in the cords. B = 7 bends along it.
 [modes]
 A = 6
-
+{second_mode}
 [forcing.A]
 node = {node}
 direction = "z"
 amplitude = {force}                         # [N]
 frequency = {frequency:.1f}                      # [rad/s]
-
+{second_forcing}
 [run]
 duration = {duration:.6g}                          # [s]
 step = {step:.6g}
 
 [model]
-tolerance = 1e-2
+tolerance = {tolerance}
 
 [[contact]]
-window = [{window:.6g}, {duration:.6g}]                  # [s]
+window = [{first:.6g}, {last:.6g}]                  # [s]
 
 [output]
-nodes = [[{node}, "z"]]
+nodes = [[{node}, "z"]{second_output}]
+"""
+
+SECOND = """
+[forcing.B]
+node = {node}
+direction = "y"
+amplitude = {force}                         # [N]
+frequency = {frequency:.1f}                      # [rad/s]
 """
 
 
@@ -121,12 +131,24 @@ def backbone(
     return a, omega, damping
 
 
-def write(found: Joint, folder: Path, frequency: float, force: float = FORCE) -> Path:
-    """Matrices, bolt forces and the scene, with frequency [rad/s] and size [N] of forcing."""
+def write(
+    found: Joint,
+    folder: Path,
+    frequency: float,
+    force: float = FORCE,
+    second: float | None = None,
+) -> Path:
+    """Matrices, bolt forces and the scene, with frequency [rad/s] and size [N] of forcing.
+
+    With a `second` frequency the second bending mode, along the interface, is forced too.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     found.structure.save(folder / "beam.npz")
     np.save(folder / "bolts.npy", found.bolts)
     period = 2 * np.pi / frequency
+    node, both = end_node(found.deck), second is not None
+    periods = LARGEST_AT if both else (396, 400)
+    forcing = SECOND.format(node=node, force=force, frequency=second) if both else ""
     text = SCENE.format(
         contacts=len(found.pairs.area),
         area=found.pairs.area.mean(),
@@ -134,15 +156,38 @@ def write(found: Joint, folder: Path, frequency: float, force: float = FORCE) ->
         tangential=list(found.law.tangential_stiffness),
         normal=list(found.law.normal_stiffness),
         bolt=np.abs(found.bolts).max(),
-        node=end_node(found.deck),
+        node=node,
         frequency=frequency,
         force=force,
         duration=400 * period,
-        window=396 * period,
+        first=periods[0] * period,
+        last=periods[1] * period,
         step=2 * period,
+        tolerance="2e-2" if both else "1e-2",
+        second_mode="B = 7\n" if both else "",
+        second_forcing=forcing,
+        second_output=f', [{node}, "y"]' if both else "",
     )
     (folder / "beam.toml").write_text(text)
     return folder / "beam.toml"
+
+
+def keep(
+    found: Joint, rest: rom.Preload, reduced: rom.Reduced, folder: Path, **further: ArrayLike
+) -> None:
+    """What pictures are drawn of: mesh, contacts, mode shapes."""
+    shapes = found.bodies.motion @ reduced.mode_shapes
+    np.savez(
+        folder / "found.npz",
+        state=rest.state,
+        position=found.pairs.position,
+        members=np.concatenate(found.pairs.nodes),
+        sizes=[len(nodes) for nodes in found.pairs.nodes],
+        nodes=found.deck.coordinates,
+        cells=found.deck.cells,
+        shapes=shapes.T.reshape(len(shapes.T), -1, 3),
+        **further,
+    )
 
 
 def main(
@@ -168,18 +213,7 @@ def main(
     print("amplitude 2 |a|, frequency [Hz], damping")
     for row in zip(2 * a, frequency / (2 * np.pi), damping, strict=True):
         print("{:16.2e}  {:14.2f}  {:7.3%}".format(*row))
-    np.savez(
-        folder / "found.npz",
-        state=rest.state,
-        pressure=pressure,
-        position=found.pairs.position,
-        members=np.concatenate(found.pairs.nodes),
-        sizes=[len(nodes) for nodes in found.pairs.nodes],
-        nodes=found.deck.coordinates,
-        cells=found.deck.cells,
-        shape=(found.bodies.motion @ reduced.mode_shapes[:, 0]).reshape(-1, 3),
-        curve=(a, frequency, damping),
-    )
+    keep(found, rest, reduced, folder, pressure=pressure, curve=(a, frequency, damping))
 
 
 if __name__ == "__main__":

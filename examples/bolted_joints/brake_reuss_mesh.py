@@ -17,11 +17,11 @@ from slipmode import runner
 def motion(folder: Path, recording: Path | None = None) -> runner.MeshMotion:
     """The mode of the scene at rest, or as it vibrates at the end of a recording."""
     with np.load(folder / "found.npz") as found:
-        x, cells, shape, state = (found[name] for name in ("nodes", "cells", "shape", "state"))
+        x, cells, shapes, state = (found[name] for name in ("nodes", "cells", "shapes", "state"))
         contacts = np.split(found["members"], np.cumsum(found["sizes"])[:-1])
     if recording is None:
-        return runner.MeshMotion.at_rest(x, cells, shape, contacts, state)
-    return runner.MeshMotion.of_recording(recording, x, cells, [shape], contacts)
+        return runner.MeshMotion.at_rest(x, cells, shapes[0], contacts, state)
+    return runner.MeshMotion.of_recording(recording, x, cells, list(shapes), contacts)
 
 
 def main(folder: Path, picture: Path, recording: Path | None = None) -> None:

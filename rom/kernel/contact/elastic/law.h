@@ -30,6 +30,14 @@ static inline int sm_element_memory(const sm_element *element) {
     return element->law == SM_SLIDERS ? element->sliders : 2 * element->tangents + 1;
 }
 
+/* Whether any contact slides in two directions. */
+static inline int sm_elastic_slides_in_two(const sm_elastic *elastic) {
+    int found = 0;
+    for (int32_t e = 0; e < elastic->elements; e++)
+        found |= elastic->element[e].law == SM_FRICTIONAL && elastic->element[e].tangents == 2;
+    return found;
+}
+
 /* Jenkins elements side by side, Jenkins' law and Iwan's: their force at x, and its tangent. */
 static inline double sm_sliders_evaluate(const sm_elastic *elastic, const sm_element *element,
                                          double scale, double x, const double *memory,

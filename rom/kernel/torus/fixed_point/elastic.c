@@ -36,10 +36,12 @@ typedef struct {
     size_t taken;              /* steps of the point so far */
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
+    sm_places places;          /* of what is remembered, where it `lingers` */
     double *own_u;             /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
-    double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by */
+    double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by; then
+                                  memory by places, and what that is off by */
     double *mean;              /* (orders, N_c, 2) and (N_c): of harmonics and squares */
     sm_elastic_solver solver;
     sm_marched marched;
@@ -70,6 +72,13 @@ static int is_odd(const problem *t) {
     return t->lines.steps % 2 == 0;
 }
 
+/* A slider forgets where it was as soon as it slides, but not where it slides in two directions: it
+ * turns only as far as it goes, for many periods. There what contacts remember is looked for too. */
+static int lingers(const problem *t) {
+    const int closed = t->contact->modes == 1 || shift_of(t, 0) > 0;
+    return closed && sm_elastic_slides_in_two(t->contact->elastic);
+}
+
 /* By half a period at a time, where that will do, or by whole ones. */
 static void march_by(problem *t, int half) {
     t->half = half && is_odd(t) && (t->contact->modes == 1 || shift_of(t, 1) > 0);
@@ -85,10 +94,12 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const double ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
+    t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
+    const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
-    const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 6 * all
-                        + sm_fixed_point_size(all) + marched
+    const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
+                        + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -104,10 +115,10 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->drawing = sm_take(&memory, all);
     t->Y = sm_take(&memory, all);
     t->last_Y = sm_take(&memory, all);
-    t->response = sm_take(&memory, all);
-    t->change = sm_take(&memory, all);
+    t->response = sm_take(&memory, unknowns);
+    t->change = sm_take(&memory, unknowns);
     t->mean = sm_take(&memory, all + n);
-    sm_fixed_point_place(&t->search, all, sm_take(&memory, sm_fixed_point_size(all)));
+    sm_fixed_point_place(&t->search, unknowns, sm_take(&memory, sm_fixed_point_size(unknowns)));
     sm_marched_place(&t->marched, contact->response, n, t->lines.stride,
                      sm_take(&memory, marched));
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
@@ -144,6 +155,7 @@ static double find_change(problem *t) {
 static void start_again(problem *t) {
     const size_t lines = t->lines.lines;
     sm_phase_lines_start(&t->lines);
+    t->places.turned = 0;
     memset(t->last_u, 0, t->n * lines * sizeof(double));
     memset(t->x, 0, t->n * lines * sizeof(double));
     for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * lines * sizeof(double));
@@ -284,16 +296,11 @@ static sm_status march(problem *t, const double *amplitude) {
     for (size_t i = 0; i < t->n; i++) t->square[i] /= (double)(steps * t->lines.lines);
     t->taken += steps;
     sm_phase_lines_turn(&t->lines, t->half);
+    t->places.turned = (t->places.turned + t->shift) % t->lines.lines;
     if (t->half || t->shift > 0) carry_sliders_over(t);
     if (t->half) turn_round(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;
-}
-
-static double largest_difference(const double *a, const double *b, size_t count) {
-    double largest = 0.0;
-    for (size_t k = 0; k < count; k++) largest = fmax(largest, fabs(a[k] - b[k]));
-    return largest;
 }
 
 /* Displacement and force [m], [N] that the modes bring to contacts that stick. */
@@ -312,12 +319,17 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
     }
 }
 
-/* How far harmonics and response are from repeating, relative to what the modes bring. */
+/* How far harmonics and response are from repeating, relative to what the modes bring; contacts
+ * that slide far lack more than that, and repeat relative to what they lack. */
 static double distance(problem *t, double displacement, double force) {
+    const size_t all = per_point(t);
     const double change = find_change(t) / fmax(displacement, 1e-300);
-    const double moved =
-        largest_difference(t->Y, t->last_Y, per_point(t)) / fmax(force, 1e-300);
-    return fmax(change, moved);
+    double moved = 0.0, largest = fmax(force, 1e-300);
+    for (size_t k = 0; k < all; k++) {
+        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]));
+        largest = fmax(largest, fabs(t->Y[k]));
+    }
+    return fmax(change, moved / largest);
 }
 
 /* Harmonics and mean squares over so many marches under the same response. */
@@ -341,17 +353,27 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
 static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
                         double *residual) {
     const sm_torus_task *task = t->task;
+    double *begun = t->response + per_point(t), *off = t->change + per_point(t);
     sm_fixed_point_start(&t->search);
     int32_t marches = 0;
     for (int open = 1; open && marches < task->max_periods; marches += count) {
+        sm_places_take(&t->places, t->memory, begun);
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
         if (t->taken < 2 * marched_steps(t)) continue; /* the first one forgets the start */
         if (*residual <= task->tolerance) return SM_OK;
+        sm_places_take(&t->places, t->memory, off);
+        for (size_t k = 0; k < sm_places_size(&t->places); k++) off[k] -= begun[k];
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
+        sm_places_give(&t->places, begun, t->memory);
     }
     return SM_OK;
+}
+
+/* Whether means over periods will do for what is left, if there is anything left. */
+static int almost(const problem *t, double residual) {
+    return residual <= fmax(SM_ALMOST, t->task->tolerance);
 }
 
 /* From small amplitudes, where the response is that of contacts that stick, up to the point's. */
@@ -381,12 +403,12 @@ static sm_status settle_by(problem *t, int half, const double *amplitude, const 
         start_again(t);
         status = settle(t, amplitude, 1, scale, residual);
     }
-    if (status == SM_OK && *residual > SM_ALMOST) {
+    if (status == SM_OK && !almost(t, *residual)) {
         start(t);
         status = settle(t, amplitude, 1, scale, residual);
     }
     if (t->half && *residual > t->task->tolerance) return status;
-    if (status == SM_OK && *residual > SM_ALMOST && !begun)
+    if (status == SM_OK && !almost(t, *residual) && !begun)
         status = climb(t, amplitude, scale, residual);
     for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
         if (*residual > t->task->tolerance)
@@ -413,7 +435,7 @@ static sm_status solve_point(problem *t, size_t point) {
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     memcpy(task->mean_square + point * t->n, t->square, t->n * sizeof(double));
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
-    t->follows = residual <= SM_ALMOST && !(t->contact->response && t->contact->response->start);
+    t->follows = almost(t, residual) && !(t->contact->response && t->contact->response->start);
     task->residual[point] = residual;
     task->marched[point] = (int32_t)t->taken;
     return SM_OK;

@@ -6,6 +6,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #define SM_PHASE_LINES_WIDTH 8 /* lanes of a vector */
 #define SM_STEPS_TOGETHER 4 /* whose sums over the harmonics are formed together */
@@ -43,5 +44,31 @@ void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, const
 /* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0, 0):
  * of two conjugates one half. */
 void sm_phase_lines_collect(const sm_phase_lines *lines, size_t steps, double *Y);
+
+/* Values along lines by the places where these began: line p is where p + turned did. */
+typedef struct {
+    size_t lines, size; /* values of a line; 0: nothing is kept by places */
+    size_t turned;
+} sm_places;
+
+static inline size_t sm_places_size(const sm_places *places) {
+    return places->lines * places->size;
+}
+
+static inline void sm_places_take(const sm_places *places, const double *by_line,
+                                  double *by_place) {
+    const size_t size = places->size;
+    for (size_t p = 0; p < places->lines; p++)
+        memcpy(by_place + (p + places->turned) % places->lines * size, by_line + p * size,
+               size * sizeof(double));
+}
+
+static inline void sm_places_give(const sm_places *places, const double *by_place,
+                                  double *by_line) {
+    const size_t size = places->size;
+    for (size_t p = 0; p < places->lines; p++)
+        memcpy(by_line + p * size, by_place + (p + places->turned) % places->lines * size,
+               size * sizeof(double));
+}
 
 #endif

@@ -17,7 +17,7 @@ void sm_fixed_point_place(sm_fixed_point *f, size_t size, double *memory) {
 
 void sm_fixed_point_start(sm_fixed_point *f) {
     sm_anderson_start(&f->faster);
-    f->best = INFINITY;
+    f->best = f->fallen = INFINITY;
     f->part = 1.0;
     f->idle = 0;
 }
@@ -32,7 +32,11 @@ static void start_again(sm_fixed_point *f, double *z) {
 
 int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z) {
     const size_t bytes = f->faster.size * sizeof(double);
-    f->idle = residual < BETTER * f->best ? 0 : f->idle + 1;
+    f->idle++;
+    if (residual < BETTER * f->fallen) {
+        f->fallen = residual;
+        f->idle = 0;
+    }
     if (residual < f->best) {
         f->best = residual;
         memcpy(f->nearest, z, bytes);

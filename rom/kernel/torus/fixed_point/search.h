@@ -13,8 +13,9 @@ typedef struct {
     sm_anderson faster;
     double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
     double best;               /* that residual */
+    double fallen;             /* what it last fell to noticeably */
     double part;               /* of the change that a fresh start from there takes */
-    int idle;                  /* evaluations since it last fell noticeably */
+    int idle;                  /* evaluations since then */
 } sm_fixed_point;
 
 static inline size_t sm_fixed_point_size(size_t size) {
