@@ -25,6 +25,7 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
+from slipmode.rom.table.refinement.blocks import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
@@ -146,17 +147,52 @@ def test_onset_of_contacts_that_open_and_slide():
     assert len(onset_lines(*on_cantilever(LAWS["mixed"], (0,))[:2])) == 1 + 7
 
 
-def test_onset_points_lie_on_their_lines_within_the_range():
-    lines = np.array([[1.0, 0.2], [0.1, 3.0], [0.01, 0.02], [2.0, 0.0]])
-    limit = np.array([2.0, 0.5])
-    points = onset_points(lines, limit)
-    assert len(points) == 32
-    assert np.all((points >= 0.0) & (points <= limit))
-    on = np.abs(points @ lines.T - 1.0) < 1e-12
-    assert on.any(axis=1).all()
-    assert on.any(axis=0).tolist() == [True, True, False, True]  # the third is out of range
-    np.testing.assert_allclose(onset_points(np.array([[2.0]]), np.array([3.0])), [[0.5]])
-    assert onset_points(np.array([[0.2]]), np.array([3.0])).shape == (0, 1)
+def test_what_grid_lines_go_through_without_samples_is_one_block():
+    whole = np.zeros((3, 4), dtype=int)
+    assert np.array_equal(apart(whole, np.zeros((3, 4), dtype=bool)), whole)
+    out = np.zeros((3, 4), dtype=bool)
+    out[1, 2] = True
+    left = apart(whole, out)
+    # the cell, what is before and after its column, what is below and above it there
+    parts = [np.s_[1, 2], np.s_[0], np.s_[2], np.s_[1, :2], np.s_[1, 3]]
+    assert [len(np.unique(left[part])) for part in parts] == 5 * [1]
+    assert len(np.unique(left)) == 5
+    axes = (np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    blocks = Blocks.of(axes, left, np.arange(12.0).reshape(3, 4), np.ones((3, 4), dtype=bool))
+    last = np.searchsorted(blocks.number, left[2, 0])
+    assert blocks.low[last].tolist() == [2.0, 0.0]
+    assert blocks.width[last].tolist() == [2.0, 4.0]
+    assert blocks.middle[last].tolist() == [3.0, 2.0]
+    assert blocks.doubt[last] == 11.0
+
+
+def test_a_block_is_checked_where_the_table_holds():
+    """In the cell nearest to its middle."""
+    axes = (np.arange(4.0), np.array([0.0, 1.0]))
+    held = np.array([[True], [False], [False]])
+    blocks = Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), held)
+    np.testing.assert_allclose(blocks.middle, [[1.0, 0.5]])
+    np.testing.assert_allclose(blocks.width, [[3.0, 1.0]])
+    assert (
+        len(Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), ~held | held).low) == 1
+    )
+    assert not len(Blocks.of(axes, np.zeros((3, 1), dtype=int), held * 1.0, held & ~held).low)
+
+
+def test_onset_is_checked_in_the_blocks_that_it_comes_near_to():
+    node = np.linspace(0.0, 4.0, 9)
+    number = np.arange(64).reshape(8, 8)
+    blocks = Blocks.of((node, node), number, np.ones((8, 8)), np.ones((8, 8), dtype=bool))
+    # a = 1.55 in the fourth column; within a quarter of a cell from the third
+    points = onset_points(blocks, np.array([[1 / 1.55, 0.0]]), np.zeros((0, 2)))
+    assert sorted(set(points[:, 0])) == [1.25, 1.75]
+    assert len(points) == 16
+    checked = np.array([[1.25, 0.26]])
+    assert len(onset_points(blocks, np.array([[1 / 1.55, 0.0]]), checked)) == 15
+    assert onset_points(blocks, np.zeros((0, 2)), checked).shape == (0, 2)
+    assert onset_points(blocks, np.array([[0.1, 0.1]]), checked).shape == (0, 2)  # out of range
+    every = np.array([[1 / (0.25 + 0.5 * k), 0.0] for k in range(8)])
+    assert len(onset_points(blocks, every, checked)) == 63  # of all
 
 
 def test_neighbours_tell_a_cubic_and_not_a_kink():
