@@ -238,7 +238,7 @@ def detuning_findings(
             return []
         reason = (
             f"forcing is up to {off:.1%} from those of the friction table, which was not to "
-            "follow it: by how much friction is off there is not known; tabulate with detuning=True"
+            "follow it: how far friction is off there is not known; tabulate with detuning=True"
         )
         return [Finding("carriers", "left", reason, "warning")]
     error = detuning * (off / _DETUNED) ** (2 if corrected else 1)

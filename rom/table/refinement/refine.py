@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -93,7 +94,7 @@ class _Checks:
             held = sampling.region.cells(*grid.nodes)
         blocks = Blocks.of(axes, grid.block, doubt, held)
 
-        def add(points: Floats) -> tuple[Floats, Floats]:
+        def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
             self._add(points[held[grid.cells(points)]])
             return self._errors(table), grid.block[grid.cells(self.points)]
