@@ -18,10 +18,11 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.table.refinement.blocks import Blocks
 
 _SPREAD = (8, 16)  # points for one mode, for two
-_ONSETS = 64  # points at most where contacts yield
+_ONSETS = 32  # points at most where contacts yield, or a share of the blocks
 _NEAR = 0.25  # of a block: a kink as near as that is felt in it
 _DOUBTS = (32, 64)  # points at least where in doubt, for one mode, for two
 _BLOCKS_PER_DOUBT = (1, 32)
+_BLOCKS_PER_ONSET = 32
 _BLOCKS_ALL_OVER = 3  # that are doubted most
 _ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a block
 _NEARBY = 0.1  # of a block: what is checked there need not be checked again
@@ -102,7 +103,7 @@ def onset_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
     for place, width in zip(blocks.middle[met], blocks.width[met], strict=True):
         found = _with_new(found, place[np.newaxis], width)
     found = found[len(checked) :]
-    count = min(len(found), _ONSETS)
+    count = min(len(found), max(_ONSETS, len(blocks.number) // _BLOCKS_PER_ONSET))
     return found[np.arange(count) * len(found) // max(count, 1)]
 
 
