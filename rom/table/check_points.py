@@ -143,6 +143,19 @@ def places_around(
     return np.clip(points[worst, np.newaxis] + steps, low, low + width).reshape(-1, modes)
 
 
+def points_beside(blocks: Blocks, numbers: NDArray[np.int64], checked: Floats) -> Floats:
+    """Middles of the blocks that touch some, none next to a `checked` point, (points, modes)."""
+    at = np.searchsorted(blocks.number, np.unique(numbers))
+    end = blocks.low + blocks.width
+    touched = np.zeros(len(end), dtype=bool)
+    for low, high in zip(blocks.low[at], end[at], strict=True):
+        touched |= ((blocks.low <= high) & (end >= low)).all(axis=1)
+    found = checked
+    for place, width in zip(blocks.middle[touched], blocks.width[touched], strict=True):
+        found = _with_new(found, place[np.newaxis], width)
+    return found[len(checked) :]
+
+
 def largest_error(errors: Floats, noise: float) -> float:
     """Largest error of a table, from those at its check points; samples are off by `noise`.
 

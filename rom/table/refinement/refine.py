@@ -28,6 +28,7 @@ from slipmode.rom.table.check_points import (
     largest_error,
     onset_points,
     places_around,
+    points_beside,
     spread_points,
 )
 from slipmode.rom.table.hermite import Table
@@ -39,6 +40,7 @@ from slipmode.rom.table.region import corners, with_neighbours
 _FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
 _OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
 _MAX_ROUNDS = 40
+_RINGS = 8  # of blocks around those of large errors that are checked at once
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
 # Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
@@ -85,7 +87,7 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid) -> Floats:
+    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
         """Relative error at the points, to which those are added that the table needs."""
         sampling, axes = self._sampling, table.axes
         doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
@@ -103,11 +105,20 @@ class _Checks:
         checked = np.concatenate((self.points, onset))
         doubtful = doubtful_points(blocks, sampling.onset_lines, checked)
         errors, holding = add(np.concatenate((onset, doubtful)))
+        # errors too large are seldom alone: samples estimated those beside them as badly
+        for _ in range(_RINGS):
+            bad = holding[errors > self.limit(errors, tolerance)]
+            errors, holding = add(points_beside(blocks, bad, self.points))
         first = errors.max()
         for share in AROUND:
             errors, holding = add(places_around(blocks, holding, self.points, errors, share))
         self.gain = float(errors.max() / first) if first > 0.0 else 1.0
         return errors
+
+    def limit(self, errors: Floats, tolerance: float) -> float:
+        """What the largest error found may be if none at all is to be above the tolerance."""
+        worst = float(errors.max())
+        return tolerance * worst / max(largest_error(errors, self._sampling.noise), tolerance)
 
     def _errors(self, table: Table) -> Floats:
         return self._sampling.error_of(table.terms(self.points), self._exact, table)
@@ -175,19 +186,18 @@ def _refined(
         if grid.poor.any():
             continue
         table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid)
+        errors = checks.errors(table, grid, tolerance)
         error = largest_error(errors, sampling.noise)
         idle = 0 if error < _LESS * least else idle + 1
         least = min(least, error)
         if error > tolerance and idle < _IDLE_ROUNDS:
             # what lies beyond the largest error may be at any of those that are nearly as large
-            limit = tolerance * errors.max() / (error * checks.gain)
-            missed = checks.points[errors > limit]
+            missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
             grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
         if not grid.poor.any():
             return grid, samples, table, error
     table = sampling.table(grid.nodes, samples)
-    error = largest_error(checks.errors(table, grid), sampling.noise)
+    error = largest_error(checks.errors(table, grid, tolerance), sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
