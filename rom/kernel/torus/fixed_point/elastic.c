@@ -86,7 +86,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
-    const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
+    const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 6 * all
                         + sm_fixed_point_size(all) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);
