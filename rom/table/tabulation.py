@@ -222,7 +222,7 @@ def tabulate(
 
             roughly = partial(solve, _ROUGHLY * resolution.march)
             within, off_carriers = rated(table if inner is None else inner), None
-            if detuning is not False:
+            if detuning is None or detuning:
                 follows = detuning or np.array_equal(reduced.carrier, reduced.frequency)
                 within, off_carriers = with_detuning(
                     *(within, reduced, partial(solve, resolution.march), roughly, spread),
