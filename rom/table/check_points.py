@@ -161,8 +161,8 @@ def largest_error(errors: Floats, noise: float) -> float:
 
     These are the upper end of a sample: beyond its largest lies about as much as between it and
     the few after it (Robson and Whitlock's estimate of where a distribution ends). Where these
-    are alike a better place in the block, or a kink less fortunate, has more: of dense checks of 58
-    tables three found 1.28 to 1.32 times as much; no other 1.12.
+    are alike a better place in the block, or a kink less fortunate, has more: of dense checks of
+    58 tables three found 1.28 to 1.32 times as much; no other 1.12.
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
     return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
