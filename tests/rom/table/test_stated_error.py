@@ -196,7 +196,7 @@ def test_onset_is_checked_in_the_blocks_that_it_comes_near_to():
     assert onset_points(blocks, np.zeros((0, 2)), checked).shape == (0, 2)
     assert onset_points(blocks, np.array([[0.1, 0.1]]), checked).shape == (0, 2)  # out of range
     every = np.array([[1 / (0.25 + 0.5 * k), 0.0] for k in range(8)])
-    assert len(onset_points(blocks, every, checked)) == 63  # of all
+    assert len(onset_points(blocks, every, checked)) == 32  # of 63
 
 
 def test_neighbours_tell_a_cubic_and_not_a_kink():
