@@ -45,6 +45,7 @@ _FAINT = 3e-3
 _BLURRED, _SHARP = 2.0, 1e-10
 _ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
 
+_AT_CARRIER = 1e-9  # relative distance that is rounding
 _DETUNED = 0.05  # distance from the carriers that a table states the error of
 
 Level = Literal["info", "warning", "error"]
@@ -225,13 +226,21 @@ def table_findings(tolerance: float, interpolation: float, unanswered: float) ->
 
 
 def detuning_findings(
-    tolerance: float, detuning: float, corrected: bool, apart: Floats
+    tolerance: float, detuning: float | None, corrected: bool, apart: Floats
 ) -> list[Finding]:
     """Forcing so far `apart` from a table's carriers, relative, that it misses its tolerance.
 
     `detuning` is Accuracy.detuning; `corrected` tables have dS_j / dOmega_k.
     """
     off = float(np.abs(apart).max(initial=0.0))
+    if detuning is None:
+        if off <= _AT_CARRIER:
+            return []
+        reason = (
+            f"forcing is up to {off:.1%} from those of the friction table, which was not to "
+            "follow it: how far friction is off there is not known; tabulate with detuning=True"
+        )
+        return [Finding("carriers", "left", reason, "warning")]
     error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
     if error <= tolerance:
         return []

@@ -21,10 +21,11 @@ class Accuracy:
     unanswered : float
         Motion of the contacts by a harmonic that modes are not taken to respond to, at most,
         relative to that without friction; 0 where none counts.
-    detuning : float
-        Error of forcing 5 % from the carriers, the largest of what was tried. It grows with the
-        square of that distance where the table has dS_j / dOmega_k, else in proportion. 0 in
-        the paper's formulation, which has no other frequencies.
+    detuning : float or None
+        Error of forcing 5 % from the carriers, the largest of what was tried, without headroom.
+        It grows with the square of that distance where the table has dS_j / dOmega_k, else in
+        proportion. 0 in the paper's formulation, which has no other frequencies. None where
+        friction was not to follow them, and nothing was tried.
     steps, lines : int
         Discretisation of the torus.
     solved : int
@@ -36,7 +37,7 @@ class Accuracy:
     resolution: float
     periodicity: float
     unanswered: float
-    detuning: float
+    detuning: float | None
     steps: int
     lines: int
     solved: int

@@ -34,7 +34,7 @@ def cached_model(
     harmonics: int = 0,
     region: Region | None = None,
     headroom: float = 1.0,
-    detuning: bool = False,
+    detuning: bool | None = None,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.

@@ -1,8 +1,10 @@
 """Where the error of a table is measured: spread evenly, where contacts yield, where in doubt.
 
-A few even points miss most of what a kink does: it is felt in the cells that it crosses, and
-falls fast beside it. So most points are where the surface is doubted most, where its nodes are
-least predicted by their neighbours; the worst cells are gone through at several places.
+A few even points miss most of what a kink does: it is felt in the blocks that it crosses, and
+falls fast beside it. So most points are in those, and where the surface is doubted most: where its
+nodes are least predicted by their neighbours, or samples said so. The worst blocks are gone
+through at several places. Blocks, not cells: grid lines that go through one without samples on
+them say nothing.
 """
 
 from __future__ import annotations
@@ -13,16 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.table.refinement.blocks import Blocks
 
 _SPREAD = (8, 16)  # points for one mode, for two
-_ONSETS = 32  # points at most where contacts yield
+_ONSETS = 32  # points at most where contacts yield, or a share of the blocks
+_NEAR = 0.25  # of a block: a kink as near as that is felt in it
 _DOUBTS = (32, 64)  # points at least where in doubt, for one mode, for two
-_CELLS_PER_DOUBT = (1, 32)
-_CELLS_ALL_OVER = 3  # that are doubted most
-_ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a cell
-_NEARBY = 0.1  # of a cell: what is checked there need not be checked again
-AROUND = (0.25, 0.12)  # of a cell, around the largest error, then around the largest again
-_WORST = (4, 1)  # cells whose largest errors are gone around, for one mode, for two
+_BLOCKS_PER_DOUBT = (1, 32)
+_BLOCKS_PER_ONSET = 32
+_BLOCKS_ALL_OVER = 3  # that are doubted most
+_ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a block
+_NEARBY = 0.1  # of a block: what is checked there need not be checked again
+AROUND = (0.25, 0.12)  # of a block, around the largest error, then around the largest again
+_WORST = (4, 1)  # blocks whose largest errors are gone around, for one mode, for two
 _OTHERS = 4  # errors beside the largest that tell what lies beyond it
 _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
@@ -39,28 +44,6 @@ def spread_points(
         if len(kept) >= wanted:
             return np.asarray(kept[:wanted])
         count *= 2
-
-
-def onset_points(lines: Floats, amplitude_range: Floats) -> Floats:
-    """On lines n @ |a| = 1 of normals (lines, modes), in [0, amplitude_range]; (points, modes)."""
-    normals = lines * amplitude_range
-    normals = normals[normals.sum(axis=1) > 1.0]
-    if not normals.size:
-        return np.zeros((0, amplitude_range.size))
-    count = _ONSETS if amplitude_range.size == 2 else min(_ONSETS, len(normals))
-    normals = normals[np.arange(count) * len(normals) // count]
-    if amplitude_range.size == 1:
-        return np.asarray(amplitude_range / normals)
-    # along the axis that the line is more parallel to, from where it enters the range
-    steep, flat = normals.max(axis=1), normals.min(axis=1)
-    with np.errstate(divide="ignore"):
-        first, last = np.maximum((1.0 - steep) / flat, 0.0), np.minimum(1.0 / flat, 1.0)
-    # a kink is sharpest at the ends, where one mode moves the contact alone
-    along = first + (last - first) * (0.5 - 0.5 * np.cos(np.pi * _halton(count, 1)[:, 0]))
-    across = (1.0 - flat * along) / steep
-    steeper = normals[:, :1] >= normals[:, 1:]
-    points = np.where(steeper, np.stack((across, along), 1), np.stack((along, across), 1))
-    return np.asarray(points * amplitude_range)
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:
@@ -98,57 +81,78 @@ def holding_cells(axes: Sequence[Floats], points: Floats) -> tuple[NDArray[np.in
     )
 
 
-def doubtful_points(
-    axes: Sequence[Floats], doubt: Floats, lines: Floats, checked: Floats
-) -> Floats:
-    """Points in the cells of most doubt, none next to a `checked` one, (points, modes).
+def onset_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
+    """Middles of blocks that kinks cross or come near to, (points, modes).
+
+    Of those without a `checked` one next to it, evenly. Errors there do not fall evenly as cells
+    are halved: one that is small by chance tells nothing of the next. On the kink itself they may
+    be small, too.
 
     Parameters
     ----------
-    axes : sequence of (n_j,) ndarray
-        Nodes of each mode.
-    doubt : ndarray
-        Of the cells, as `at_cells` has them; those without any are left alone.
+    blocks : Blocks
     lines : (lines, modes) ndarray
-        Normals n of kinks n @ |a| = 1: a cell that one crosses is checked there too.
+        Normals n of kinks n @ |a| = 1.
     checked : (points, modes) ndarray
     """
-    modes = len(axes)
-    count = max(_DOUBTS[modes - 1], doubt.size // _CELLS_PER_DOUBT[modes - 1])
-    cells = np.argsort(-doubt, axis=None, kind="stable")[: count + len(checked)]
-    index = np.unravel_index(cells[doubt.ravel()[cells] > 0.0], doubt.shape)[:modes]
-    low = np.stack([node[i] for node, i in zip(axes, index, strict=True)], axis=-1)
-    width = np.stack([np.diff(node)[i] for node, i in zip(axes, index, strict=True)], axis=-1)
+    begin, across = blocks.low @ lines.T, blocks.width @ lines.T
+    near = (begin - _NEAR * across <= 1.0) & (begin + (1.0 + _NEAR) * across >= 1.0)
+    (met,) = np.nonzero(near.any(axis=1))
+    found = checked
+    for place, width in zip(blocks.middle[met], blocks.width[met], strict=True):
+        found = _with_new(found, place[np.newaxis], width)
+    found = found[len(checked) :]
+    count = min(len(found), max(_ONSETS, len(blocks.number) // _BLOCKS_PER_ONSET))
+    return found[np.arange(count) * len(found) // max(count, 1)]
+
+
+def doubtful_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
+    """Points in the blocks of most doubt, none next to a `checked` one, (points, modes).
+
+    A block that one of `lines`, as above, crosses is checked there too.
+    """
+    modes = checked.shape[1]
+    count = max(_DOUBTS[modes - 1], len(blocks.doubt) // _BLOCKS_PER_DOUBT[modes - 1])
     all_over = np.stack(np.meshgrid(*modes * [_ALL_OVER]), axis=-1).reshape(-1, modes)
-    taken = checked
-    for number, places in enumerate(_middle_and_kink(low, width, lines)):
-        if len(taken) >= len(checked) + count:
+    places = np.stack((blocks.middle, _on_kink(blocks, lines)), axis=1)
+    found = checked
+    for rank, k in enumerate(np.argsort(-blocks.doubt, kind="stable")):
+        if len(found) >= len(checked) + count:
             break
-        for place in low[number] + width[number] * (
-            all_over if number < _CELLS_ALL_OVER else places
-        ):
-            if (np.abs(taken - place) > _NEARBY * width[number]).any(axis=1).all():
-                taken = np.concatenate((taken, place[np.newaxis]))
-    return taken[len(checked) :]
+        low, width = blocks.low[k], blocks.width[k]
+        tried = low + width * all_over if rank < _BLOCKS_ALL_OVER else places[k]
+        found = _with_new(found, tried, width)
+    return found[len(checked) :]
 
 
-def worst_points(axes: Sequence[Floats], points: Floats, errors: Floats) -> Floats:
-    """Those of the largest errors in a few cells, (cells, modes)."""
+def places_around(
+    blocks: Blocks, holding: NDArray[np.int64], points: Floats, errors: Floats, share: float
+) -> Floats:
+    """By a share of its block to either side of the largest error in a few, along each axis.
+
+    `holding` (points,) are the numbers of the blocks that the points are in.
+    """
+    modes = points.shape[1]
     order = np.argsort(-errors, kind="stable")
-    cells = np.stack(holding_cells(axes, points[order]), axis=-1)
-    _, first = np.unique(cells, axis=0, return_index=True)
-    return np.asarray(points[order[np.sort(first)[: _WORST[len(axes) - 1]]]])
+    _, first = np.unique(holding[order], return_index=True)
+    worst = order[np.sort(first)[: _WORST[modes - 1]]]
+    at = np.searchsorted(blocks.number, holding[worst])
+    low, width = blocks.low[at, np.newaxis], blocks.width[at, np.newaxis]
+    steps = share * np.concatenate((-np.eye(modes), np.eye(modes))) * width
+    return np.clip(points[worst, np.newaxis] + steps, low, low + width).reshape(-1, modes)
 
 
-def around(axes: Sequence[Floats], point: Floats, share: float) -> Floats:
-    """Places by a share of its cell to either side of a point (modes,), along each axis."""
-    points = np.tile(point, (2 * point.size, 1))
-    cell = holding_cells(axes, point[np.newaxis])
-    for j, (node, (i,)) in enumerate(zip(axes, cell, strict=True)):
-        shift = share * (node[i + 1] - node[i])
-        points[2 * j : 2 * j + 2, j] += -shift, shift
-        points[:, j] = np.clip(points[:, j], node[i], node[i + 1])
-    return points
+def points_beside(blocks: Blocks, numbers: NDArray[np.int64], checked: Floats) -> Floats:
+    """Middles of the blocks that touch some, none next to a `checked` point, (points, modes)."""
+    at = np.searchsorted(blocks.number, np.unique(numbers))
+    end = blocks.low + blocks.width
+    touched = np.zeros(len(end), dtype=bool)
+    for low, high in zip(blocks.low[at], end[at], strict=True):
+        touched |= ((blocks.low <= high) & (end >= low)).all(axis=1)
+    found = checked
+    for place, width in zip(blocks.middle[touched], blocks.width[touched], strict=True):
+        found = _with_new(found, place[np.newaxis], width)
+    return found[len(checked) :]
 
 
 def largest_error(errors: Floats, noise: float) -> float:
@@ -156,30 +160,39 @@ def largest_error(errors: Floats, noise: float) -> float:
 
     These are the upper end of a sample: beyond its largest lies about as much as between it and
     the few after it (Robson and Whitlock's estimate of where a distribution ends). Where these
-    are alike a better place in the cell, or a kink less fortunate, has more: of dense checks of 77
-    tables one found 1.44 and one 1.27 times as much, with the noise of samples; no other 1.12.
+    are alike a better place in the block, or a kink less fortunate, has more: of dense checks of
+    58 tables three found 1.28 to 1.32 times as much; no other 1.12.
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
     return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
 
 
-def _middle_and_kink(low: Floats, width: Floats, lines: Floats) -> Floats:
-    """Of cells, the middle and the place of a line nearest to it, (cells, 2, modes).
+def _with_new(points: Floats, places: Floats, width: Floats) -> Floats:
+    """Points (points, modes) and those of the places that are next to none of them."""
+    for place in places:
+        if (np.abs(points - place) > _NEARBY * width).any(axis=1).all():
+            points = np.concatenate((points, place[np.newaxis]))
+    return points
 
-    In units of the cell; twice the middle where no line crosses.
+
+def _on_kink(blocks: Blocks, lines: Floats) -> Floats:
+    """Of blocks, the places of a line nearest to the middle, (blocks, modes).
+
+    The middle where no line crosses.
     """
-    places = np.full((len(low), 2, low.shape[1]), 0.5)
+    places = blocks.middle.copy()
     if not lines.size:
         return places
-    normal = lines * width[:, np.newaxis]  # cells, lines, modes
+    normal = lines * blocks.width[:, np.newaxis]  # blocks, lines, modes
     square = (normal**2).sum(axis=-1)
-    short = 1.0 - (low + 0.5 * width) @ lines.T
+    short = 1.0 - (blocks.low + 0.5 * blocks.width) @ lines.T
     to_line = normal * (short / np.where(square > 0.0, square, np.inf))[..., np.newaxis]
     distance = np.where(square > 0.0, np.abs(to_line).max(axis=-1), np.inf)
     nearest = distance.argmin(axis=1)
-    cell = np.arange(len(low))
-    crossed = distance[cell, nearest] < 0.5
-    places[crossed, 1] += to_line[cell, nearest][crossed]
+    each = np.arange(len(places))
+    crossed = distance[each, nearest] < 0.5
+    share = 0.5 + to_line[each, nearest][crossed]
+    places[crossed] = blocks.low[crossed] + blocks.width[crossed] * share
     return places
 
 

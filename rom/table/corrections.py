@@ -118,15 +118,21 @@ def with_detuning(
     problems = detuned_problems(reduced)
     if missed_by(friction_detuning(problems, carrier, solve, points)) > _HELPS * error:
         return table, error
+    detuned = with_slope(table, reduced, roughly, spread)
+    return detuned, missed_by(detuned.detuning_at(points))
+
+
+def with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -> Table:
+    """The table with dS_j / dOmega_k, see `with_detuning`."""
+    problems = detuned_problems(reduced)
     surface = _surface(
         table,
         _DETUNING_STRIDE,
-        lambda part: friction_detuning(problems, carrier, roughly, part),
+        lambda part: friction_detuning(problems, reduced.carrier, roughly, part),
         [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
         spread,
     )
-    detuned = replace(table, detuning=surface)
-    return detuned, missed_by(detuned.detuning_at(points))
+    return replace(table, detuning=surface)
 
 
 def _probes(table: Table) -> Floats:

@@ -163,5 +163,8 @@ def _is_accuracy(value: Any) -> bool:
     return (
         isinstance(value, dict)
         and set(value) == names
-        and all(type(entry) in (int, float) for entry in value.values())
+        and all(
+            type(entry) in (int, float) or (name == "detuning" and entry is None)
+            for name, entry in value.items()
+        )
     )

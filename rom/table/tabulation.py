@@ -36,7 +36,7 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.corrections import with_detuning, with_rate_correction
+from slipmode.rom.table.corrections import with_detuning, with_rate_correction, with_slope
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
@@ -92,8 +92,9 @@ def tabulate(
         headroom, and more where it needs them beyond. Not with a region.
     detuning : bool, optional
         Whether friction follows the forcing frequencies off the carriers of `reduced`, to first
-        order; `Model.accuracy.detuning` says what is left. Default: where the carriers are the
-        natural frequencies. Not in the paper's formulation.
+        order; `Model.accuracy.detuning` says what is left. False where they stay at the
+        carriers: it is not looked at. Default: where the carriers are the natural frequencies;
+        elsewhere what is left is stated alone. Not in the paper's formulation.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -193,7 +194,8 @@ def tabulate(
             closer = refined_on(resolution.closer, further)
             return min(found, closer, key=lambda each: each[-1][-1])
 
-        unanswered = off_carriers = 0.0
+        unanswered = 0.0
+        off_carriers: float | None = 0.0
         try:
             finer = resolve(list(further)) if further else resolution
             orders, samples, (table, inner, carried, error) = refined(finer, list(further))
@@ -213,22 +215,26 @@ def tabulate(
                     *(combinations, 1, answered),
                 )
 
-            if detuning is None:
-                detuning = np.array_equal(reduced.carrier, reduced.frequency)
-
-            def corrected(part: Table) -> tuple[Table, float]:
-                part = with_rate_correction(
+            def rated(part: Table) -> Table:
+                return with_rate_correction(
                     *(part, reduced, law, amplitude_range, resolution.grid, spread)
                 )
-                return with_detuning(
-                    *(part, reduced, partial(solve, resolution.march)),
-                    *(partial(solve, _ROUGHLY * resolution.march), spread),
-                    tolerance if detuning else None,
-                )
 
-            table, off_carriers = corrected(table)
+            roughly = partial(solve, _ROUGHLY * resolution.march)
+            within, off_carriers = rated(table if inner is None else inner), None
+            if detuning is None or detuning:
+                follows = detuning or np.array_equal(reduced.carrier, reduced.frequency)
+                within, off_carriers = with_detuning(
+                    *(within, reduced, partial(solve, resolution.march), roughly, spread),
+                    tolerance if follows else None,
+                )
             if inner is not None:
-                table = table.keeping(corrected(inner)[0])
+                table = rated(table)
+                if within.detuning is not None:
+                    table = with_slope(table, reduced, roughly, spread)
+                table = table.keeping(within)
+            else:
+                table = within
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=error,

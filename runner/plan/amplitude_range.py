@@ -142,6 +142,7 @@ def dry_run(
             coarse, _ = cached_model(
                 *(excited.reduced, excited.law, tried.tolist(), _TOLERANCE),
                 combinations=combinations,
+                detuning=False,
                 progress=progress,
             )
         except UnsettledError as refusal:

@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "base/lanes.h"
+
 /* Takes `count` doubles from *memory. */
 static inline double *sm_take(double **memory, size_t count) {
     double *place = *memory;
@@ -17,8 +19,10 @@ static inline const double *sm_keep(double **memory, const double *source, size_
     return count > 0 ? memcpy(sm_take(memory, count), source, count * sizeof(double)) : NULL;
 }
 
-/* So many doubles, filled up to whole cache lines. */
-static inline size_t sm_whole_lines(size_t doubles) { return (doubles + 7) & ~(size_t)7; }
+/* So many doubles, filled up to whole cache lines and vectors. */
+static inline size_t sm_whole_lines(size_t doubles) {
+    return (doubles + SM_VECTOR - 1) & ~(size_t)(SM_VECTOR - 1);
+}
 
 /* Doubles that hold so many bytes. */
 static inline size_t sm_doubles(size_t bytes) {

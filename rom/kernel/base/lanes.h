@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define SM_LANES 16
+#define SM_VECTOR 8 /* doubles of the widest vectors, and of a cache line */
 
 #if defined(__GNUC__)
 #define SM_INLINE static inline __attribute__((always_inline))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.check_points import at_cells, holding_cells
+from slipmode.rom.table.refinement.blocks import apart
 from slipmode.rom.table.region import widened
 
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
@@ -40,6 +41,9 @@ class Grid:
         What is expected to be left of it.
     sampled : (n_a, n_b) ndarray of bool
         Nodes at which samples were taken.
+    block : (cells_a, cells_b) ndarray of int
+        Cells of one number have no samples between them: the surface is as good, or bad, as if
+        no grid lines went through the rectangle that they are.
     closest : float
         Distance of nodes below which no cell is halved, relative to the amplitude there.
     """
@@ -49,6 +53,7 @@ class Grid:
     missed: Floats
     left: Floats
     sampled: Flags
+    block: NDArray[np.int64]
     closest: float
 
     __repr__ = short_repr
@@ -61,7 +66,9 @@ class Grid:
         never = np.full(cells, np.inf)
         second = node[1] if ends.size == 2 else np.zeros(1)
         every = np.ones((node[0].size, second.size), dtype=bool)
-        return cls((node[0], second), np.ones(cells, dtype=bool), never, never, every, closest)
+        block = np.arange(never[0].size).reshape(cells[1:])
+        poor = np.ones(cells, dtype=bool)
+        return cls((node[0], second), poor, never, never, every, block, closest)
 
     @property
     def modes(self) -> int:
@@ -72,14 +79,22 @@ class Grid:
         """With further nodes of each mode after the last, and new cells between all these."""
         beyond, second = further if self.modes == 2 else (*further, np.zeros(0))
         pad = [(0, 0), (0, beyond.size), (0, second.size)]
+        block = np.pad(self.block, pad[1:], constant_values=-1)
+        block[block < 0] = self.block.max() + 1 + np.arange((block < 0).sum())
         return Grid(
             (np.append(self.nodes[0], beyond), np.append(self.nodes[1], second)),
             np.pad(self.poor, pad, constant_values=True),
             np.pad(self.missed, pad, constant_values=np.inf),
             np.pad(self.left, pad, constant_values=np.inf),
             np.pad(self.sampled, pad[1:], constant_values=True),
+            block,
             self.closest,
         )
+
+    def cells(self, points: Floats) -> tuple[NDArray[np.intp], ...]:
+        """Indices of the cells that hold points (points, modes)."""
+        cells = holding_cells(self.nodes[: self.modes], points)
+        return cells if self.modes == 2 else (*cells, np.zeros_like(cells[0]))
 
     def split(self, mode: int) -> Flags:
         """Intervals of a mode's axis that a poor cell is in."""
@@ -133,6 +148,7 @@ class Grid:
             np.repeat(missed, parts, axis),
             np.repeat(left, parts, axis),
             np.take(both, self.order(mode), axis=mode),
+            apart(*(np.repeat(each, parts, mode) for each in (self.block, self.poor[mode]))),
             self.closest,
         )
 
@@ -142,8 +158,7 @@ class Grid:
         Along the axes of which neighbours tell at least a `share` as little as of the other;
         `doubts` (modes, n_a, n_b) is how little they tell of nodes.
         """
-        cells = holding_cells(self.nodes[: self.modes], points)
-        place = cells if self.modes == 2 else (*cells, np.zeros_like(cells[0]))
+        place = self.cells(points)
         there = np.array([at_cells(along)[place] for along in doubts])
         doubted = there >= share * there.max(axis=0)
         poor = self.poor.copy()

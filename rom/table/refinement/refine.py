@@ -16,21 +16,23 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
     AROUND,
-    around,
     at_cells,
     doubtful_points,
     largest_error,
     onset_points,
+    places_around,
+    points_beside,
     spread_points,
-    worst_points,
 )
 from slipmode.rom.table.hermite import Table
+from slipmode.rom.table.refinement.blocks import Blocks
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
@@ -38,6 +40,7 @@ from slipmode.rom.table.region import corners, with_neighbours
 _FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
 _OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
 _MAX_ROUNDS = 40
+_RINGS = 8  # of blocks around those of large errors that are checked at once
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
 _MOST_NODES = 20_000
 # Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
@@ -49,25 +52,23 @@ _SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
 
 
 class _Checks:
-    """Samples that are no nodes, and the errors of tables there."""
+    """Samples that are no nodes, and the errors of tables there.
+
+    `gain` is by how much going around the largest error made it larger. Those in other blocks,
+    that were not gone around, would grow by about as much.
+    """
 
     def __init__(self, sampling: Sampling) -> None:
         self._sampling = sampling
-        amplitude_range = sampling.amplitude_range
-        onset = onset_points(sampling.onset_lines, amplitude_range)
+        self.gain = 1.0
         inside = None if sampling.region is None else sampling.region.holds
-        if inside is not None:
-            onset = onset[inside(onset)]
-        self.points, self._exact = self._sampled(
-            np.concatenate((spread_points(amplitude_range, inside), onset))
-        )
+        self.points, self._exact = self._sampled(spread_points(sampling.amplitude_range, inside))
 
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
         sampling, end = self._sampling, self._sampling.amplitude_range
         furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
-        onset = onset_points(sampling.onset_lines, furthest)
-        points = np.concatenate((spread_points(furthest), onset))
+        points = spread_points(furthest)
         self._add(points[(points > end).any(axis=1)])
 
     def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
@@ -86,22 +87,38 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, left: Floats) -> Floats:
-        """Relative error at the points, to which those are added that the table needs.
-
-        `left` (cells_a, cells_b) is the error that each cell is expected to have, at least.
-        """
-        sampling = self._sampling
-        doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), left)
+    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
+        """Relative error at the points, to which those are added that the table needs."""
+        sampling, axes = self._sampling, table.axes
+        doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
+        held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
-            doubt = np.where(sampling.region.cells(table.node_a, table.node_b), doubt, 0.0)
-        self._add(doubtful_points(table.axes, doubt, sampling.onset_lines, self.points))
-        errors = self._errors(table)
+            held = sampling.region.cells(*grid.nodes)
+        blocks = Blocks.of(axes, grid.block, doubt, held)
+
+        def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
+            """Those of them where the table has to hold; errors at all, and their blocks."""
+            self._add(points[held[grid.cells(points)]])
+            return self._errors(table), grid.block[grid.cells(self.points)]
+
+        onset = onset_points(blocks, sampling.onset_lines, self.points)
+        checked = np.concatenate((self.points, onset))
+        doubtful = doubtful_points(blocks, sampling.onset_lines, checked)
+        errors, holding = add(np.concatenate((onset, doubtful)))
+        # errors too large are seldom alone: samples estimated those beside them as badly
+        for _ in range(_RINGS):
+            bad = holding[errors > self.limit(errors, tolerance)]
+            errors, holding = add(points_beside(blocks, bad, self.points))
+        first = errors.max()
         for share in AROUND:
-            worst = worst_points(table.axes, self.points, errors)
-            self._add(np.concatenate([around(table.axes, point, share) for point in worst]))
-            errors = self._errors(table)
+            errors, holding = add(places_around(blocks, holding, self.points, errors, share))
+        self.gain = float(errors.max() / first) if first > 0.0 else 1.0
         return errors
+
+    def limit(self, errors: Floats, tolerance: float) -> float:
+        """What the largest error found may be if none at all is to be above the tolerance."""
+        worst = float(errors.max())
+        return tolerance * worst / max(largest_error(errors, self._sampling.noise), tolerance)
 
     def _errors(self, table: Table) -> Floats:
         return self._sampling.error_of(table.terms(self.points), self._exact, table)
@@ -169,18 +186,18 @@ def _refined(
         if grid.poor.any():
             continue
         table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid.left.max(axis=0))
+        errors = checks.errors(table, grid, tolerance)
         error = largest_error(errors, sampling.noise)
         idle = 0 if error < _LESS * least else idle + 1
         least = min(least, error)
         if error > tolerance and idle < _IDLE_ROUNDS:
             # what lies beyond the largest error may be at any of those that are nearly as large
-            missed = checks.points[errors > tolerance * errors.max() / error]
+            missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
             grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
         if not grid.poor.any():
             return grid, samples, table, error
     table = sampling.table(grid.nodes, samples)
-    error = largest_error(checks.errors(table, grid.left.max(axis=0)), sampling.noise)
+    error = largest_error(checks.errors(table, grid, tolerance), sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "

@@ -61,7 +61,7 @@ def off_carriers(name, modes, apart, tolerance):
         return np.abs(rom.steady(model, forcing, force)), model.accuracy.detuning
 
     at_forcing, _ = steady(forcing, False)
-    aside, stated = steady(forcing * (1.0 + apart), False)
+    aside, stated = steady(forcing * (1.0 + apart), None)
     followed, left = steady(forcing * (1.0 + apart), True)
     return np.abs(aside / at_forcing - 1), np.abs(followed / at_forcing - 1), stated, left
 
@@ -117,10 +117,10 @@ def test_contacts_without_friction_are_linear():
 
 @pytest.mark.quick
 def test_what_is_left_is_said():
-    reduced = rom.reduce(rom.two_mass(beta=0.02), (0,))
+    natural = rom.reduce(rom.two_mass(beta=0.02), (0,))
+    reduced = natural.at_carrier([1.000001 * natural.carrier[0]])
     law, force = rom.Tanh(2.0, 0.05), [{0: 0.15}]
-    plain = rom.tabulate(reduced, law, (4.0,), detuning=False)
-    followed = rom.tabulate(reduced, law, (4.0,))
+    plain, followed = rom.tabulate(reduced, law, (4.0,)), rom.tabulate(natural, law, (4.0,))
     assert plain.table.detuning is None and followed.table.detuning is not None
     assert followed.accuracy.detuning < 0.3 * plain.accuracy.detuning
     assert plain.accuracy.detuning > 1e-3
@@ -128,6 +128,12 @@ def test_what_is_left_is_said():
         rom.steady(plain, 0.96 * reduced.carrier, force)
     rom.steady(followed, 0.96 * reduced.carrier, force)
     rom.steady(plain, 1.0 * reduced.carrier, force)
+    # nobody asked: nothing is tried, and nothing said where the forcing stays
+    alone = rom.tabulate(reduced, law, (4.0,), detuning=False)
+    assert alone.accuracy.detuning is None
+    rom.steady(alone, 1.0 * reduced.carrier, force)
+    with pytest.warns(rom.ValidityWarning, match="carriers left: .* is not known; tabulate"):
+        rom.steady(alone, 0.999 * reduced.carrier, force)
 
 
 @pytest.mark.quick

@@ -25,6 +25,7 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.torus import Discretisation, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
+from slipmode.rom.table.refinement.blocks import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
@@ -63,10 +64,16 @@ def dense_error(model, points, limit):
     if accuracy.unanswered:
         further = {}
     solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
-    S = solve(points, 0.1 * limit, model.combinations, 1, list(further)).S
+    terms = solve(points, 0.1 * limit, model.combinations, 1, list(further))
     nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
     scale = np.maximum(nodes, least_force(model.reduced, limit))
-    return float((np.abs(model.table(points) - S).max(axis=0) / scale).max())
+    surface = model.table(points)
+    errors = (np.abs(surface - terms.S) / scale).max(axis=1)
+    # motion that did not settle, begun with that at the point before, is no reference
+    for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
+        alone = solve(points[k : k + 1], 0.1 * limit, model.combinations, 1, list(further))
+        errors[k] = (np.abs(surface[k] - alone.S[0]) / scale).max()
+    return float(errors.max())
 
 
 def check(reduced, law, amplitude, tolerance, **arguments):
@@ -146,17 +153,50 @@ def test_onset_of_contacts_that_open_and_slide():
     assert len(onset_lines(*on_cantilever(LAWS["mixed"], (0,))[:2])) == 1 + 7
 
 
-def test_onset_points_lie_on_their_lines_within_the_range():
-    lines = np.array([[1.0, 0.2], [0.1, 3.0], [0.01, 0.02], [2.0, 0.0]])
-    limit = np.array([2.0, 0.5])
-    points = onset_points(lines, limit)
-    assert len(points) == 32
-    assert np.all((points >= 0.0) & (points <= limit))
-    on = np.abs(points @ lines.T - 1.0) < 1e-12
-    assert on.any(axis=1).all()
-    assert on.any(axis=0).tolist() == [True, True, False, True]  # the third is out of range
-    np.testing.assert_allclose(onset_points(np.array([[2.0]]), np.array([3.0])), [[0.5]])
-    assert onset_points(np.array([[0.2]]), np.array([3.0])).shape == (0, 1)
+def test_what_grid_lines_go_through_without_samples_is_one_block():
+    whole = np.zeros((3, 4), dtype=int)
+    assert np.array_equal(apart(whole, np.zeros((3, 4), dtype=bool)), whole)
+    out = np.zeros((3, 4), dtype=bool)
+    out[1, 2] = True
+    left = apart(whole, out)
+    # the cell, what is before and after its column, what is below and above it there
+    parts = [np.s_[1, 2], np.s_[0], np.s_[2], np.s_[1, :2], np.s_[1, 3]]
+    assert [len(np.unique(left[part])) for part in parts] == 5 * [1]
+    assert len(np.unique(left)) == 5
+    axes = (np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
+    blocks = Blocks.of(axes, left, np.arange(12.0).reshape(3, 4), np.ones((3, 4), dtype=bool))
+    last = np.searchsorted(blocks.number, left[2, 0])
+    assert blocks.low[last].tolist() == [2.0, 0.0]
+    assert blocks.width[last].tolist() == [2.0, 4.0]
+    assert blocks.middle[last].tolist() == [3.0, 2.0]
+    assert blocks.doubt[last] == 11.0
+
+
+def test_a_block_is_checked_where_the_table_holds():
+    """In the cell nearest to its middle."""
+    axes = (np.arange(4.0), np.array([0.0, 1.0]))
+    held = np.array([[True], [False], [False]])
+    blocks = Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), held)
+    np.testing.assert_allclose(blocks.middle, [[1.0, 0.5]])
+    np.testing.assert_allclose(blocks.width, [[3.0, 1.0]])
+    nowhere = Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), held & ~held)
+    assert nowhere.middle.shape == (0, 2)
+
+
+def test_onset_is_checked_in_the_blocks_that_it_comes_near_to():
+    node = np.linspace(0.0, 4.0, 9)
+    number = np.arange(64).reshape(8, 8)
+    blocks = Blocks.of((node, node), number, np.ones((8, 8)), np.ones((8, 8), dtype=bool))
+    # a = 1.55 in the fourth column; within a quarter of a cell from the third
+    points = onset_points(blocks, np.array([[1 / 1.55, 0.0]]), np.zeros((0, 2)))
+    assert sorted(set(points[:, 0])) == [1.25, 1.75]
+    assert len(points) == 16
+    checked = np.array([[1.25, 0.26]])
+    assert len(onset_points(blocks, np.array([[1 / 1.55, 0.0]]), checked)) == 15
+    assert onset_points(blocks, np.zeros((0, 2)), checked).shape == (0, 2)
+    assert onset_points(blocks, np.array([[0.1, 0.1]]), checked).shape == (0, 2)  # out of range
+    every = np.array([[1 / (0.25 + 0.5 * k), 0.0] for k in range(8)])
+    assert len(onset_points(blocks, every, checked)) == 32  # of 63
 
 
 def test_neighbours_tell_a_cubic_and_not_a_kink():
@@ -226,18 +266,16 @@ MANY = [(k, law) for k in range(5) for law in (Coulomb((2.0, 1.0)), Tanh((2.0, 1
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize(("number", "law"), MANY, ids=str)
 def test_of_drawn_structures(number, law, tolerance, request):
-    if number in (1, 4) and isinstance(law, Coulomb) and tolerance == 1e-3:
-        # 1 has 7.8e-4 where 7.0e-4 is stated; 4 is refused: its combination resonance, of contacts
-        # that rest anywhere, depends on the phase lines
+    if number == 4 and isinstance(law, Coulomb) and tolerance == 1e-3:
+        # refused: its combination resonance, of contacts that rest anywhere, depends on the phase
+        # lines
         request.applymarker(pytest.mark.xfail(reason="not to 1e-3", strict=True))
     check(reduce(drawn(number)), law, (4.0, 2.0), tolerance)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*LAWS, "Iwan"])
-def test_of_elastic_contacts(name, request):
-    if name == "with a gap":
-        request.applymarker(pytest.mark.xfail(reason="0.79 % found, 0.77 % stated", strict=True))
+def test_of_elastic_contacts(name):
     law = IWAN if name == "Iwan" else LAWS[name]
     check(*on_cantilever(law, (0, 1)), 1e-2)
     for tolerance in (1e-2, 1e-3):
@@ -255,10 +293,7 @@ def test_of_the_family(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [((3.0, 0.0), (3.1, 1.25)), ((1.2, 0.4), (2.2, 1.3))])
 @pytest.mark.parametrize("law", [Coulomb(2.0), Tanh(2.0, 0.02), Tanh(2.0, 0.005)], ids=str)
-def test_of_a_region(path, law, request):
-    if isinstance(law, Coulomb) and path[0] == (1.2, 0.4):
-        found = "7.7e-4 found, 7.3e-4 stated"
-        request.applymarker(pytest.mark.xfail(reason=found, strict=True))
+def test_of_a_region(path, law):
     limit = np.array((3.6, 1.5))
     region = Region.along(np.array([(0.0, 0.0), *path]), limit, limit / 32)
     reduced = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))

@@ -97,7 +97,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
-    const size_t marched = sm_marched_size(contact->response, sm_phase_lines_stride(lines));
+    const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
                         + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);

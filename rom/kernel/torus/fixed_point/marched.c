@@ -5,7 +5,7 @@
 #include "base/lanes.h"
 
 #define ENTRIES 8 /* of advance: (p, v, g_0, g_1) to p, and to v */
-#define WIDTH SM_MARCHED_WIDTH
+#define WIDTH SM_VECTOR /* the stride is a multiple */
 
 void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t contacts,
                       size_t stride, double *memory) {

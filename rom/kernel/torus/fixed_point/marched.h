@@ -6,8 +6,6 @@
 
 #include "slipmode.h"
 
-#define SM_MARCHED_WIDTH 8 /* lanes of a vector: the stride is a multiple */
-
 typedef struct {
     const sm_modal_response *response; /* NULL: there are none */
     size_t modes, contacts;

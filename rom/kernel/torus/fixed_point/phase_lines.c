@@ -8,18 +8,16 @@
 #include "base/lanes.h"
 #include "torus/grid.h"
 
-#define WIDTH SM_PHASE_LINES_WIDTH
+#define WIDTH SM_VECTOR
 #define TOGETHER SM_STEPS_TOGETHER
 
-size_t sm_phase_lines_stride(size_t lines) { return (lines + WIDTH - 1) / WIDTH * WIDTH; }
-
 size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps) {
-    const size_t row = contacts * sm_phase_lines_stride(lines);
+    const size_t row = contacts * sm_whole_lines(lines);
     return 2 * steps * orders + 2 * lines + 4 * orders * row + 2 * TOGETHER * row;
 }
 
 void sm_phase_lines_place(sm_phase_lines *l, double *memory) {
-    l->stride = sm_phase_lines_stride(l->lines);
+    l->stride = sm_whole_lines(l->lines);
     const size_t row = l->contacts * l->stride;
     l->turn = sm_take(&memory, 2 * l->steps * l->orders);
     l->phase = sm_take(&memory, 2 * l->lines);

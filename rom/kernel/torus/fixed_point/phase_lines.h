@@ -8,13 +8,12 @@
 #include <stdint.h>
 #include <string.h>
 
-#define SM_PHASE_LINES_WIDTH 8 /* lanes of a vector */
 #define SM_STEPS_TOGETHER 4 /* whose sums over the harmonics are formed together */
 
 typedef struct {
     size_t contacts, orders, lines;
     size_t steps;         /* of a period of mode A */
-    size_t stride;        /* lines, and lanes that only fill vectors up */
+    size_t stride;        /* lines, and lanes that only fill vectors up: sm_whole_lines */
     const int32_t *order; /* (orders, 2): n, m */
     double ratio;         /* omega_B / omega_A */
     double *turn;         /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
@@ -24,8 +23,6 @@ typedef struct {
     double *u, *y;        /* (SM_STEPS_TOGETHER, N_c, stride), at some steps */
 } sm_phase_lines;
 
-/* A whole number of vectors that holds the lines. */
-size_t sm_phase_lines_stride(size_t lines);
 size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps);
 /* Takes the memory; sizes, orders and ratio are set. */
 void sm_phase_lines_place(sm_phase_lines *lines, double *memory);

@@ -1,0 +1,76 @@
+"""Blocks of a grid: what was sampled at its corners alone, whatever grid lines go through it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.short_repr import short_repr
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Those where a table has to hold.
+
+    Attributes
+    ----------
+    number : (blocks,) ndarray of int
+        Ascending.
+    low, width : (blocks, modes) ndarray
+    middle : (blocks, modes) ndarray
+        Or the place nearest to it where the table has to hold.
+    doubt : (blocks,) ndarray
+        How little is known of the surface there.
+    """
+
+    number: NDArray[np.int64]
+    low: Floats
+    width: Floats
+    middle: Floats
+    doubt: Floats
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(
+        cls, axes: Sequence[Floats], block: NDArray[np.int64], doubt: Floats, held: Flags
+    ) -> Self:
+        """From the block of each cell, its doubt, and whether the table has to hold there."""
+        cells = np.indices(block.shape)[: len(axes)].reshape(len(axes), -1)
+        start = np.stack([node[i] for node, i in zip(axes, cells, strict=True)], axis=-1)
+        end = np.stack([node[i + 1] for node, i in zip(axes, cells, strict=True)], axis=-1)
+        numbers, first, of_cell = np.unique(block, return_index=True, return_inverse=True)
+        of_cell = of_cell.ravel()
+        low, high, most = start[first], end[first], np.zeros(len(first))
+        np.maximum.at(high, of_cell, end)
+        np.maximum.at(most, of_cell[held.ravel()], doubt[held])
+        middle = (0.5 * (low + high))[of_cell]
+        nearest = np.clip(middle, start, end)
+        away = (np.abs(nearest - middle) / (high - low)[of_cell]).max(axis=1)
+        order = np.lexsort((away, of_cell))
+        order = order[held.ravel()[order]]
+        kept, at = np.unique(of_cell[order], return_index=True)
+        return cls(numbers[kept], low[kept], (high - low)[kept], nearest[order[at]], most[kept])
+
+
+def apart(block: NDArray[np.int64], cells: Flags) -> NDArray[np.int64]:
+    """Blocks of cells, with `cells` for blocks of their own.
+
+    What is left of those that had them is cut into rectangles.
+    """
+    block, most = block.copy(), int(block.max())
+    for number in np.intersect1d(block[cells], block[~cells]):
+        i, j = np.nonzero(block == number)
+        window = np.s_[i[0] : i[-1] + 1, j[0] : j[-1] + 1]
+        inside = cells[window]
+        along = np.append(0, (inside[1:] != inside[:-1]).any(axis=1).cumsum())
+        across = np.pad((inside[:, 1:] != inside[:, :-1]).cumsum(axis=1), ((0, 0), (1, 0)))
+        block[window] = most + 1 + along[:, np.newaxis] * inside.shape[1] + across
+        most += inside.size
+    block[cells] = most + 1 + np.arange(cells.sum())
+    return block
