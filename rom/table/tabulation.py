@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
@@ -35,20 +35,19 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction, with_slope
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
+from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tasks
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, table_findings, warn
 
-_Solved = TypeVar("_Solved")
-
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _ROUGHLY = 10.0  # how much less well marches repeat for differences of friction
-_POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number of threads
 
 
 def tabulate(
@@ -140,120 +139,167 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
-    budget = ErrorBudget(tolerance)
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        resolve = partial(
-            choose_resolution, reduced, law, amplitude_range, budget, combinations, pool
+        task = _Task(
+            *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
+            *(region, beyond, pool, bar),
         )
-        resolution = resolve()
+        resolution = task.resolution()
         further = further_harmonics(
-            *(reduced, law, amplitude_range, resolution.grid, combinations), budget.response
+            *(reduced, law, amplitude_range, resolution.grid, combinations), task.budget.response
         )
-
-        def refined_on(
-            resolution: Resolution, further: Sequence[Order]
-        ) -> tuple[list[Order], _Samples, tuple[Table, Table | None, Complexes, float]]:
-            orders = contact_orders(reduced, combinations, max(harmonics, 1), further)
-            columns = Columns(
-                orders=tuple(tabulated_orders(combinations, amplitude_range.size)),
-                drives=(*range(amplitude_range.size), *(term.mode for term in combinations)),
-                swing=2.0 * reduced.carrier * amplitude_range,
-                least=least_force(reduced, amplitude_range),
-                loss=_structural_loss(reduced),
-                carried=(len(orders) + 1) * reduced.n_contacts if harmonics else 0,
-            )
-            solve = partial(
-                resolved_terms,
-                reduced,
-                law,
-                resolution,
-                smallest_scale=0.1 * amplitude_range,
-                combinations=combinations,
-                highest=max(harmonics, 1),
-                further=further,
-            )
-            check = partial(check_settled, reduced, combinations)
-            samples = _Samples(solve, columns, pool, bar, check)
-            onset = onset_lines(reduced, law)
-            sampling = Sampling(
-                *(samples, columns, amplitude_range, onset, budget.march, region, beyond)
-            )
-            return orders, samples, refine(sampling, budget.interpolation)
-
-        def refined(
-            resolution: Resolution, further: Sequence[Order]
-        ) -> tuple[list[Order], _Samples, tuple[Table, Table | None, Complexes, float]]:
-            found = refined_on(resolution, further)
-            if found[-1][-1] <= budget.interpolation or reduced.contacts is None:
-                return found
-            # where the modes' response is strong, what hardly changes from one period to the next
-            # may still be far from where it will settle; rigid contacts are off by the grid
-            closer = refined_on(resolution.closer, further)
-            return min(found, closer, key=lambda each: each[-1][-1])
-
-        unanswered = 0.0
-        off_carriers: float | None = 0.0
+        unanswered, answered = 0.0, list(further)
         try:
-            finer = resolve(list(further)) if further else resolution
-            orders, samples, (table, inner, carried, error) = refined(finer, list(further))
+            finer = task.resolution(answered) if further else resolution
+            found = task.refined(finer, answered)
             resolution = finer
         except UnsettledError:
             if not further:
                 raise
-            unanswered = max(further.values())
-            orders, samples, (table, inner, carried, error) = refined(resolution, [])
+            unanswered, answered = max(further.values()), []
+            found = task.refined(resolution, answered)
+        table = found.table
+        off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            spread = partial(_in_tasks, pool)
-            answered = [] if unanswered else list(further)
-
-            def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
-                return contact_terms(
-                    *(reduced, law, amplitudes, resolution.grid, march, 0.1 * amplitude_range),
-                    *(combinations, 1, answered),
-                )
-
-            def rated(part: Table) -> Table:
-                return with_rate_correction(
-                    *(part, reduced, law, amplitude_range, resolution.grid, spread)
-                )
-
-            roughly = partial(solve, _ROUGHLY * resolution.march)
-            within, off_carriers = rated(table if inner is None else inner), None
-            if detuning is None or detuning:
-                follows = detuning or np.array_equal(reduced.carrier, reduced.frequency)
-                within, off_carriers = with_detuning(
-                    *(within, reduced, partial(solve, resolution.march), roughly, spread),
-                    tolerance if follows else None,
-                )
-            if inner is not None:
-                table = rated(table)
-                if within.detuning is not None:
-                    table = with_slope(table, reduced, roughly, spread)
-                table = table.keeping(within)
-            else:
-                table = within
+            table, off_carriers = task.corrected(found, resolution, answered, detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
-        interpolation=error,
+        interpolation=found.error,
         resolution=resolution.error,
-        periodicity=samples.periodicity,
+        periodicity=found.samples.periodicity,
         unanswered=unanswered,
         detuning=off_carriers,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
-        solved=samples.solved,
+        solved=found.samples.solved,
     )
     if warned:
-        warn(table_findings(tolerance, error, unanswered))
-    kept = _harmonics(table, orders, carried) if harmonics else None
+        warn(table_findings(tolerance, found.error, unanswered))
+    kept = _harmonics(table, found.orders, found.carried) if harmonics else None
     if reduced.force_patterns is None:
-        reduced = replace(
-            reduced, contact_motion=_contact_motion(reduced, samples.solve, amplitude_range)
-        )
+        moved = _contact_motion(reduced, found.samples.solve, amplitude_range)
+        reduced = replace(reduced, contact_motion=moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
+
+
+class _Refined(NamedTuple):
+    """What refinement came to: see `refine`, and the harmonics and samples behind it."""
+
+    orders: list[Order]
+    samples: ContactSamples
+    table: Table
+    inner: Table | None
+    carried: Complexes
+    error: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """What is to be tabulated, as `tabulate` has it; on which threads, and how far it got."""
+
+    reduced: Reduced
+    law: Friction
+    amplitude_range: Floats
+    tolerance: float
+    combinations: Sequence[CombinationResonance]
+    harmonics: int
+    region: Region | None
+    beyond: int
+    pool: Executor
+    bar: tqdm[Any]
+
+    __repr__ = short_repr
+
+    @property
+    def budget(self) -> ErrorBudget:
+        """What each part may be off by."""
+        return ErrorBudget(self.tolerance)
+
+    def resolution(self, further: Sequence[Order] = ()) -> Resolution:
+        """Grid and march for these harmonics beside those that modes always respond to."""
+        return choose_resolution(
+            *(self.reduced, self.law, self.amplitude_range, self.budget),
+            *(self.combinations, self.pool, list(further)),
+        )
+
+    def refined(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
+        """The table to the tolerance, or as near as it comes."""
+        found = self._refined_on(resolution, further)
+        if found.error <= self.budget.interpolation or self.reduced.contacts is None:
+            return found
+        # where the modes' response is strong, what hardly changes from one period to the next
+        # may still be far from where it will settle; rigid contacts are off by the grid
+        closer = self._refined_on(resolution.closer, further)
+        return min(found, closer, key=lambda each: each.error)
+
+    def _refined_on(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
+        reduced, modes, highest = self.reduced, self.amplitude_range.size, max(self.harmonics, 1)
+        orders = contact_orders(reduced, self.combinations, highest, further)
+        columns = Columns(
+            orders=tuple(tabulated_orders(self.combinations, modes)),
+            drives=(*range(modes), *(term.mode for term in self.combinations)),
+            swing=2.0 * reduced.carrier * self.amplitude_range,
+            least=least_force(reduced, self.amplitude_range),
+            loss=_structural_loss(reduced),
+            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics else 0,
+        )
+        solve = partial(
+            resolved_terms,
+            *(reduced, self.law, resolution),
+            smallest_scale=0.1 * self.amplitude_range,
+            combinations=self.combinations,
+            highest=highest,
+            further=further,
+        )
+        check = partial(check_settled, reduced, self.combinations)
+        samples = ContactSamples(solve, columns, self.pool, self.bar, check)
+        sampling = Sampling(
+            *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
+            *(self.budget.march, self.region, self.beyond),
+        )
+        return _Refined(orders, samples, *refine(sampling, self.budget.interpolation))
+
+    def corrected(
+        self,
+        found: _Refined,
+        resolution: Resolution,
+        further: Sequence[Order],
+        detuning: bool | None,
+    ) -> tuple[Table, float | None]:
+        """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves.
+
+        Where the table has headroom, the one within it decides, and keeps what it has.
+        """
+        spread = partial(in_tasks, self.pool)
+
+        def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
+            return contact_terms(
+                *(reduced, self.law, amplitudes, resolution.grid, march),
+                *(0.1 * self.amplitude_range, self.combinations, 1, further),
+            )
+
+        def rated(part: Table) -> Table:
+            return with_rate_correction(
+                *(part, self.reduced, self.law, self.amplitude_range, resolution.grid, spread)
+            )
+
+        roughly = partial(solve, _ROUGHLY * resolution.march)
+        within, off_carriers = rated(found.table if found.inner is None else found.inner), None
+        if detuning is None or detuning:
+            follows = detuning or np.array_equal(self.reduced.carrier, self.reduced.frequency)
+            within, off_carriers = with_detuning(
+                *(within, self.reduced, partial(solve, resolution.march), roughly, spread),
+                self.tolerance if follows else None,
+            )
+        if found.inner is None:
+            return within, off_carriers
+        table = rated(found.table)
+        if within.detuning is not None:
+            table = with_slope(table, self.reduced, roughly, spread)
+        return table.keeping(within), off_carriers
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
@@ -285,46 +331,3 @@ def _structural_loss(reduced: Reduced) -> Floats:
     """
     loss = (reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
     return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
-
-
-def _in_tasks(
-    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
-) -> Iterator[_Solved]:
-    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
-    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
-    if len(starts) == 1:
-        return iter([solve(amplitudes)])
-    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
-
-
-class _Samples:
-    """Contact terms at many amplitudes, spread over threads."""
-
-    def __init__(
-        self,
-        solve: Callable[[Floats], ContactTerms],
-        columns: Columns,
-        pool: Executor,
-        bar: tqdm[Any],
-        check: Callable[[ContactTerms], None],
-    ) -> None:
-        self.solve = solve
-        self._columns = columns
-        self._pool = pool
-        self._bar = bar
-        self._check = check
-        self.periodicity = 0.0
-        self.solved = 0
-
-    def __call__(self, amplitudes: Floats) -> Complexes:
-        parts = []
-        for terms in _in_tasks(self._pool, self.solve, amplitudes):
-            self._check(terms)
-            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
-            carried = beyond[:, : self._columns.carried]
-            lost = (terms.power - terms.leaving)[:, np.newaxis]
-            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
-            self.periodicity = max(self.periodicity, float(terms.residual.max()))
-            self.solved += len(terms.S)
-            self._bar.update(len(terms.S))
-        return np.concatenate(parts)
