@@ -175,7 +175,7 @@ class ForcedBalance:
                 far = self.relative(off[:modes], found[:modes])
                 drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
                 far = max(far, float((moves * off).max() / drawn))
-            idle = 0 if far < 0.5 * least else idle + 1
+            idle = 0 if far < 0.5 * least or not secants.own_suffice else idle + 1
             least = min(far, least)
             if far <= closest or (far <= self.tolerance and idle >= _PATIENCE):
                 return Balanced(
@@ -306,10 +306,20 @@ class _Secants:
 
     @property
     def changes(self) -> Floats:
-        """Of displacements, and of the imbalance below, weighted, (4 pairs, n); the last first."""
+        """Of displacements, and of the imbalance below, weighted, (4 pairs, n); the last first.
+
+        Its own where they are enough: those of another grid differ by what it moves.
+        """
         last, *before = reversed(self._points)
         own = np.array([last - point for point in before]).reshape(-1, last.size).T
+        if self.own_suffice:
+            return own
         return np.hstack((own, self._before))[:, : self._most]
+
+    @property
+    def own_suffice(self) -> bool:
+        """Whether there are enough without those taken on."""
+        return len(self._points) > self._enough
 
     @property
     def spanning(self) -> bool:

@@ -42,18 +42,18 @@ def test_modes_far_above_the_forcing_count_where_stiff_contacts_slip():
 
 
 def test_where_no_balance_is_found_the_motion_is_integrated():
-    off, stated, state = off_and_stated(34)
+    off, stated, state = off_and_stated(5)
     assert state.method == "integration"
     assert off <= min(stated, 5e-3)
     # the harmonics are those of the motion
-    j, a = np.arange(1), state.amplitude
+    j, a = np.arange(2), state.amplitude
     assert np.array_equal(state.harmonics.modal[j, j], a)
     nu, P = state.harmonics.frequency, state.harmonics.P
     D, B = state.reduced.modal_stiffness(nu), state.reduced.modal_coupling(nu)
     lacks = np.einsum("qkl,ql->qk", D, state.harmonics.modal) + np.einsum("qkc,qc->qk", B, P)
-    lacks[0] -= 0.5 * state.force[0] @ state.reduced.all_shapes
-    pushed = np.abs(0.5 * state.force[0] @ state.reduced.mode_shapes)
-    assert np.abs(lacks[:3, 0]).max() <= 0.02 * pushed.max()
+    lacks[j] -= 0.5 * state.force @ state.reduced.all_shapes
+    pushed = np.abs(0.5 * state.force @ state.reduced.mode_shapes)
+    assert np.abs(lacks[:3, j]).max() <= 1e-3 * pushed.min()
 
 
 @pytest.mark.parametrize("seed", [37, pytest.param(23, marks=pytest.mark.slow)])
