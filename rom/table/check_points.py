@@ -97,11 +97,7 @@ def onset_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
     """
     begin, across = blocks.low @ lines.T, blocks.width @ lines.T
     near = (begin - _NEAR * across <= 1.0) & (begin + (1.0 + _NEAR) * across >= 1.0)
-    (met,) = np.nonzero(near.any(axis=1))
-    found = checked
-    for place, width in zip(blocks.middle[met], blocks.width[met], strict=True):
-        found = _with_new(found, place[np.newaxis], width)
-    found = found[len(checked) :]
+    found = _new_middles(blocks, np.any(near, axis=1), checked)
     count = min(len(found), max(_ONSETS, len(blocks.number) // _BLOCKS_PER_ONSET))
     return found[np.arange(count) * len(found) // max(count, 1)]
 
@@ -149,10 +145,7 @@ def points_beside(blocks: Blocks, numbers: NDArray[np.int64], checked: Floats) -
     touched = np.zeros(len(end), dtype=bool)
     for low, high in zip(blocks.low[at], end[at], strict=True):
         touched |= ((blocks.low <= high) & (end >= low)).all(axis=1)
-    found = checked
-    for place, width in zip(blocks.middle[touched], blocks.width[touched], strict=True):
-        found = _with_new(found, place[np.newaxis], width)
-    return found[len(checked) :]
+    return _new_middles(blocks, touched, checked)
 
 
 def largest_error(errors: Floats, noise: float) -> float:
@@ -165,6 +158,14 @@ def largest_error(errors: Floats, noise: float) -> float:
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
     return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
+
+
+def _new_middles(blocks: Blocks, chosen: Flags, checked: Floats) -> Floats:
+    """Middles of chosen blocks that are next to no `checked` point, nor to each other."""
+    found = checked
+    for place, width in zip(blocks.middle[chosen], blocks.width[chosen], strict=True):
+        found = _with_new(found, place[np.newaxis], width)
+    return found[len(checked) :]
 
 
 def _with_new(points: Floats, places: Floats, width: Floats) -> Floats:

@@ -108,7 +108,10 @@ class _Checks:
         # errors too large are seldom alone: samples estimated those beside them as badly
         for _ in range(_RINGS):
             bad = holding[errors > self.limit(errors, tolerance)]
-            errors, holding = add(points_beside(blocks, bad, self.points))
+            beside = points_beside(blocks, bad, self.points)
+            if not len(beside):
+                break
+            errors, holding = add(beside)
         first = errors.max()
         for share in AROUND:
             errors, holding = add(places_around(blocks, holding, self.points, errors, share))
