@@ -86,7 +86,7 @@ class ForceResponse:
 
     def residual_force(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
+        return _residual(self.contact, self.shift, reduced)
 
     def free_vibration(
         self,
@@ -125,7 +125,10 @@ class ForceResponse:
 def residual_force(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """Force on the contacts less what they have of it by the shift, (modes, N_c), as above."""
     on_contacts = _per_modal_force(reduced, patterns) @ reduced.contact_shapes
-    shift = off_resonance_shift(reduced, patterns)
+    return _residual(on_contacts, off_resonance_shift(reduced, patterns), reduced)
+
+
+def _residual(on_contacts: Floats, shift: Complexes, reduced: Reduced) -> Complexes:
     return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
 
 
