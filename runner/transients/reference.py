@@ -22,7 +22,7 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 
 _STEPS_PER_PERIOD = 64
-_ALL = 1000  # DOFs up to which all modes are taken
+MOST_DOFS = 1000  # of which all modes are taken
 _HARMONICS = 7  # of the fastest forcing, up to which component modes are right
 
 
@@ -58,7 +58,7 @@ def reference(plan: Plan, times: Floats) -> Reference:
     """
     excited = plan.excited
     times = np.union1d(times, [plan.scene.run.duration])
-    if plan.structure.n_dofs <= _ALL:
+    if plan.structure.n_dofs <= MOST_DOFS:
         started = time.perf_counter()
         fine = on_all_modes(plan, times, _STEPS_PER_PERIOD)
         seconds = time.perf_counter() - started
