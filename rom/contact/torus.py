@@ -128,9 +128,7 @@ def reaction_stiffnesses(
 
     In a steady state: with the force that holds it.
     """
-    reaction = np.array(
-        [reaction_stiffness(reduced, order, combinations) for order in orders], dtype=complex
-    )
+    reaction = reaction_stiffness(reduced, orders, combinations)
     for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
         if carrier in orders:
             reaction[orders.index(carrier)] += steady

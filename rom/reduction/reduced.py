@@ -233,16 +233,19 @@ class Reduced:
             np.vstack((self.damper, self.nonresonant_damper)),
         )
 
-    def reaction(self, frequency: float, excluded: Sequence[int]) -> Complexes:
-        """Force on the contacts per x_c exp(i nu t), (N_c, N_c).
+    def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
+        """Force on the contacts per x_c exp(i nu t) at frequencies nu (...), (..., N_c, N_c).
 
-        By all modes but the `excluded` ones, and by the inertia that follows the contacts.
+        By all modes but those of (..., modes) that are `held`, and by the inertia that follows
+        the contacts.
         """
-        responding = np.delete(np.arange(len(self.damping_coupling)), list(excluded))
-        B = self.modal_coupling(frequency)[responding]
-        D = self.modal_stiffness(frequency)[np.ix_(responding, responding)]
-        response: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
-        return response + self.following(frequency)
+        D, B = self.modal_stiffness(frequency), self.modal_coupling(frequency)
+        still = np.zeros(B.shape[:-1], dtype=bool)
+        still[..., : len(self.modes)] = held
+        B[still] = 0.0
+        apart = still[..., np.newaxis] | still[..., np.newaxis, :]
+        response = np.linalg.solve(np.where(apart, np.eye(D.shape[-1]), D), B)
+        return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
         """The same by what follows the contacts, (..., N_c, N_c): its inertia.
