@@ -144,17 +144,12 @@ def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     (modes, modes) complex ndarray
         [k, j]; 0 on the diagonal, and in the paper's formulation.
     """
-    cross_response = np.zeros((len(reduced.modes), len(reduced.modes)), dtype=complex)
+    modes = np.arange(len(reduced.modes))
     if reduced.formulation == "paper":
-        return cross_response
-    for j, pattern in enumerate(patterns):
-        own = reduced.modal_force(j, pattern)
-        if own == 0.0:
-            continue
-        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
-        response = reduced.others_response(j, reduced.carrier[j], 0.5 * modal / own)
-        cross_response[:, j] = response[: len(cross_response)]
-    return cross_response
+        return np.zeros((modes.size, modes.size), dtype=complex)
+    modal = 0.5 * _per_modal_force(reduced, patterns) @ reduced.all_shapes
+    response = reduced.others_response(modes, reduced.carrier, modal[..., np.newaxis])
+    return response[:, : modes.size, 0].T
 
 
 def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
@@ -207,11 +202,8 @@ def _through_others(reduced: Reduced) -> Complexes:
 
     (modes, modes + nonresonant, N_c): every curve asks for the same.
     """
-    taken = [
-        reduced.others_response(j, nu, reduced.modal_coupling(nu))
-        for j, nu in enumerate(reduced.carrier)
-    ]
-    return _kept(np.array(taken))
+    coupling = reduced.modal_coupling(reduced.carrier)
+    return _kept(reduced.others_response(np.arange(len(coupling)), reduced.carrier, coupling))
 
 
 @lru_cache(maxsize=8)
@@ -236,10 +228,7 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
         With the damping that comes back from other modes [rad^2/s^2].
     """
     modes = np.arange(len(reduced.modes))
-    D = np.array(
-        [reduced.modal_stiffness(nu)[j, j] for j, nu in zip(modes, reduced.carrier, strict=True)]
-    )
-    D = D + reduced.indirect_damping
+    D = reduced.modal_stiffness(reduced.carrier)[modes, modes, modes] + reduced.indirect_damping
     if reduced.force_patterns is None:
         return _kept(np.zeros_like(reduced.coupling)), _kept(D)
     shift = off_resonance_shift(reduced, list(reduced.force_patterns))[:, np.newaxis]

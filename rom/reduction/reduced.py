@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
@@ -124,40 +124,41 @@ class Reduced:
 
         With what dampers between the modes make the others do at that frequency.
         """
-        given = np.asarray(frequency, dtype=float)
-        return np.array(
-            [
-                self.modal_coupling(nu)[j] + ratio @ self.modal_coupling(nu)
-                for j, (nu, ratio) in enumerate(
-                    zip(given, self.response_by_dampers(given), strict=True)
-                )
-            ]
-        )
+        B, retained = self.modal_coupling(frequency), np.arange(len(self.modes))
+        ratio = self.response_by_dampers(frequency)
+        return np.asarray(B[retained, retained] + np.einsum("jm,jmc->jc", ratio, B))
 
     def response_by_dampers(self, frequency: Floats) -> Complexes:
         """What all modes do per a_j at nu_j (modes,), by dampers; (modes, modes + nonresonant)."""
-        ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
-        for j, nu in enumerate(np.asarray(frequency, dtype=float)):
-            ratio[j] = self.others_response(j, nu, -self.modal_stiffness(nu)[:, j])
-        return ratio
+        retained = np.arange(len(self.modes))
+        force = -self.modal_stiffness(frequency)[retained, :, retained]
+        return self.others_response(retained, frequency, force[..., np.newaxis])[..., 0]
 
-    def others_response(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
-        """Displacement of all modes but one, for which it is 0, (modes + nonresonant, ...).
+    def others_response(
+        self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
+    ) -> Complexes:
+        """Displacement of all modes but the given one, (..., modes + nonresonant, forces).
 
-        By modal forces of that shape at a frequency [rad/s], with dampers between them.
+        By modal forces of that shape at frequencies (...) [rad/s], with dampers between them; 0 of
+        the mode (...).
         """
-        other = np.arange(len(force)) != mode
-        stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
-        response = np.zeros(force.shape, dtype=complex)
-        response[other] = np.linalg.solve(stiffness, force[other])
-        return response
+        own = np.arange(force.shape[-2]) == np.asarray(mode)[..., np.newaxis]
+        return self._moved(frequency, own, force)
+
+    def _moved(self, frequency: ArrayLike, held: Flags, force: Complexes | Floats) -> Complexes:
+        """As `others_response`, with any modes (..., modes + nonresonant) held."""
+        apart = held[..., np.newaxis] | held[..., np.newaxis, :]
+        stiffness = np.where(apart, np.eye(held.shape[-1]), self.modal_stiffness(frequency))
+        on_others = np.where(held[..., np.newaxis], 0.0, force)
+        return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
 
     @cached_property
     def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
         ratio = self.response_by_dampers(self.carrier)
-        back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
-        return np.array(np.sum(ratio * np.array(back), axis=1))
+        retained = np.arange(len(self.modes))
+        back = self.modal_stiffness(self.carrier)[retained, retained]
+        return np.asarray(np.sum(ratio * back, axis=1))
 
     @property
     def structural_frequency(self) -> Floats:
@@ -239,12 +240,10 @@ class Reduced:
         By all modes but those of (..., modes) that are `held`, and by the inertia that follows
         the contacts.
         """
-        D, B = self.modal_stiffness(frequency), self.modal_coupling(frequency)
+        B = self.modal_coupling(frequency)
         still = np.zeros(B.shape[:-1], dtype=bool)
         still[..., : len(self.modes)] = held
-        B[still] = 0.0
-        apart = still[..., np.newaxis] | still[..., np.newaxis, :]
-        response = np.linalg.solve(np.where(apart, np.eye(D.shape[-1]), D), B)
+        response = self._moved(frequency, still, B)
         return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
