@@ -130,9 +130,10 @@ def reaction_stiffnesses(
     In a steady state: with the force that holds it.
     """
     reaction = reaction_stiffness(reduced, orders, combinations)
-    for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
-        if carrier in orders:
-            reaction[orders.index(carrier)] += steady
+    if reduced.force_patterns is not None:
+        for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
+            if carrier in orders:
+                reaction[orders.index(carrier)] += steady
     reaction.flags.writeable = False
     return reaction
 

@@ -247,6 +247,8 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
 @lru_cache(maxsize=8)
 def steady_coupling(reduced: Reduced) -> Complexes:
     """L_j of a mode that its force holds steady, (modes, N_c)."""
+    if reduced.force_patterns is None:
+        return reduced.coupling
     force, D = steady_force(reduced)
     return _kept(reduced.coupling - D[:, np.newaxis] * force)
 

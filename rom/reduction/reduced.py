@@ -116,23 +116,21 @@ class Reduced:
 
     @cached_property
     def coupling(self) -> Complexes:
-        """L_j at the carrier of its mode, (modes, N_c)."""
-        return self.coupling_at(self.carrier)
+        """L_j at the carrier of its mode, (modes, N_c).
 
-    def coupling_at(self, frequency: Floats) -> Complexes:
-        """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c).
-
-        With what dampers between the modes make the others do at that frequency.
+        With what dampers between the modes make the others do.
         """
-        B, retained = self.modal_coupling(frequency), np.arange(len(self.modes))
-        ratio = self.response_by_dampers(frequency)
-        return np.asarray(B[retained, retained] + np.einsum("jm,jmc->jc", ratio, B))
+        B, retained = self.modal_coupling(self.carrier), np.arange(len(self.modes))
+        return np.asarray(
+            B[retained, retained] + np.einsum("jm,jmc->jc", self.response_by_dampers, B)
+        )
 
-    def response_by_dampers(self, frequency: Floats) -> Complexes:
-        """What all modes do per a_j at nu_j (modes,), by dampers; (modes, modes + nonresonant)."""
+    @cached_property
+    def response_by_dampers(self) -> Complexes:
+        """What all modes do per a_j at its carrier, by dampers; (modes, modes + nonresonant)."""
         retained = np.arange(len(self.modes))
-        force = -self.modal_stiffness(frequency)[retained, :, retained]
-        return self.others_response(retained, frequency, force[..., np.newaxis])[..., 0]
+        force = -self.modal_stiffness(self.carrier)[retained, :, retained]
+        return self.others_response(retained, self.carrier, force[..., np.newaxis])[..., 0]
 
     def others_response(
         self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
@@ -155,10 +153,9 @@ class Reduced:
     @cached_property
     def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
-        ratio = self.response_by_dampers(self.carrier)
         retained = np.arange(len(self.modes))
         back = self.modal_stiffness(self.carrier)[retained, retained]
-        return np.asarray(np.sum(ratio * back, axis=1))
+        return np.asarray(np.sum(self.response_by_dampers * back, axis=1))
 
     @property
     def structural_frequency(self) -> Floats:

@@ -50,7 +50,7 @@ def taken_by_dampers(structure, reduced, amplitude, terms):
         if order in CARRIERS:
             held = CARRIERS.index(order)
             q = reduced.others_response(held, nu, (-B @ P)[:, np.newaxis])[:, 0]
-            q += amplitude[held] * reduced.response_by_dampers(reduced.carrier)[held]
+            q += amplitude[held] * reduced.response_by_dampers[held]
             q[held] = amplitude[held]
         else:
             q = -np.linalg.solve(reduced.modal_stiffness(nu), B @ P)
