@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -439,7 +438,7 @@ class _Projection:
         """
         work = np.einsum("pqc,qcd->pqd", P, self.lost)
         work[:, : len(self.drawn)] -= amplitudes[..., np.newaxis] * self.drawn
-        return np.maximum(np.einsum("pqc,pqc->p", work, P.conj()).real, 0.0)
+        return np.asarray(np.maximum(np.einsum("pqc,pqc->p", work, P.conj()).real, 0.0))
 
 
 @lru_cache(maxsize=8)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -183,7 +183,7 @@ def tabulate(
         warn(table_findings(tolerance, found.error, unanswered))
     kept = _harmonics(table, found.orders, found.carried) if harmonics else None
     if reduced.force_patterns is None:
-        moved = _contact_motion(reduced, found.samples.solve, amplitude_range)
+        moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = replace(reduced, contact_motion=moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
@@ -258,7 +258,9 @@ class _Task:
             further=further,
         )
         check = partial(check_settled, reduced, self.combinations)
-        samples = ContactSamples(solve, columns, self.mapped, self.bar, check)
+        samples = ContactSamples(
+            solve, columns, self.mapped, self.bar, check, self.amplitude_range
+        )
         sampling = Sampling(
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
             *(self.budget.march, self.region, self.beyond),
@@ -314,14 +316,8 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     return Harmonics(table.axes, tuple(orders), P, beyond, table.region)
 
 
-def _contact_motion(
-    reduced: Reduced, solve: Callable[[Floats], ContactTerms], amplitude_range: Floats
-) -> Complexes:
+def _contact_motion(reduced: Reduced, moved: Complexes) -> Complexes:
     """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
-    moved = (
-        solve(amplitude_range[np.newaxis]).P[0, : amplitude_range.size]
-        / amplitude_range[:, np.newaxis]
-    )
     least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
     sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
     return np.where(sticks, reduced.contact_motion, moved)

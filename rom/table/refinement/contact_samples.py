@@ -33,8 +33,8 @@ class ContactSamples:
 
     Attributes
     ----------
-    solve : callable
-        Contact terms at amplitudes (points, modes).
+    carriers : (modes, N_c) complex ndarray
+        P of the contacts at `largest`, once that was sampled [m].
     periodicity : float
         Largest distance from periodicity so far.
     solved : int
@@ -48,25 +48,32 @@ class ContactSamples:
         mapped: Mapped,
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
+        largest: Floats,
     ) -> None:
-        self.solve = solve
+        self._solve = solve
         self._columns = columns
         self._mapped = mapped
         self._bar = bar
         self._check = check
+        self._largest = largest
+        self.carriers = np.zeros((0, 0), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         """The tabulated columns, then those that are carried along, (points, columns)."""
-        parts = []
-        for terms in in_tasks(self._mapped, self.solve, amplitudes):
+        parts, carriers = [], []
+        for terms in in_tasks(self._mapped, self._solve, amplitudes):
             self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
             lost = (terms.power - terms.leaving)[:, np.newaxis]
             parts.append(np.hstack((terms.S, terms.T, lost, carried)))
+            carriers.append(terms.P[:, : self._largest.size])
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)
             self._bar.update(len(terms.S))
+        (at,) = np.nonzero((amplitudes == self._largest).all(axis=1))
+        if at.size:
+            self.carriers = np.concatenate(carriers)[at[0]]
         return np.concatenate(parts)
