@@ -120,20 +120,16 @@ class ContactHarmonics:
     __repr__ = short_repr
 
 
-@lru_cache(maxsize=8)
 def reaction_stiffnesses(
     reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
 ) -> Complexes:
-    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same.
-
-    In a steady state: with the force that holds it.
-    """
+    """H of several harmonics, (orders, N_c, N_c), with the force that holds a steady state."""
     reaction = reaction_stiffness(reduced, orders, combinations)
     if reduced.force_patterns is not None:
+        reaction = reaction.copy()
         for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
             if carrier in orders:
                 reaction[orders.index(carrier)] += steady
-    reaction.flags.writeable = False
     return reaction
 
 
@@ -426,6 +422,8 @@ class _Projection:
 
     def combined(self, P: Complexes) -> Complexes:
         """-L_j^T P_nm of the combination resonances, (points, combinations)."""
+        if not self.stored.size:
+            return np.zeros((len(P), 0), dtype=complex)
         driving = P[:, self.stored]
         driving = np.where(self.flipped[:, np.newaxis], driving.conj(), driving)
         return np.asarray(-np.einsum("kc,pkc->pk", self.combining, driving))

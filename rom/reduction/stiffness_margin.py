@@ -27,7 +27,7 @@ def stiffness_loss(
 ) -> tuple[float, Order]:
     """Largest share of a contact's stiffness that responding modes take away, and the harmonic."""
     orders = harmonic_orders(RESPONSE_ORDER, len(reduced.modes))
-    reaction = reaction_stiffness(reduced, orders, combinations).real
+    reaction = reaction_stiffness(reduced, tuple(orders), tuple(combinations)).real
     inverse = np.linalg.inv(np.linalg.cholesky(reduced.stiffness))
     shares = np.linalg.eigvalsh(inverse @ reaction @ inverse.T)[:, -1]
     return float(shares.max()), orders[int(shares.argmax())]

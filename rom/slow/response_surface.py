@@ -70,7 +70,7 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         )
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)
-    force = reaction_stiffness(reduced, orders, model.combinations)
+    force = reaction_stiffness(reduced, tuple(orders), model.combinations)
     moved = [_displacement(model, order, rows) for order in orders]
     reaction = 2.0 * np.einsum("abqc,qce->abqe", P, force)
     elastic = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(moved))

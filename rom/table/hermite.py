@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -261,12 +262,13 @@ def _slope_weights(node: Floats, odd: Flags) -> Floats:
 
 def _end_weights(node: Floats) -> Floats:
     """Weights (4,) of four values in the slope at the last node of the cubic through them."""
-    last, others = node[-1], node[:-1]
-    own = np.eye(3, dtype=bool)
-    reach = np.where(own, 1.0, last - others)
-    apart = np.where(own, 1.0, others[:, np.newaxis] - others)
-    weights = reach.prod(axis=1) / apart.prod(axis=1) / (others - last)
-    return np.append(weights, -weights.sum())
+    *others, last = node.tolist()
+    weights = []
+    for own in others:
+        rest = [other for other in others if other != own]
+        shape = prod((last - other) / (own - other) for other in rest)
+        weights.append(shape / (own - last))
+    return np.array([*weights, -sum(weights)])
 
 
 def _limit_slopes(
