@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -263,6 +264,12 @@ class Reduced:
                 f"[rad/s], got {carrier}"
             )
         return replace(self, carrier=frequencies)
+
+    def moving(self, contact_motion: Complexes) -> Self:
+        """The same model with another `contact_motion`; what else was worked out of it is kept."""
+        other = copy(self)
+        object.__setattr__(other, "contact_motion", contact_motion)
+        return other
 
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
         """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -184,7 +184,7 @@ def tabulate(
     kept = _harmonics(table, found.orders, found.carried) if harmonics else None
     if reduced.force_patterns is None:
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
-        reduced = replace(reduced, contact_motion=moved)
+        reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 
