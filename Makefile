@@ -11,7 +11,8 @@
 #              order, and a table beside a bare loop of its arithmetic. TOLERANCE=1e-3 and
 #              CONTACTS="2 4 12" (2: the two-mass model) choose others than 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
-# make bench-scale  set up .venv with PARDISO and measure reductions of large structures
+# make bench-scale  set up .venv with PARDISO and measure reductions of structures of up to a million
+#              DOFs (14 GB; SIZES="10000:10 100000:10" are others), with a picture
 # make bench-study  set up .venv and measure studies on a Dask cluster: workers, tasks, memory
 # make bench-curves  set up .venv and compare response curves with harmonic balance. PUBLISHED=folder
 #              adds the curve of NLvib 08 from there
@@ -70,8 +71,8 @@ bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m slipmode.runner.report.methods.recordings
 
 bench-scale: $(VENV)/.installed
-	@$(PIP) "slipmode[fast]"
-	$(BIN)/python -m slipmode.runner.report.methods.scale
+	@$(PIP) "slipmode[fast,pictures]"
+	$(BIN)/python -m slipmode.runner.report.methods.scale $(SIZES) --picture logs/scale.png
 
 bench-full: $(VENV)/.installed-report
 	$(BIN)/python -m slipmode.runner.report.methods.full_order

@@ -86,7 +86,7 @@ class ForceResponse:
 
     def residual_force(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
+        return _residual(self.contact, self.shift, reduced)
 
     def free_vibration(
         self,
@@ -125,8 +125,12 @@ class ForceResponse:
 def residual_force(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """Force on the contacts less what they have of it by the shift, (modes, N_c), as above."""
     f = _per_modal_force(reduced, patterns)
-    shift = _shift(reduced, _on_contacts(reduced, f))[:, np.newaxis]
-    return np.asarray(f @ reduced.contact_shapes + 2.0 * shift * reduced.coupling)
+    shift = _shift(reduced, _on_contacts(reduced, f))
+    return _residual(f @ reduced.contact_shapes, shift, reduced)
+
+
+def _residual(on_contacts: Floats, shift: Complexes, reduced: Reduced) -> Complexes:
+    return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
 
 
 def _per_modal_force(reduced: Reduced, patterns: ForcePatterns) -> Floats:

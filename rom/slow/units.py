@@ -68,10 +68,14 @@ SI = Units()
 
 @dataclass(frozen=True)
 class Shown:
-    """How pictures and tables show amplitudes: those of a DOF where one is given, and units."""
+    """How pictures and tables show amplitudes: those of a DOF where one is given, and units.
+
+    `modal` is how the unit of modal amplitudes is written.
+    """
 
     dof: int | None = None
     units: Units = SI
+    modal: str = MODAL
 
     def size(self, mode_shapes: Floats, amplitude: Floats) -> Floats:
         """Of modal amplitudes, as `modal_displacement` has them."""
@@ -79,9 +83,9 @@ class Shown:
             return amplitude
         return self.units.of_displacement(modal_displacement(mode_shapes, amplitude, self.dof))
 
-    def named(self, name: str, modal: str = MODAL) -> str:
+    def named(self, name: str) -> str:
         """An amplitude with its unit."""
-        return f"{name} [{modal}]" if self.dof is None else self.units.of_dof(name, self.dof)
+        return f"{name} [{self.modal}]" if self.dof is None else self.units.of_dof(name, self.dof)
 
 
 def modal_displacement(mode_shapes: Floats, amplitude: Floats, dof: int) -> Floats:

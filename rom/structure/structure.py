@@ -186,7 +186,8 @@ def load_structure(
         - Of the stiffness: .mtx of Matrix Market or of Abaqus (*MATRIX GENERATE), .sti of
           CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix) of Ansys and others.
         - Of all matrices: .mat of MATLAB (mass or M, stiffness or K, ...); .op4, .pch of Nastran
-          (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`).
+          (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`); .full of Ansys (with
+          `slipmode[ansys]`).
     damping : float, Rayleigh or (n, n) matrix, optional
         Overrides the stored damping; without either there is none.
     mass : path, optional

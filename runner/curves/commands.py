@@ -132,7 +132,6 @@ def _written(
     panels: int,
 ) -> None:
     """A table of numbers, a picture and a recording."""
-    from slipmode.rom.slow.units import Shown
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts.rrd_file import write_charts
 
@@ -150,7 +149,7 @@ def _written(
     figure.savefig(picture, dpi=120)
     recording = folder / f"{name}.rrd"
     title = f"{scene.title or scene.name}: {name.rpartition('.')[2]}"
-    rows = curve_charts(curve, Shown(options.dof, units))
+    rows = curve_charts(curve, options.dof, units)
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)

@@ -14,14 +14,17 @@ _COLORS = (BLUE, ORANGE)
 
 
 def curve_charts(
-    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
+    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
+    dof: int | None,
+    units: rom.Units,
 ) -> list[list[Chart]]:
-    """Rows of charts of a curve."""
+    """Rows of charts of a curve, modal amplitudes or those of a DOF."""
+    shown = Shown(dof, units, _MODAL)
     if isinstance(curve, rom.ResponseCurve):
         return [[_response(curve, j, shown) for j in range(curve.amplitude.shape[1])]]
     if isinstance(curve, rom.Backbone):
         size = shown.size(curve.mode_shape, curve.amplitude)
-        x, frequency = Axis(shown.named("amplitude", _MODAL), log=True), shown.units.frequency
+        x, frequency = Axis(shown.named("amplitude"), log=True), shown.units.frequency
         of_frequency = shown.units.of_frequency(curve.frequency)
         return [
             [
@@ -36,7 +39,7 @@ def curve_charts(
     lowest = f"lowest at {curve.limit[best]:.3g}"
     point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)
     layers = [Layer(curve.limit, peak), point]
-    return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak", _MODAL)), layers)]]
+    return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
 
 
 def _line(entity: str, title: str, x: Axis, label: str, at: Floats, values: Floats) -> Chart:
@@ -77,6 +80,4 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
         name = "slow limit cycles"
         layers.append(Layer(np.repeat(at(cycles.parameter), 3), bars, GREEN, name, width=1.0))
     label = f"{curve.vary.replace('_', ' ')} [{unit}]"
-    return Chart(
-        f"/{mode}", f"|{mode}|", Axis(label), Axis(shown.named(f"|{mode}|", _MODAL)), layers
-    )
+    return Chart(f"/{mode}", f"|{mode}|", Axis(label), Axis(shown.named(f"|{mode}|")), layers)

@@ -11,7 +11,14 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.formats import abaqus, calculix, harwell_boeing, matlab, nastran
+from slipmode.rom.structure.formats import (
+    abaqus,
+    ansys,
+    calculix,
+    harwell_boeing,
+    matlab,
+    nastran,
+)
 from slipmode.rom.structure.formats.triplets import Named
 from slipmode.rom.structure.labels import Labels
 
@@ -36,6 +43,7 @@ _SEVERAL: dict[str, Callable[[Path], dict[str, Any]]] = {
     ".mat": matlab.read,
     ".op4": nastran.read_op4,
     ".pch": nastran.read_dmig,
+    ".full": ansys.read_full,
 }
 ENDINGS = (*_ONE, *_SEVERAL)
 

@@ -1,8 +1,11 @@
 """Files of other programs: the same structure out of each; what is refused, and how."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.io
+import scipy.linalg
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
@@ -145,6 +148,34 @@ def test_files_with_labels_keep_them(write, tmp_path):
     found.save(tmp_path / "again.npz")
     again = load_structure(tmp_path / "again.npz")
     np.testing.assert_array_equal(again.labels.table, found.labels.table)
+
+
+def full_file():
+    """The clamped aluminium beam that comes with the reader: 25 x 25 x 125 mm."""
+    reader = pytest.importorskip("ansys.mapdl.reader")
+    return Path(reader.__file__).parent / "examples" / "file.full"
+
+
+def test_a_full_file_of_ansys_is_the_beam_that_it_says():
+    found = load_structure(full_file(), contact=[(300, "x")])
+    assert (found.n_dofs, found.labels.dof(63, "z")) == (900, 2)  # 63 of 963 are held
+    with pytest.raises(SlipmodeError, match="node 1: is not in the structure"):
+        found.labels.dof(1, "x")
+    K, M = dense(found.stiffness), dense(found.mass)
+    np.testing.assert_array_equal(K, K.T)
+    frequency = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True)[:6]) / (2.0 * np.pi)
+    sound, length, height = np.sqrt(7e10 / 2700.0), 0.125, 0.025
+    bending = 1.8751**2 / (2.0 * np.pi) * sound * height / np.sqrt(12.0) / length**2
+    assert frequency[5] == pytest.approx(sound / (4.0 * length), rel=2e-3)  # along the beam
+    # a beam this short is softer than a slender one, by 3 % (Timoshenko)
+    np.testing.assert_allclose(frequency[:2], 0.97 * bending, rtol=1e-2)
+
+
+@pytest.mark.parametrize("size", [100, 40_000, 400_000, 800_000])
+def test_a_truncated_full_file_is_named(size, tmp_path):
+    path = tmp_path / "beam.full"
+    path.write_bytes(full_file().read_bytes()[:size])
+    assert "beam.full: is damaged, or no .full file of Ansys" in refusal(path)
 
 
 def test_rounding_of_exports_is_symmetrised_and_said(tmp_path, caplog):

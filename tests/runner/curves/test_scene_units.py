@@ -9,7 +9,6 @@ from slipmode import rom
 from slipmode.rom import SlipmodeError
 from slipmode.rom.slow.branches.oscillation import SlowCycles
 from slipmode.rom.slow.branches.response_curve import SpecialPoint
-from slipmode.rom.slow.units import Shown
 from slipmode.runner import load, run
 from slipmode.runner.cli import main
 from slipmode.runner.curves.curve_charts import curve_charts
@@ -70,14 +69,14 @@ def test_recordings_of_curves_are_in_units_of_the_scene(two_mode_model):
     units = rom.Units("Hz", "mm")
     force = ({0: 0.15}, {1: 0.25})
     curve = rom.response_curve(two_mode_model, (0.98, 1.65), force, "frequency_A", (0.96, 1.0))
-    ((A, B),) = curve_charts(curve, Shown(0, units))
+    ((A, B),) = curve_charts(curve, 0, units)
     assert (A.x.label, A.y.label) == ("frequency A [Hz]", "|A| at DOF 0 [mm]")
     (layer,) = A.layers  # one branch, all of it stable
     assert layer.name == "stable"
     np.testing.assert_allclose(2 * np.pi * layer.x, curve.parameter)
     np.testing.assert_allclose(layer.y, 1e3 * curve.displacement(0)[:, 0])
     assert B.y.label == "|B| at DOF 0 [mm]"
-    ((frequency, damping),) = curve_charts(rom.backbone(two_mode_model), Shown(None, units))
+    ((frequency, damping),) = curve_charts(rom.backbone(two_mode_model), None, units)
     assert (frequency.y.label, damping.y.label) == ("frequency [Hz]", "damping [-]")
     assert frequency.x.label == "amplitude [kg^0.5 m]"
 
@@ -92,7 +91,7 @@ def test_folds_and_branches_are_told_apart_in_recordings():
     curve = rom.ResponseCurve(
         "limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles, np.zeros(0)
     )
-    (((chart),),) = curve_charts(curve, Shown(None, rom.Units("Hz")))
+    (((chart),),) = curve_charts(curve, None, rom.Units("Hz"))
     stable, unstable, at_fold, band = chart.layers
     assert [each.name for each in chart.layers] == [
         "stable",
