@@ -45,13 +45,11 @@ def friction_rate_correction(
     """
     modes = amplitude_range.size
     growth = np.maximum(_GROWTH * amplitudes, _LEAST_GROWTH * amplitude_range)
-    rate_correction = np.empty((len(amplitudes), modes, modes), dtype=complex)
-    for k in range(modes):
-        along = np.where(np.arange(modes) == k, growth, 0.0)
-        S_up, S_down = (
-            _growing(reduced, law, amplitudes, sign * along, grid) for sign in (1.0, -1.0)
-        )
-        rate_correction[:, :, k] = (S_up - S_down) / (2.0 * growth[:, k : k + 1])
+    # of one mode after the other, up and down
+    along = np.array([[1.0], [-1.0]]) * np.eye(modes)[:, np.newaxis]
+    growing = along[:, :, np.newaxis] * growth
+    S = _growing(reduced, law, np.broadcast_to(amplitudes, growing.shape), growing, grid)
+    rate_correction = np.moveaxis(S[:, 0] - S[:, 1], 0, -1) / (2.0 * growth[:, np.newaxis])
     rate_correction *= 2.0 * np.pi / reduced.carrier[0]
     # of one mode by the growth of the other: odd in both amplitudes
     of_other = ~np.eye(modes, dtype=bool)
@@ -62,17 +60,17 @@ def friction_rate_correction(
 def _growing(
     reduced: Reduced, law: Friction, amplitudes: Floats, growth: Floats, grid: Discretisation
 ) -> Complexes:
-    """S_j (points, modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
+    """S_j (..., modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
     problem = contact_problem(reduced, law)
     problem.response = None
     rates = kernel.contiguous(reduced.carrier)
     orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
     points, growth = kernel.contiguous(amplitudes), kernel.contiguous(growth)
-    P = np.empty((len(points), rates.size, reduced.n_contacts), dtype=complex)
+    P = np.empty((*points.shape, reduced.n_contacts), dtype=complex)
     status = kernel.lib.sm_torus_growing(
         *(ctypes.byref(problem), rates.ctypes.data, grid.steps, grid.lines),
-        *(len(points), points.ctypes.data, growth.ctypes.data),
+        *(points.size // rates.size, points.ctypes.data, growth.ctypes.data),
         *(len(orders), orders.ctypes.data, P.ctypes.data),
     )
     kernel.check(status, "contact problem of growing amplitudes")
-    return np.asarray(-np.einsum("jc,pjc->pj", reduced.coupling, P))
+    return np.asarray(-np.einsum("jc,...jc->...j", reduced.coupling, P))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from slipmode.rom.representable import round_up
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
 _LEAST_STEPS = 32
 _LINES = (4, 8, 16, 32, 64, 128)
-_TASKS = 3  # that the probes are split into; fixed, whatever the number of threads
+_TASKS = {1: 1, 2: 3}  # that the probes are split into; fixed, whatever the number of threads
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
 # of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
 _LEAST_SHARE = 1e-6
@@ -40,6 +40,10 @@ _CLOSER = 0.1
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _LARGEST_TOLERANCE = 0.1  # of a table
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
+
+
+# Of a function and what it is called with, one after the other or on threads: as `map`.
+Mapped = Callable[[Callable[..., Any], Iterable[Floats]], Iterable[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +93,7 @@ def choose_resolution(
     amplitude_range: Floats,
     budget: ErrorBudget,
     combinations: Sequence[CombinationResonance],
-    pool: Executor,
+    mapped: Mapped,
     further: Sequence[Order] = (),
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by no more than its share when doubled.
@@ -101,7 +105,7 @@ def choose_resolution(
     SlipmodeError
         If the finest discretisation does not suffice; it names a tolerance that was tried.
     """
-    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, pool)
+    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, mapped)
     try:
         return resolve(budget)
     except _UnresolvedError as failure:
@@ -178,7 +182,7 @@ def _resolution(
     amplitude_range: Floats,
     combinations: Sequence[CombinationResonance],
     further: Sequence[Order],
-    pool: Executor,
+    mapped: Mapped,
     budget: ErrorBudget,
 ) -> Resolution:
     """As choose_resolution, but for the advice."""
@@ -195,7 +199,7 @@ def _resolution(
                 further=further,
             )
 
-        parts = list(pool.map(terms, np.split(points, _TASKS)))
+        parts = list(mapped(terms, np.split(points, _TASKS[modes])))
         for part in parts:
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.marched_modes import MarchedModes
 from slipmode.rom.contact.problem import torus_problem
@@ -120,21 +120,16 @@ class ContactHarmonics:
     __repr__ = short_repr
 
 
-@lru_cache(maxsize=8)
 def reaction_stiffnesses(
     reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
 ) -> Complexes:
-    """H of several harmonics, (orders, N_c, N_c): every batch of points asks for the same.
-
-    In a steady state: with the force that holds it.
-    """
-    reaction = np.array(
-        [reaction_stiffness(reduced, order, combinations) for order in orders], dtype=complex
-    )
-    for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
-        if carrier in orders:
-            reaction[orders.index(carrier)] += steady
-    reaction.flags.writeable = False
+    """H of several harmonics, (orders, N_c, N_c), with the force that holds a steady state."""
+    reaction = reaction_stiffness(reduced, orders, combinations)
+    if reduced.force_patterns is not None:
+        reaction = reaction.copy()
+        for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
+            if carrier in orders:
+                reaction[orders.index(carrier)] += steady
     return reaction
 
 
@@ -147,6 +142,79 @@ def _marched(
     response = stepped.response(np.array(rates), orders)
     response.flags.writeable = False
     return stepped, response
+
+
+@dataclass(frozen=True, eq=False)
+class TorusProblem:
+    """The contact problem on a grid as the core reads it, whatever the amplitudes.
+
+    Attributes
+    ----------
+    contact : kernel.Contact
+    rates : (modes,) ndarray
+        Of the phases [rad/s].
+    steps, lines : int
+    orders : (orders, 2) ndarray
+    """
+
+    contact: kernel.Contact
+    rates: Floats
+    steps: int
+    lines: int
+    orders: NDArray[np.int32]
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(
+        cls,
+        reduced: Reduced,
+        law: Friction,
+        coupling: Complexes,
+        reaction: Complexes,
+        grid: Discretisation,
+        orders: Sequence[Order],
+        tolerance: float,
+        held: Complexes | None = None,
+        start: Complexes | None = None,
+    ) -> Self:
+        """Of arguments as `torus_harmonics` has them."""
+        rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
+        stepped = None
+        if reduced.contacts is not None:
+            if rates.size == 2:
+                lines, ratio = closed_lines(
+                    float(rates[1] / rates[0]), lines, _OFF * tolerance, odd=not reduced.even
+                )
+                rates[1] = ratio * rates[0]
+            stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
+            reaction = reaction - response
+        contact = torus_problem(
+            *(reduced, law, coupling, orders, np.ascontiguousarray(reaction), stepped),
+            None if held is None else np.ascontiguousarray(held),
+            None if start is None else np.ascontiguousarray(start),
+        )
+        return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
+
+    def harmonics(
+        self, amplitudes: ArrayLike, tolerance: float, smallest_scale: ArrayLike
+    ) -> ContactHarmonics:
+        """See `contact_harmonics`."""
+        points, smallest = kernel.contiguous(amplitudes), kernel.contiguous(smallest_scale)
+        if points.ndim != 2 or points.shape[1] != self.rates.size:
+            raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
+        count, contacts = len(points), self.contact.contacts
+        P = np.empty((count, len(self.orders), contacts), dtype=complex)
+        mean_square, residual = np.empty((count, contacts)), np.empty(count)
+        marched = np.empty(count, dtype=np.int32)
+        status = kernel.lib.sm_torus_harmonics(
+            *(self.contact, self.rates.ctypes.data, self.steps, self.lines, tolerance),
+            *(smallest.ctypes.data, _MAX_PERIODS, count, points.ctypes.data),
+            *(len(self.orders), self.orders.ctypes.data, P.ctypes.data),
+            *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+        )
+        kernel.check(status, "contact problem on the torus")
+        return ContactHarmonics(P, mean_square, residual, marched)
 
 
 def contact_harmonics(
@@ -180,18 +248,25 @@ def contact_harmonics(
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
-    reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
-    return torus_harmonics(
-        reduced,
-        law,
-        steady_coupling(reduced),
-        reaction,
-        amplitudes,
-        grid,
-        orders,
-        tolerance=tolerance,
-        smallest_scale=smallest_scale,
+    problem = _steady_problem(
+        reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
     )
+    return problem.harmonics(amplitudes, tolerance, smallest_scale)
+
+
+@lru_cache(maxsize=8)
+def _steady_problem(
+    reduced: Reduced,
+    law: Friction,
+    orders: tuple[Order, ...],
+    combinations: tuple[CombinationResonance, ...],
+    grid: Discretisation,
+    tolerance: float,
+) -> TorusProblem:
+    """That of `contact_harmonics`, which every batch of points asks for too."""
+    reaction = reaction_stiffnesses(reduced, orders, combinations)
+    coupling = steady_coupling(reduced)
+    return TorusProblem.of(reduced, law, coupling, reaction, grid, orders, tolerance)
 
 
 def torus_harmonics(
@@ -221,50 +296,10 @@ def torus_harmonics(
     start : (orders, N_c) complex ndarray, optional
         Harmonics whose reaction the search begins with. Default: none.
     """
-    points = kernel.contiguous(amplitudes)
-    if points.ndim != 2 or points.shape[1] != len(reduced.modes):
-        raise SlipmodeError(f"amplitudes: must have shape (points, {len(reduced.modes)})")
-    orders_array = np.ascontiguousarray(orders, dtype=np.int32)
-    rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
-    smallest = kernel.contiguous(smallest_scale)
-    stepped = None
-    if reduced.contacts is not None:
-        if rates.size == 2:
-            lines, ratio = closed_lines(
-                float(rates[1] / rates[0]), grid.lines, _OFF * tolerance, odd=not reduced.even
-            )
-            rates[1] = ratio * rates[0]
-        stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
-        reaction = reaction - response
-    problem = torus_problem(
-        reduced,
-        law,
-        coupling,
-        orders,
-        np.ascontiguousarray(reaction),
-        stepped,
-        None if held is None else np.ascontiguousarray(held),
-        None if start is None else np.ascontiguousarray(start),
+    problem = TorusProblem.of(
+        reduced, law, coupling, reaction, grid, orders, tolerance, held, start
     )
-    P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
-    mean_square = np.empty((len(points), reduced.n_contacts))
-    residual = np.empty(len(points))
-    marched = np.empty(len(points), dtype=np.int32)
-    status = kernel.lib.sm_torus_harmonics(
-        ctypes.byref(problem),
-        *(
-            rates.ctypes.data,
-            grid.steps,
-            lines,
-            tolerance,
-            smallest.ctypes.data,
-            _MAX_PERIODS,
-        ),
-        *(len(points), points.ctypes.data, len(orders_array), orders_array.ctypes.data),
-        *(P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
-    )
-    kernel.check(status, "contact problem on the torus")
-    return ContactHarmonics(P, mean_square, residual, marched)
+    return problem.harmonics(amplitudes, tolerance, smallest_scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,51 +376,87 @@ def contact_terms(
     solved = contact_harmonics(
         reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
     )
-    L = reduced.coupling
-    S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.indirect_damping * np.asarray(
-        amplitudes
-    )
-    S[np.asarray(amplitudes) == 0.0] = 0.0
-    T = np.empty((len(S), len(combinations)), dtype=complex)
-    for column, term in enumerate(combinations):
-        P_nm = solved.P[:, orders.index(term.stored_order)]
-        flipped = term.stored_order != (term.n, term.m)
-        T[:, column] = -(P_nm.conj() if flipped else P_nm) @ L[term.mode]
-    power = _friction_power(
-        reduced, np.asarray(amplitudes, dtype=float), orders, solved.P, combinations
-    )
-    leaving = -2.0 * (reduced.carrier * np.asarray(amplitudes) * S.imag).sum(axis=1)
-    beyond = left_out(orders, solved.P, solved.mean_square)
+    a, P = kernel.contiguous(amplitudes), solved.P
+    projection = _projection(reduced, tuple(orders), tuple(combinations))
+    S = np.where(a == 0.0, 0.0, projection.forces(P) - reduced.indirect_damping * a)
+    leaving = -2.0 * (a * S.imag) @ reduced.carrier
     return ContactTerms(
-        *(S, T, power, leaving, orders, solved.P, beyond),
-        *(solved.residual, solved.marched),
+        *(S, projection.combined(P), projection.friction_power(a, P), leaving, orders, P),
+        *(left_out(orders, P, solved.mean_square), solved.residual, solved.marched),
     )
 
 
-def _friction_power(
-    reduced: Reduced,
-    amplitudes: Floats,
-    orders: Sequence[Order],
-    P: Complexes,
-    combinations: Sequence[CombinationResonance],
-) -> Floats:
-    """Work of the forces on the contacts, less what their own damping takes; (points,).
+@dataclass(frozen=True, eq=False)
+class _Projection:
+    """How harmonics P (points, orders, N_c) of the contacts act on the modes, and what they lose.
 
-    A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
-    2 Re(F conj(i nu P)).
+    Attributes
+    ----------
+    coupling : (modes, N_c) ndarray
+        L_j.
+    drawn : (modes, N_c) ndarray
+        2 conj(i nu_j) L_j of modes that their forces hold steady: their work on the carriers.
+    lost : (orders, N_c, N_c) ndarray
+        2 conj(i nu) times the force of the modes' response on the contacts per P_nm, less what
+        the contacts' own damping takes.
+    stored : (combinations,) ndarray of int
+        Where in P the harmonics of combination resonances are.
+    flipped : (combinations,) ndarray of bool
+        Whether these are their conjugates.
+    combining : (combinations, N_c) ndarray
+        L_j of the modes that they drive.
     """
-    nu = np.array(orders)[:, : len(reduced.modes)] @ reduced.carrier
-    v = 1j * nu[:, np.newaxis] * P
-    force = np.einsum(
-        "pqc,qcd->pqd", P, reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
-    )
+
+    coupling: Complexes
+    drawn: Complexes
+    lost: Complexes
+    stored: NDArray[np.intp]
+    flipped: Flags
+    combining: Complexes
+
+    __repr__ = short_repr
+
+    def forces(self, P: Complexes) -> Complexes:
+        """-L_j^T P_j (points, modes)."""
+        return np.asarray(-np.einsum("jc,pjc->pj", self.coupling, P[:, : len(self.coupling)]))
+
+    def combined(self, P: Complexes) -> Complexes:
+        """-L_j^T P_nm of the combination resonances, (points, combinations)."""
+        if not self.stored.size:
+            return np.zeros((len(P), 0), dtype=complex)
+        driving = P[:, self.stored]
+        driving = np.where(self.flipped[:, np.newaxis], driving.conj(), driving)
+        return np.asarray(-np.einsum("kc,pkc->pk", self.combining, driving))
+
+    def friction_power(self, amplitudes: Floats, P: Complexes) -> Floats:
+        """Work of the forces on the contacts, less what their own damping takes; (points,).
+
+        A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
+        2 Re(F conj(i nu P)).
+        """
+        work = np.einsum("pqc,qcd->pqd", P, self.lost)
+        work[:, : len(self.drawn)] -= amplitudes[..., np.newaxis] * self.drawn
+        return np.asarray(np.maximum(np.einsum("pqc,pqc->p", work, P.conj()).real, 0.0))
+
+
+@lru_cache(maxsize=8)
+def _projection(
+    reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
+) -> _Projection:
+    """That of a steady state, which every batch of points asks for too."""
+    modes = len(reduced.modes)
+    backwards = -2j * (np.array(orders)[:, :modes] @ reduced.carrier)
+    force = reaction_stiffnesses(reduced, orders, combinations)
     if reduced.contacts is None:
-        force -= v @ reduced.damping
-    for j, (carrier, L) in enumerate(zip(CARRIERS, steady_coupling(reduced), strict=False)):
-        if carrier in orders:
-            force[:, orders.index(carrier)] -= amplitudes[:, j, np.newaxis] * L
-    power: Floats = 2.0 * np.real(force * v.conj()).sum(axis=(1, 2))
-    return np.maximum(power, 0.0)
+        force = force + 0.5 * backwards[:, np.newaxis, np.newaxis] * reduced.damping
+    return _Projection(
+        reduced.coupling,
+        backwards[:modes, np.newaxis] * steady_coupling(reduced),
+        backwards[:, np.newaxis, np.newaxis] * force,
+        np.array([orders.index(term.stored_order) for term in combinations], dtype=int),
+        np.array([term.stored_order != (term.n, term.m) for term in combinations], dtype=bool),
+        reduced.coupling[[term.mode for term in combinations]],
+    )
 
 
 def friction_functions(

@@ -347,7 +347,7 @@ typedef struct {
 SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
 /* At moduli of the effective amplitudes relative to the limits, at (points, 1 + modes) = (p, |z_A|,
  * |z_B|): what each modulus takes to be held less what is there (points, modes), 0 in all modes of
- * a steady state, which is z (points, k + 1) then. NaN outside the table. */
+ * a steady state, which is z (points, k + 1) then; NULL: not wanted. NaN outside the table. */
 SM_API sm_status sm_forced_imbalance(const sm_forced *forced, size_t points, const double *at,
                                      double *imbalance, double *z);
 

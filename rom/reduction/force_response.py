@@ -124,8 +124,9 @@ class ForceResponse:
 
 def residual_force(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """Force on the contacts less what they have of it by the shift, (modes, N_c), as above."""
-    on_contacts = _per_modal_force(reduced, patterns) @ reduced.contact_shapes
-    return _residual(on_contacts, off_resonance_shift(reduced, patterns), reduced)
+    f = _per_modal_force(reduced, patterns)
+    shift = _shift(reduced, _on_contacts(reduced, f))
+    return _residual(f @ reduced.contact_shapes, shift, reduced)
 
 
 def _residual(on_contacts: Floats, shift: Complexes, reduced: Reduced) -> Complexes:
@@ -147,17 +148,12 @@ def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     (modes, modes) complex ndarray
         [k, j]; 0 on the diagonal, and in the paper's formulation.
     """
-    cross_response = np.zeros((len(reduced.modes), len(reduced.modes)), dtype=complex)
+    modes = np.arange(len(reduced.modes))
     if reduced.formulation == "paper":
-        return cross_response
-    for j, pattern in enumerate(patterns):
-        own = reduced.modal_force(j, pattern)
-        if own == 0.0:
-            continue
-        modal = reduced.all_shapes.T @ force_vector(pattern, reduced.n_dofs)
-        response = reduced.others_response(j, reduced.carrier[j], 0.5 * modal / own)
-        cross_response[:, j] = response[: len(cross_response)]
-    return cross_response
+        return np.zeros((modes.size, modes.size), dtype=complex)
+    modal = 0.5 * _per_modal_force(reduced, patterns) @ reduced.all_shapes
+    response = reduced.others_response(modes, reduced.carrier, modal[..., np.newaxis])
+    return response[:, : modes.size, 0].T
 
 
 def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
@@ -179,29 +175,30 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     (modes,) complex ndarray
         0 in the paper's formulation.
     """
+    return _shift(reduced, _on_contacts(reduced, _per_modal_force(reduced, patterns)))
+
+
+def _shift(reduced: Reduced, on_contacts: Complexes) -> Complexes:
+    """As above, by forces on the contacts past their own mode, (modes, N_c)."""
     shift = np.zeros(len(reduced.modes), dtype=complex)
     if reduced.formulation == "paper":
         return shift
-    for j, pattern in enumerate(patterns):
-        moved = reduced.contact_motion[j]
-        coupled = moved @ reduced.coupling[j]
-        if coupled != 0.0:
-            shift[j] = -0.5 * (moved @ force_on_contacts(reduced, j, pattern)) / coupled
-    return shift
+    acting, coupled = (
+        np.einsum("jc,jc->j", reduced.contact_motion, each)
+        for each in (on_contacts, reduced.coupling)
+    )
+    return np.asarray(np.divide(-0.5 * acting, coupled, out=shift, where=coupled != 0.0))
 
 
-def force_on_contacts(
-    reduced: Reduced, mode: int, pattern: Mapping[int, float] | ArrayLike
-) -> Complexes:
-    """Force (N_c,) on the contacts past its own mode, at its carrier, per unit of F_j [kg^1/2].
+def _on_contacts(reduced: Reduced, per_modal_force: Floats) -> Complexes:
+    """Forces on the contacts past their own mode, at its carrier, (modes, N_c) [kg^1/2].
 
-    Directly, and through the other modes; 0 if the pattern does not move the mode.
+    By forces (modes, n) per unit of F_j: directly, and through the other modes.
     """
-    f, own = force_vector(pattern, reduced.n_dofs), reduced.modal_force(mode, pattern)
-    if own == 0.0:
-        return np.zeros(reduced.n_contacts, dtype=complex)
-    by_modes = (f @ reduced.all_shapes) @ _through_others(reduced)[mode]
-    return np.asarray((f @ reduced.contact_shapes - by_modes) / own)
+    through = np.einsum(
+        "jm,jmc->jc", per_modal_force @ reduced.all_shapes, _through_others(reduced)
+    )
+    return np.asarray(per_modal_force @ reduced.contact_shapes - through)
 
 
 @lru_cache(maxsize=8)
@@ -210,11 +207,8 @@ def _through_others(reduced: Reduced) -> Complexes:
 
     (modes, modes + nonresonant, N_c): every curve asks for the same.
     """
-    taken = [
-        reduced.others_response(j, nu, reduced.modal_coupling(nu))
-        for j, nu in enumerate(reduced.carrier)
-    ]
-    return _kept(np.array(taken))
+    coupling = reduced.modal_coupling(reduced.carrier)
+    return _kept(reduced.others_response(np.arange(len(coupling)), reduced.carrier, coupling))
 
 
 @lru_cache(maxsize=8)
@@ -239,16 +233,11 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
         With the damping that comes back from other modes [rad^2/s^2].
     """
     modes = np.arange(len(reduced.modes))
-    D = np.array(
-        [reduced.modal_stiffness(nu)[j, j] for j, nu in zip(modes, reduced.carrier, strict=True)]
-    )
-    D = D + reduced.indirect_damping
+    D = reduced.modal_stiffness(reduced.carrier)[modes, modes, modes] + reduced.indirect_damping
     if reduced.force_patterns is None:
         return _kept(np.zeros_like(reduced.coupling)), _kept(D)
-    shift = off_resonance_shift(reduced, list(reduced.force_patterns))[:, np.newaxis]
-    residual = np.array(
-        [force_on_contacts(reduced, j, f) for j, f in enumerate(reduced.force_patterns)]
-    )
+    residual = _on_contacts(reduced, _per_modal_force(reduced, list(reduced.force_patterns)))
+    shift = _shift(reduced, residual)[:, np.newaxis]
     residual += 2.0 * shift * reduced.coupling
     force = residual / (1.0 + 2.0 * shift * D[:, np.newaxis])
     aside, through = (
@@ -261,6 +250,8 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
 @lru_cache(maxsize=8)
 def steady_coupling(reduced: Reduced) -> Complexes:
     """L_j of a mode that its force holds steady, (modes, N_c)."""
+    if reduced.force_patterns is None:
+        return reduced.coupling
     force, D = steady_force(reduced)
     return _kept(reduced.coupling - D[:, np.newaxis] * force)
 

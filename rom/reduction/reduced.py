@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
@@ -116,48 +117,46 @@ class Reduced:
 
     @cached_property
     def coupling(self) -> Complexes:
-        """L_j at the carrier of its mode, (modes, N_c)."""
-        return self.coupling_at(self.carrier)
+        """L_j at the carrier of its mode, (modes, N_c).
 
-    def coupling_at(self, frequency: Floats) -> Complexes:
-        """L_j at frequencies nu_j (modes,) [rad/s], (modes, N_c).
-
-        With what dampers between the modes make the others do at that frequency.
+        With what dampers between the modes make the others do.
         """
-        given = np.asarray(frequency, dtype=float)
-        return np.array(
-            [
-                self.modal_coupling(nu)[j] + ratio @ self.modal_coupling(nu)
-                for j, (nu, ratio) in enumerate(
-                    zip(given, self.response_by_dampers(given), strict=True)
-                )
-            ]
+        B, retained = self.modal_coupling(self.carrier), np.arange(len(self.modes))
+        return np.asarray(
+            B[retained, retained] + np.einsum("jm,jmc->jc", self.response_by_dampers, B)
         )
 
-    def response_by_dampers(self, frequency: Floats) -> Complexes:
-        """What all modes do per a_j at nu_j (modes,), by dampers; (modes, modes + nonresonant)."""
-        ratio = np.zeros((len(self.modes), len(self.damping_coupling)), dtype=complex)
-        for j, nu in enumerate(np.asarray(frequency, dtype=float)):
-            ratio[j] = self.others_response(j, nu, -self.modal_stiffness(nu)[:, j])
-        return ratio
+    @cached_property
+    def response_by_dampers(self) -> Complexes:
+        """What all modes do per a_j at its carrier, by dampers; (modes, modes + nonresonant)."""
+        retained = np.arange(len(self.modes))
+        force = -self.modal_stiffness(self.carrier)[retained, :, retained]
+        return self.others_response(retained, self.carrier, force[..., np.newaxis])[..., 0]
 
-    def others_response(self, mode: int, frequency: float, force: Complexes | Floats) -> Complexes:
-        """Displacement of all modes but one, for which it is 0, (modes + nonresonant, ...).
+    def others_response(
+        self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
+    ) -> Complexes:
+        """Displacement of all modes but the given one, (..., modes + nonresonant, forces).
 
-        By modal forces of that shape at a frequency [rad/s], with dampers between them.
+        By modal forces of that shape at frequencies (...) [rad/s], with dampers between them; 0 of
+        the mode (...).
         """
-        other = np.arange(len(force)) != mode
-        stiffness = self.modal_stiffness(frequency)[np.ix_(other, other)]
-        response = np.zeros(force.shape, dtype=complex)
-        response[other] = np.linalg.solve(stiffness, force[other])
-        return response
+        own = np.arange(force.shape[-2]) == np.asarray(mode)[..., np.newaxis]
+        return self._moved(frequency, own, force)
+
+    def _moved(self, frequency: ArrayLike, held: Flags, force: Complexes | Floats) -> Complexes:
+        """As `others_response`, with any modes (..., modes + nonresonant) held."""
+        apart = held[..., np.newaxis] | held[..., np.newaxis, :]
+        stiffness = np.where(apart, np.eye(held.shape[-1]), self.modal_stiffness(frequency))
+        on_others = np.where(held[..., np.newaxis], 0.0, force)
+        return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
 
     @cached_property
     def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
-        ratio = self.response_by_dampers(self.carrier)
-        back = [D[j] for j, D in enumerate(self.modal_stiffness(self.carrier))]
-        return np.array(np.sum(ratio * np.array(back), axis=1))
+        retained = np.arange(len(self.modes))
+        back = self.modal_stiffness(self.carrier)[retained, retained]
+        return np.asarray(np.sum(self.response_by_dampers * back, axis=1))
 
     @property
     def structural_frequency(self) -> Floats:
@@ -233,16 +232,17 @@ class Reduced:
             np.vstack((self.damper, self.nonresonant_damper)),
         )
 
-    def reaction(self, frequency: float, excluded: Sequence[int]) -> Complexes:
-        """Force on the contacts per x_c exp(i nu t), (N_c, N_c).
+    def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
+        """Force on the contacts per x_c exp(i nu t) at frequencies nu (...), (..., N_c, N_c).
 
-        By all modes but the `excluded` ones, and by the inertia that follows the contacts.
+        By all modes but those of (..., modes) that are `held`, and by the inertia that follows
+        the contacts.
         """
-        responding = np.delete(np.arange(len(self.damping_coupling)), list(excluded))
-        B = self.modal_coupling(frequency)[responding]
-        D = self.modal_stiffness(frequency)[np.ix_(responding, responding)]
-        response: Complexes = np.asarray(B.T @ np.linalg.solve(D, B), dtype=complex)
-        return response + self.following(frequency)
+        B = self.modal_coupling(frequency)
+        still = np.zeros(B.shape[:-1], dtype=bool)
+        still[..., : len(self.modes)] = held
+        response = self._moved(frequency, still, B)
+        return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
         """The same by what follows the contacts, (..., N_c, N_c): its inertia.
@@ -264,6 +264,12 @@ class Reduced:
                 f"[rad/s], got {carrier}"
             )
         return replace(self, carrier=frequencies)
+
+    def moving(self, contact_motion: Complexes) -> Self:
+        """The same model with another `contact_motion`; what else was worked out of it is kept."""
+        other = copy(self)
+        object.__setattr__(other, "contact_motion", contact_motion)
+        return other
 
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
         """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].

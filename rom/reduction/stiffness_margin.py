@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import scipy.linalg
+import numpy as np
 
 from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
@@ -26,11 +26,8 @@ def stiffness_loss(
     reduced: Reduced, combinations: Sequence[CombinationResonance] = ()
 ) -> tuple[float, Order]:
     """Largest share of a contact's stiffness that responding modes take away, and the harmonic."""
-    shares = []
-    for order in harmonic_orders(RESPONSE_ORDER, len(reduced.modes)):
-        reaction = reaction_stiffness(reduced, order, combinations).real
-        shares.append(
-            (scipy.linalg.eigh(reaction, reduced.stiffness, eigvals_only=True)[-1], order)
-        )
-    share, order = max(shares)
-    return float(share), order
+    orders = harmonic_orders(RESPONSE_ORDER, len(reduced.modes))
+    reaction = reaction_stiffness(reduced, tuple(orders), tuple(combinations)).real
+    inverse = np.linalg.inv(np.linalg.cholesky(reduced.stiffness))
+    shares = np.linalg.eigvalsh(inverse @ reaction @ inverse.T)[:, -1]
+    return float(shares.max()), orders[int(shares.argmax())]

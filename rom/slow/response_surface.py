@@ -70,9 +70,9 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         )
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)
-    force = [reaction_stiffness(reduced, order, model.combinations) for order in orders]
+    force = reaction_stiffness(reduced, tuple(orders), model.combinations)
     moved = [_displacement(model, order, rows) for order in orders]
-    reaction = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(force))
+    reaction = 2.0 * np.einsum("abqc,qce->abqe", P, force)
     elastic = 2.0 * np.einsum("abqc,qce->abqe", P, np.array(moved))
     modes_out = _modes_out(model, rows)
     kept = _counts(reaction, reduced.coupling, model) | _counts(elastic, modes_out.T, model)

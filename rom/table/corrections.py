@@ -101,7 +101,7 @@ def with_detuning(
     largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
     scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
     scale[scale == 0.0] = 1.0  # modes that touch no contact
-    held = Detuned.of(reduced, np.zeros(table.modes)).friction(solve, points)
+    held = Detuned(reduced, np.ones(table.modes, dtype=complex)).friction(solve, points)
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
     changes = [Detuned.of(reduced, apart).friction(solve, points) - held for apart in aparts]
 
@@ -171,7 +171,7 @@ def _surface(
     samples = np.zeros((*wanted.shape, modes * modes), dtype=complex)
     parts = list(spread(sample, points))
     samples[wanted] = np.concatenate(parts).reshape(-1, modes * modes)
-    for axis in range(2):
+    for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
     return surface_values(*axes, samples, orders)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -261,12 +262,13 @@ def _slope_weights(node: Floats, odd: Flags) -> Floats:
 
 def _end_weights(node: Floats) -> Floats:
     """Weights (4,) of four values in the slope at the last node of the cubic through them."""
-    last, others = node[-1], node[:-1]
-    own = np.eye(3, dtype=bool)
-    reach = np.where(own, 1.0, last - others)
-    apart = np.where(own, 1.0, others[:, np.newaxis] - others)
-    weights = reach.prod(axis=1) / apart.prod(axis=1) / (others - last)
-    return np.append(weights, -weights.sum())
+    *others, last = node.tolist()
+    weights = []
+    for own in others:
+        rest = [other for other in others if other != own]
+        shape = prod((last - other) / (own - other) for other in rest)
+        weights.append(shape / (own - last))
+    return np.array([*weights, -sum(weights)])
 
 
 def _limit_slopes(
@@ -283,16 +285,17 @@ def _limit_slopes(
     steps_a, steps_b = _neighbour_steps(node_a), _neighbour_steps(node_b)
     f_a = _clip(f_a, f, steps_a[:, :, np.newaxis])
     f_b = _clip(f_b, f, steps_b[:, np.newaxis, :])
-    for h_a in steps_a:
-        for h_b in steps_b:
-            room = f + h_a[:, np.newaxis] * f_a / 3.0 + h_b[np.newaxis, :] * f_b / 3.0
-            area = h_a[:, np.newaxis] * h_b[np.newaxis, :] / 9.0
-            room = np.minimum(room, 0.0)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                bound = np.where(area == 0.0, np.inf, -room / np.abs(area))
-            # the twist must not lift its quadrant's coefficient above zero
-            f_ab = np.where(area > 0, np.minimum(f_ab, bound), np.maximum(f_ab, -bound))
-    return f_a, f_b, f_ab
+    if node_b.size == 1:
+        return f_a, f_b, f_ab
+    h_a, h_b = steps_a[:, np.newaxis, :, np.newaxis], steps_b[:, np.newaxis]  # the quadrants
+    room = np.minimum(f + h_a * f_a / 3.0 + h_b * f_b / 3.0, 0.0)
+    area = h_a * h_b / 9.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = np.where(area == 0.0, np.inf, -room / np.abs(area))
+    # the twist must not lift its quadrant's coefficient above zero
+    highest = np.where(area > 0.0, bound, np.inf).min(axis=(0, 1))
+    lowest = np.where(area > 0.0, -np.inf, -bound).max(axis=(0, 1))
+    return f_a, f_b, np.clip(f_ab, lowest, highest)
 
 
 def _neighbour_steps(node: Floats) -> Floats:

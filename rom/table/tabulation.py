@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import (
+    Mapped,
     Resolution,
     choose_resolution,
     least_force,
@@ -47,6 +48,7 @@ from slipmode.rom.table.region import Region
 from slipmode.rom.validity import model_findings, table_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
+_FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
 _ROUGHLY = 10.0  # how much less well marches repeat for differences of friction
 
 
@@ -143,9 +145,10 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
+        quick = len(reduced.modes) == 1 and reduced.n_contacts <= _FEW_CONTACTS
         task = _Task(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
-            *(region, beyond, pool, bar),
+            *(region, beyond, map if quick else pool.map, bar),
         )
         resolution = task.resolution()
         further = further_harmonics(
@@ -180,8 +183,8 @@ def tabulate(
         warn(table_findings(tolerance, found.error, unanswered))
     kept = _harmonics(table, found.orders, found.carried) if harmonics else None
     if reduced.force_patterns is None:
-        moved = _contact_motion(reduced, found.samples.solve, amplitude_range)
-        reduced = replace(reduced, contact_motion=moved)
+        moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
+        reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 
@@ -198,7 +201,7 @@ class _Refined(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """What is to be tabulated, as `tabulate` has it; on which threads, and how far it got."""
+    """What is to be tabulated, as `tabulate` has it; by what threads, and how far it got."""
 
     reduced: Reduced
     law: Friction
@@ -208,7 +211,7 @@ class _Task:
     harmonics: int
     region: Region | None
     beyond: int
-    pool: Executor
+    mapped: Mapped
     bar: tqdm[Any]
 
     __repr__ = short_repr
@@ -222,7 +225,7 @@ class _Task:
         """Grid and march for these harmonics beside those that modes always respond to."""
         return choose_resolution(
             *(self.reduced, self.law, self.amplitude_range, self.budget),
-            *(self.combinations, self.pool, list(further)),
+            *(self.combinations, self.mapped, list(further)),
         )
 
     def refined(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
@@ -255,7 +258,9 @@ class _Task:
             further=further,
         )
         check = partial(check_settled, reduced, self.combinations)
-        samples = ContactSamples(solve, columns, self.pool, self.bar, check)
+        samples = ContactSamples(
+            solve, columns, self.mapped, self.bar, check, self.amplitude_range
+        )
         sampling = Sampling(
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
             *(self.budget.march, self.region, self.beyond),
@@ -273,7 +278,7 @@ class _Task:
 
         Where the table has headroom, the one within it decides, and keeps what it has.
         """
-        spread = partial(in_tasks, self.pool)
+        spread = partial(in_tasks, self.mapped)
 
         def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
             return contact_terms(
@@ -311,14 +316,8 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     return Harmonics(table.axes, tuple(orders), P, beyond, table.region)
 
 
-def _contact_motion(
-    reduced: Reduced, solve: Callable[[Floats], ContactTerms], amplitude_range: Floats
-) -> Complexes:
+def _contact_motion(reduced: Reduced, moved: Complexes) -> Complexes:
     """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
-    moved = (
-        solve(amplitude_range[np.newaxis]).P[0, : amplitude_range.size]
-        / amplitude_range[:, np.newaxis]
-    )
     least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
     sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
     return np.where(sticks, reduced.contact_motion, moved)

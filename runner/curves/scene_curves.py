@@ -15,6 +15,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.forced import Varied
+from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode
@@ -24,9 +25,11 @@ _COARSE = 0.05  # tolerance of tables that only show how far the curve goes
 _MARGIN = 0.1  # of the table over the largest amplitude
 _NEAR = 0.97  # of a table's range: a curve that comes so far may have been cut off
 _GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range, from the scene's
-# Of the scene's amplitudes: how far below its limits a performance curve goes. Contacts that slide
-# much farther than they stick may not settle.
-_DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
+# Of the scene's amplitudes, or of those at which contacts begin to slip: how far a performance
+# curve goes, and so how far below the limits.
+_DESIGN_RANGE = 8.0
+# Contacts that slide much farther than they stick may not settle: it goes less far then.
+_DESIGN_PARTS = (1.0, 0.5, 0.25, 0.125)
 _DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 
 
@@ -132,7 +135,9 @@ def scene_performance(
 ) -> rom.PerformanceCurve:
     """Resonance peak of a mode under the scene's force, against limits and preloads.
 
-    Of that mode alone; see `rom.performance_curve`.
+    Of that mode alone; see `rom.performance_curve`. The friction table goes well beyond the
+    scene's amplitudes, and, unless these are given as `model.amplitude`, beyond where the contacts
+    begin to slip: the curve has them stuck and fully slipping.
 
     Raises
     ------
@@ -149,15 +154,20 @@ def scene_performance(
         warned=False,
         progress=progress,
     )
-    for factor in _DESIGN_RANGES:
-        # relative to the largest |S| of the table, which the scene itself stays far below
-        largest, tolerance = factor * plan.amplitude[at], scene.model.tolerance / factor
+    nearest = furthest = plan.amplitude[at]
+    if scene.model.amplitude is None:
+        first, last = slip_onset(reduced, law, 0)
+        nearest, furthest = max(nearest, first), max(furthest, last)
+    for part in _DESIGN_PARTS:
+        # relative to the largest |S| of the table, which what is looked at stays far below
+        largest = part * _DESIGN_RANGE * furthest
+        tolerance = scene.model.tolerance * min(nearest / largest, 1.0)
         try:
             model, _ = cached_model(
                 reduced, law, (largest,), tolerance, detuning=True, progress=progress
             )
         except SlipmodeError:
-            if factor == _DESIGN_RANGES[-1]:
+            if part == _DESIGN_PARTS[-1]:
                 raise
         else:
             break

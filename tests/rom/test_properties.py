@@ -49,8 +49,8 @@ def taken_by_dampers(structure, reduced, amplitude, terms):
         B = reduced.modal_coupling(nu)
         if order in CARRIERS:
             held = CARRIERS.index(order)
-            q = reduced.others_response(held, nu, -B @ P)
-            q += amplitude[held] * reduced.response_by_dampers(reduced.carrier)[held]
+            q = reduced.others_response(held, nu, (-B @ P)[:, np.newaxis])[:, 0]
+            q += amplitude[held] * reduced.response_by_dampers[held]
             q[held] = amplitude[held]
         else:
             q = -np.linalg.solve(reduced.modal_stiffness(nu), B @ P)

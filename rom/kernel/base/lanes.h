@@ -1,8 +1,8 @@
 /* Lanes: up to SM_LANES independent contact problems side by side, one per vector element.
  *
  * Lane arrays are [contact][lane]. The loops over lanes are written for the compiler's
- * vectoriser: no calls, no branches that differ between lanes. `lanes` is a literal (1 or
- * SM_LANES) in every top-level caller, so that each loop is compiled for its width.
+ * vectoriser: no calls, no branches that differ between lanes. `lanes` is a literal (1,
+ * SM_FEW_LANES or SM_LANES) in every top-level caller, so that each loop is compiled for its width.
  */
 #ifndef SLIPMODE_LANES_H
 #define SLIPMODE_LANES_H
@@ -12,6 +12,7 @@
 #include <string.h>
 
 #define SM_LANES 16
+#define SM_FEW_LANES 8 /* where there is no more to do: two thirds of the time */
 #define SM_VECTOR 8 /* doubles of the widest vectors, and of a cache line */
 
 #if defined(__GNUC__)

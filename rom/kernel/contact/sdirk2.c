@@ -77,6 +77,7 @@ size_t sm_lanes_size(int contacts, int lanes) {
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
     const size_t size = (size_t)contacts * (size_t)lanes;
+    m->lanes = lanes;
     double **arrays[] = {&m->x, &m->base, &m->u, &m->y, &m->v, &m->d,
                          &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += size)

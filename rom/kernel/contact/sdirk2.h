@@ -30,6 +30,7 @@ typedef struct {
 
 /* Lane arrays of a march. */
 typedef struct {
+    int lanes;
     double *x, *base;    /* displacement; stage base x + h (1 - gamma) v_1 */
     double *u;           /* forcing of the stage */
     double *y, *v, *d;   /* unknown, velocity, dv/dy */

@@ -71,7 +71,8 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
 }
 
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
-                             int steps, int lines, int orders_count, const int32_t *orders) {
+                             int steps, int lines, size_t points, int orders_count,
+                             const int32_t *orders) {
     const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
     const size_t rows = (size_t)steps + SM_TOGETHER;
     const size_t carrier = rows * 8, weight = rows * count * 2;
@@ -81,7 +82,8 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->contact = contact;
     grid->steps = steps;
     grid->lines = lines;
-    grid->points_per_group = lines > SM_LANES ? 1 : SM_LANES / lines;
+    grid->lanes = points * (size_t)lines <= SM_FEW_LANES ? SM_FEW_LANES : SM_LANES;
+    grid->points_per_group = lines > grid->lanes ? 1 : grid->lanes / lines;
     grid->orders_count = orders_count;
     grid->per_point = count * n * 2;
     grid->orders = orders;

@@ -9,7 +9,8 @@
 
 typedef struct {
     const sm_contact *contact;
-    int steps, lines, points_per_group, orders_count;
+    int steps, lines, orders_count;
+    int lanes, points_per_group; /* of a block; of a group, which is a block or more */
     size_t per_point;        /* doubles: orders, N_c, 2 */
     const int32_t *orders;
     double ratio;            /* omega_B / omega_A */
@@ -40,9 +41,10 @@ static inline double sm_stage_place(size_t stage) {
 /* exp(i m angle) from the number on the unit circle at the angle, for a small integer m. */
 void sm_torus_power(double c, double s, int m, double *re, double *im);
 
-/* Takes its memory; release it also after a failure. */
+/* For so many points. Takes its memory; release it also after a failure. */
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
-                             int steps, int lines, int orders_count, const int32_t *orders);
+                             int steps, int lines, size_t points, int orders_count,
+                             const int32_t *orders);
 void sm_torus_grid_release(sm_torus_grid *grid);
 
 #endif

@@ -10,15 +10,15 @@
 sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const int n = grid->contact->contacts;
     const size_t points = (size_t)grid->points_per_group;
-    g->blocks = grid->lines > SM_LANES ? grid->lines / SM_LANES : 1;
-    const size_t wide = (size_t)g->blocks * SM_LANES;
-    const size_t lanes = sm_whole_lines(sm_lanes_size(n, SM_LANES)) * (size_t)g->blocks;
+    g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
+    const size_t lanes = sm_whole_lines(sm_lanes_size(n, grid->lanes)) * (size_t)g->blocks;
     const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
     const size_t reaction = grid->dynamic_stiffness ? sums : 0;
     const size_t harmonics = sm_whole_lines(points * grid->per_point);
     const size_t speed = sm_whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
-    const size_t row = (size_t)n * SM_LANES;
+    const size_t row = (size_t)n * (size_t)grid->lanes;
     g->memory = calloc(lanes + 6 * wide + sums + reaction + 2 * squares + 3 * SM_TOGETHER * row
                            + 8 * harmonics + points * speed + line_state + points * (size_t)n,
                        sizeof(double));
@@ -28,7 +28,7 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     if (!g->memory || !g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
     double *memory = g->memory;
     for (int block = 0; block < g->blocks; block++, memory += lanes / (size_t)g->blocks)
-        sm_lanes_place(&g->lanes[block], n, SM_LANES, memory);
+        sm_lanes_place(&g->lanes[block], n, grid->lanes, memory);
     g->a = memory;
     g->b = g->a + wide;
     g->a_step = g->b + wide;
@@ -62,7 +62,7 @@ void sm_torus_group_release(sm_torus_group *g) {
 void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
                                size_t points, const double *amplitudes, double part) {
     const size_t modes = (size_t)grid->contact->modes;
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         size_t point = first + (size_t)(lane / grid->lines);
         point = point < points ? point : points - 1; /* spare lanes repeat the last point */
         g->a[lane] = part * amplitudes[point * modes];
@@ -72,7 +72,7 @@ void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, siz
 
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
                           size_t points, const double *amplitudes) {
-    const size_t lanes_size = sm_lanes_size(grid->contact->contacts, SM_LANES);
+    const size_t lanes_size = sm_lanes_size(grid->contact->contacts, grid->lanes);
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
@@ -82,11 +82,11 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
         memcpy(g->responded + (size_t)p * grid->per_point, begun,
                grid->per_point * sizeof(double));
     memset(g->half[1], 0, harmonics);
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
-        const int block = lane / SM_LANES, l = lane % SM_LANES;
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
+        const int block = lane / grid->lanes, l = lane % grid->lanes;
         const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;
-        g->phase[block * 2 * SM_LANES + l] = cos(t_b0);
-        g->phase[(block * 2 + 1) * SM_LANES + l] = sin(t_b0);
+        g->phase[block * 2 * grid->lanes + l] = cos(t_b0);
+        g->phase[(block * 2 + 1) * grid->lanes + l] = sin(t_b0);
     }
     sm_torus_group_amplitudes(grid, g, first, points, amplitudes, 1.0);
     for (int p = 0; p < grid->points_per_group; p++) {
@@ -101,7 +101,7 @@ void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group 
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
         for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
-            const int at = (lane / SM_LANES * n + i) * SM_LANES + lane % SM_LANES;
+            const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
             sum += g->squares[0][at] + g->squares[1][at];
         }
         mean_square[i] = sum / ((double)grid->steps * lines);

@@ -6,16 +6,16 @@
 #include "torus/periodic/acceleration.h"
 #include "torus/periodic/periodicity.h"
 
-/* The lanes of one point, or of several points when lines < SM_LANES. */
+/* The lanes of one point, or of several points when it has fewer lines than a block lanes. */
 typedef struct {
-    int blocks;              /* lanes of the group / SM_LANES */
+    int blocks;              /* lanes of the group / those of a block */
     sm_lanes *lanes;         /* (blocks) */
-    double *a, *b;           /* (blocks * SM_LANES) amplitudes of each lane as the period starts */
+    double *a, *b;           /* (blocks * lanes) amplitudes of each lane as the period starts */
     double *a_step, *b_step; /* the same shape: what they grow by in a step */
-    double *phase;           /* (blocks, 2, SM_LANES) cos and sin of t_B at t_A = 0 */
-    double *sums;            /* (blocks, orders, N_c, 2, SM_LANES) */
+    double *phase;           /* (blocks, 2, lanes) cos and sin of t_B at t_A = 0 */
+    double *sums;            /* (blocks, orders, N_c, 2, lanes) */
     double *reaction;            /* the same shape: modal response on the contacts at t_A = 0 */
-    double *squares[2];      /* (blocks, N_c, SM_LANES): sum of x^2 over the steps of each half */
+    double *squares[2];      /* (blocks, N_c, lanes): sum of x^2 over the steps of each half */
     double *half[2];         /* (points_per_group, orders, N_c, 2) harmonics of half a period */
     double *fresh;           /* the same shape: of the last whole period */
     double *last[2];         /* the same shape: of those that ended with each half before */
@@ -23,7 +23,7 @@ typedef struct {
     double *idle_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
     double *responded; /* (points_per_group, orders, N_c, 2): harmonics that the modes respond to */
     double *response;          /* the same shape: force of that response on the contacts */
-    double *forcing, *moved; /* (2 SM_TOGETHER, N_c, SM_LANES), (SM_TOGETHER, N_c, SM_LANES) */
+    double *forcing, *moved; /* (2 SM_TOGETHER, N_c, lanes), (SM_TOGETHER, N_c, lanes) */
     sm_progress *track;      /* (points_per_group) */
     sm_acceleration *faster; /* (points_per_group) */
     double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */

@@ -26,7 +26,7 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
         const sm_status status = sm_torus_group_half(grid, g, half);
         if (status != SM_OK) return status;
     }
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         g->a[lane] += grid->steps * g->a_step[lane];
         g->b[lane] += grid->steps * g->b_step[lane];
     }
@@ -41,7 +41,7 @@ static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size
     const double before = SETTLING + 1.0; /* periods until the amplitudes are as given */
     const size_t per_point = hat->per_point, most = (size_t)hat->points_per_group;
     sm_torus_group_start(hat, g, first, points, amplitudes);
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
+    for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
         size_t point = first + (size_t)(lane / hat->lines);
         point = point < points ? point : points - 1;
         const double *of = growth + point * (size_t)modes;
@@ -86,7 +86,8 @@ sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32
         return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
     }
     for (int k = 0; k < 2 && status == SM_OK; k++) {
-        status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, orders_count, orders);
+        status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, points, orders_count,
+                                    orders);
         if (status == SM_OK) weigh(&hat[k], k);
     }
     if (status == SM_OK) status = sm_torus_group_make(&group, &hat[0]);

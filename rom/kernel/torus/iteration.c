@@ -6,28 +6,28 @@
 
 /* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
 static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double *harmonics) {
-    const size_t n = (size_t)grid->contact->contacts;
+    const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
-        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
+        const size_t block = (size_t)lane / lanes, l = (size_t)lane % lanes;
         double *point = harmonics + (size_t)(lane / grid->lines) * grid->per_point;
-        const double *phase = g->phase + block * 2 * SM_LANES;
-        const double *sums = g->sums + block * SM_LANES * grid->per_point;
+        const double *phase = g->phase + block * 2 * lanes;
+        const double *sums = g->sums + block * lanes * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
             double re, im;
-            sm_torus_power(phase[l], phase[SM_LANES + l], -grid->orders[2 * q + 1], &re, &im);
+            sm_torus_power(phase[l], phase[lanes + l], -grid->orders[2 * q + 1], &re, &im);
             for (size_t i = 0; i < n; i++) {
                 const size_t at = ((size_t)q * n + i) * 2;
-                const double *sum = sums + at * SM_LANES + l;
-                point[at] += (re * sum[0] - im * sum[SM_LANES]) / grid->lines;
-                point[at + 1] += (re * sum[SM_LANES] + im * sum[0]) / grid->lines;
+                const double *sum = sums + at * lanes + l;
+                point[at] += (re * sum[0] - im * sum[lanes]) / grid->lines;
+                point[at + 1] += (re * sum[lanes] + im * sum[0]) / grid->lines;
             }
         }
     }
 }
 
 sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
-    const size_t wide = (size_t)g->blocks * SM_LANES;
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
     memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
@@ -45,8 +45,8 @@ sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int 
 void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
     const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
     for (int block = 0; block < g->blocks; block++) {
-        double *pc = g->phase + (size_t)block * 2 * SM_LANES, *ps = pc + SM_LANES;
-        for (int l = 0; l < SM_LANES; l++) {
+        double *pc = g->phase + block * 2 * grid->lanes, *ps = pc + grid->lanes;
+        for (int l = 0; l < grid->lanes; l++) {
             const double t = pc[l] * c - ps[l] * s;
             ps[l] = pc[l] * s + ps[l] * c;
             pc[l] = t;
@@ -57,16 +57,17 @@ void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
 /* Copies the lanes of point p of the group into line_state, or back. */
 static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
     const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
+    const size_t lanes = (size_t)grid->lanes;
     double *x = g->line_state, *angle = x + n * lines;
     for (size_t line = 0; line < lines; line++) {
-        const size_t lane = p * lines + line, block = lane / SM_LANES, l = lane % SM_LANES;
+        const size_t lane = p * lines + line, block = lane / lanes, l = lane % lanes;
         for (size_t i = 0; i < n; i++) {
-            double *in_lane = g->lanes[block].x + i * SM_LANES + l;
+            double *in_lane = g->lanes[block].x + i * lanes + l;
             double *in_line = x + i * lines + line;
             *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
         }
-        angle[line] = g->phase[block * 2 * SM_LANES + l];
-        angle[lines + line] = g->phase[(block * 2 + 1) * SM_LANES + l];
+        angle[line] = g->phase[block * 2 * lanes + l];
+        angle[lines + line] = g->phase[(block * 2 + 1) * lanes + l];
     }
 }
 
@@ -113,19 +114,19 @@ static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
 
 /* reaction = response exp(i m t_B0) */
 static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t n = (size_t)grid->contact->contacts;
-    for (int lane = 0; lane < g->blocks * SM_LANES; lane++) {
-        const size_t block = (size_t)(lane / SM_LANES), l = (size_t)(lane % SM_LANES);
+    const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
+        const size_t block = (size_t)lane / lanes, l = (size_t)lane % lanes;
         const double *point = g->response + (size_t)(lane / grid->lines) * grid->per_point;
-        const double *phase = g->phase + block * 2 * SM_LANES;
-        double *reaction = g->reaction + block * SM_LANES * grid->per_point;
+        const double *phase = g->phase + block * 2 * lanes;
+        double *reaction = g->reaction + block * lanes * grid->per_point;
         for (int q = 0; q < grid->orders_count; q++) {
             double re, im;
-            sm_torus_power(phase[l], phase[SM_LANES + l], grid->orders[2 * q + 1], &re, &im);
+            sm_torus_power(phase[l], phase[lanes + l], grid->orders[2 * q + 1], &re, &im);
             for (size_t i = 0; i < n; i++) {
                 const size_t at = ((size_t)q * n + i) * 2;
-                reaction[at * SM_LANES + l] = point[at] * re - point[at + 1] * im;
-                reaction[(at + 1) * SM_LANES + l] = point[at] * im + point[at + 1] * re;
+                reaction[at * lanes + l] = point[at] * re - point[at + 1] * im;
+                reaction[(at + 1) * lanes + l] = point[at] * im + point[at + 1] * re;
             }
         }
     }

@@ -97,16 +97,16 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
     }
 }
 
-SM_HOT sm_status sm_torus_march(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                                int half) {
+SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
+                          int block, int half) {
     const int first = sm_torus_half_start(grid, half), end = sm_torus_half_end(grid, half);
-    const size_t row = (size_t)grid->contact->contacts * SM_LANES;
-    double *sums = g->sums + (size_t)block * SM_LANES * grid->per_point;
+    const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
+    double *sums = g->sums + (size_t)block * (size_t)lanes * grid->per_point;
     double *squares = g->squares[half] + (size_t)block * row;
     sm_lanes m = g->lanes[block];
     for (int k = first; k < end; k += SM_TOGETHER) {
         memset(g->moved, 0, SM_TOGETHER * row * sizeof(double));
-        force(SM_LANES, grid, g, block, k, g->forcing);
+        force(lanes, grid, g, block, k, g->forcing);
         for (int step = 0; step < SM_TOGETHER && k + step < end; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
@@ -114,9 +114,24 @@ SM_HOT sm_status sm_torus_march(const sm_torus_grid *grid, const sm_torus_group 
                 if (status != SM_OK) return status;
             }
             memcpy(g->moved + (size_t)step * row, m.x, row * sizeof(double));
-            add_squares(SM_LANES, grid->contact->contacts, m.x, squares);
+            add_squares(lanes, grid->contact->contacts, m.x, squares);
         }
-        add_harmonics(SM_LANES, grid, k, g->moved, sums);
+        add_harmonics(lanes, grid, k, g->moved, sums);
     }
     return SM_OK;
+}
+
+SM_HOT static sm_status march_few(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                                  int half) {
+    return march(SM_FEW_LANES, grid, g, block, half);
+}
+
+SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                                   int half) {
+    return march(SM_LANES, grid, g, block, half);
+}
+
+sm_status sm_torus_march(const sm_torus_grid *grid, const sm_torus_group *g, int block, int half) {
+    const int few = grid->lanes == SM_FEW_LANES;
+    return few ? march_few(grid, g, block, half) : march_many(grid, g, block, half);
 }

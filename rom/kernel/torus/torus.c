@@ -136,9 +136,10 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
     sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
     const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;
     sm_torus_group group = {.memory = NULL};
-    status = sm_torus_grid_make(&grid, contact, rates, steps, lines, orders_count, orders);
+    status = sm_torus_grid_make(&grid, contact, rates, steps, lines, points, orders_count, orders);
     if (status == SM_OK)
-        status = sm_torus_grid_make(&coarse, contact, rates, few, lines, orders_count, orders);
+        status = sm_torus_grid_make(&coarse, contact, rates, few, lines, points, orders_count,
+                                    orders);
     if (status == SM_OK) status = sm_torus_group_make(&group, &grid);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)grid.points_per_group)

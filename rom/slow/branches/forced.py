@@ -145,30 +145,30 @@ class ForcedSlowFlow:
         largest = np.where(forced, self.model.table.amplitude_range, 0.0)
         axes = [np.linspace(0.0, end, cells + 1 if end > 0.0 else 1) for end in largest]
         at = np.stack(np.meshgrid(parts, *axes, indexing="ij"), axis=-1)
-        least = most = self._imbalance(at)[0]
+        least = most = self._imbalance(at)
         for axis in np.flatnonzero(forced) + 1:
             below, above = (axis * (slice(None),) + (ends,) for ends in _NEIGHBOURS)
             least = np.fmin(least[below], least[above])
             most = np.fmax(most[below], most[above])
         cell = np.nonzero(np.all((least <= 0.0) & (most >= 0.0), axis=-1))
         middle = at[cell] + np.append(0.0, 0.5 * largest / cells)
-        return solutions_near(self.curve, self._imbalance(middle)[1])
+        balanced = np.empty((len(middle), 2 * modes + 1))
+        self._imbalance(middle, balanced)
+        return solutions_near(self.curve, balanced)
 
-    def _imbalance(self, at: Floats) -> tuple[Floats, Floats]:
+    def _imbalance(self, at: Floats, balanced: Floats | None = None) -> Floats:
         """What modes are out of balance by, (..., modes), at (part, moduli) (..., 1 + modes).
 
-        And the solutions that these would be in balance, (..., k + 1).
+        And the solutions that these would be in balance, (..., k + 1), if there is an array.
         """
         modes = self.model.modes
-        at = np.ascontiguousarray(at)
         imbalance = np.empty((*at.shape[:-1], modes))
-        z = np.empty((*at.shape[:-1], 2 * modes + 1))
         status = kernel.lib.sm_forced_imbalance(
-            self.curve.owned,
-            *(imbalance.size // modes, at.ctypes.data, imbalance.ctypes.data, z.ctypes.data),
+            *(self.curve.owned, imbalance.size // modes, at.ctypes.data, imbalance.ctypes.data),
+            None if balanced is None else balanced.ctypes.data,
         )
         kernel.check(status, "amplitude: slow flow")
-        return imbalance, z
+        return imbalance
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Rates with a'' too, (points, k) at y (points, k); NaN outside the friction table.

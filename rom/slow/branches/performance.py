@@ -18,7 +18,8 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.laws.friction import is_homogeneous
+from slipmode.rom.laws.friction import Friction, is_homogeneous
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
 from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 _POINTS = 2000
 _ENOUGH = 4.0  # times where contacts begin to slip: friction takes most at about twice that
+_MATTERS = 0.1  # of what the first to yield is moved by: others that matter are moved so much
 _LITTLE = 0.01  # of the damping: friction that adds less has no best limit
 
 
@@ -150,11 +152,22 @@ def performance_curve(
 
 def _advice(model: Model, mode: int) -> str:
     """What to do where contacts hardly slip."""
-    lines = onset_lines(model.reduced, model.law)[:, mode]
-    if not lines.any():
+    first, last = slip_onset(model.reduced, model.law, mode)
+    if first == 0.0:
         return "this mode does not move them"
-    onset = 1.0 / lines.max()
-    return f"the first yields at {onset:.3g}: tabulate to {_ENOUGH * onset:.2g} or more"
+    return f"the first yields at {first:.3g}: tabulate to {_ENOUGH * last:.2g} or more"
+
+
+def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:
+    """Amplitudes [kg^1/2 m] at which the first contact yields, and the last of those that matter.
+
+    By that mode alone; 0 if it moves none that anything holds.
+    """
+    yielding = onset_lines(reduced, law)[:, mode]
+    first = yielding.max(initial=0.0)
+    if first == 0.0:
+        return 0.0, 0.0
+    return float(1.0 / first), float(1.0 / yielding[yielding >= _MATTERS * first].min())
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:

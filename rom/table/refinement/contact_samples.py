@@ -1,15 +1,15 @@
-"""Contact terms where a friction table asks for them, on several threads."""
+"""Contact terms where a friction table asks for them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.resolution import Mapped
 from slipmode.rom.contact.torus import ContactTerms
 from slipmode.rom.table.refinement.sampling import Columns
 
@@ -19,22 +19,22 @@ _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number
 
 
 def in_tasks(
-    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
-) -> Iterator[_Solved]:
-    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
+    mapped: Mapped, solve: Callable[[Floats], _Solved], amplitudes: Floats
+) -> Iterable[_Solved]:
+    """What `solve` finds at many amplitudes, in tasks of a fixed size."""
     starts = range(0, len(amplitudes), _POINTS_PER_TASK)
     if len(starts) == 1:
-        return iter([solve(amplitudes)])
-    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+        return [solve(amplitudes)]
+    return mapped(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
 
 
 class ContactSamples:
-    """Contact terms at many amplitudes, spread over threads.
+    """Contact terms at many amplitudes, task by task.
 
     Attributes
     ----------
-    solve : callable
-        Contact terms at amplitudes (points, modes).
+    carriers : (modes, N_c) complex ndarray
+        P of the contacts at `largest`, once that was sampled [m].
     periodicity : float
         Largest distance from periodicity so far.
     solved : int
@@ -45,28 +45,35 @@ class ContactSamples:
         self,
         solve: Callable[[Floats], ContactTerms],
         columns: Columns,
-        pool: Executor,
+        mapped: Mapped,
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
+        largest: Floats,
     ) -> None:
-        self.solve = solve
+        self._solve = solve
         self._columns = columns
-        self._pool = pool
+        self._mapped = mapped
         self._bar = bar
         self._check = check
+        self._largest = largest
+        self.carriers = np.zeros((0, 0), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         """The tabulated columns, then those that are carried along, (points, columns)."""
-        parts = []
-        for terms in in_tasks(self._pool, self.solve, amplitudes):
+        parts, carriers = [], []
+        for terms in in_tasks(self._mapped, self._solve, amplitudes):
             self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
             lost = (terms.power - terms.leaving)[:, np.newaxis]
             parts.append(np.hstack((terms.S, terms.T, lost, carried)))
+            carriers.append(terms.P[:, : self._largest.size])
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)
             self._bar.update(len(terms.S))
+        (at,) = np.nonzero((amplitudes == self._largest).all(axis=1))
+        if at.size:
+            self.carriers = np.concatenate(carriers)[at[0]]
         return np.concatenate(parts)

@@ -40,7 +40,7 @@ def imbalance(steps):
     moved = -2.0 * np.real(a * reduced.coupling[0, 0] * np.exp(1j * angle))
     dampers = 2.0 * gamma * (Omega * a) ** 2
     for order, P in zip(terms.orders, terms.P[0, :, 0], strict=True):
-        n, back = order[0], reaction_stiffness(reduced, order)[0, 0] * P
+        n, back = order[0], reaction_stiffness(reduced, (order,))[0, 0, 0] * P
         moved += 2.0 * np.real(back * np.exp(1j * n * angle))
         dampers -= 2.0 * np.real(back * np.conj(1j * n * Omega * P))
     flexibility = -reduced.stiffness[0, 0]

@@ -70,12 +70,32 @@ def test_a_backbone_is_written_and_drawn(tmp_path, capsys):
     assert (tmp_path / "one-mode.backbone.png").stat().st_size > 10_000
 
 
+def coulomb_scene(folder, limit):
+    """The shipped scene of one mode, with Coulomb's law."""
+    text = shipped_scenes()["one-mode"].read_text()
+    for old, new in (
+        ('law = "tanh"', 'law = "coulomb"'),
+        ("alpha = 0.02", ""),
+        ("limit = 2.0", f"limit = {limit}"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "own.toml").write_text(text)
+    return folder / "own.toml"
+
+
+def test_the_best_limit_is_found_where_the_scene_never_slips(tmp_path):
+    """The table of such a scene ends before its contacts yield; that of its design does not."""
+    curve = scene_performance(load_scene(coulomb_scene(tmp_path, 2000.0)))
+    limit, peak = curve.optimum
+    assert 2000.0 * limit == pytest.approx(2.0 * 1.53, abs=0.04)
+    assert curve.peak[-1] > 1.4 * peak  # stuck
+    assert curve.peak[0] > 1.4 * peak  # slipping
+
+
 def test_the_best_limit_is_said(tmp_path, capsys):
     pytest.importorskip("matplotlib")
-    text = shipped_scenes()["one-mode"].read_text()
-    assert 'law = "tanh"' in text
-    text = text.replace('law = "tanh"', 'law = "coulomb"').replace("alpha = 0.02", "")
-    (tmp_path / "own.toml").write_text(text)
+    coulomb_scene(tmp_path, 2.0)
     assert main(["design", str(tmp_path / "own.toml"), "-o", str(tmp_path)]) == 0
     found = table(tmp_path / "own.design.csv")
     said = capsys.readouterr().out.splitlines()

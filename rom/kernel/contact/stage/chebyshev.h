@@ -1,4 +1,4 @@
-/* The stage problem S v + g(v) = r in SM_LANES lanes, and the stage of a time step.
+/* The stage problem S v + g(v) = r in SM_FEW_LANES or SM_LANES lanes, and the stage of a time step.
  *
  * Under tanh friction: with the others moving as they are thought to, a contact has a solution
  * whose shape is known, it sticks, slides, or is in the knee between. From there two or three steps

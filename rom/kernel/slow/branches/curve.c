@@ -11,7 +11,7 @@
 #define LONGER 1.5         /* the next step may be, after ... */
 #define EASY_PASSES 3      /* ... no more of Newton's */
 #define LARGEST_TURN 0.15  /* of the tangent between two points [rad] */
-#define CONVERGED 1e-10    /* Newton's last update */
+#define CONVERGED 1e-8     /* Newton's last update: what it leaves is its square */
 
 /* How far Newton's method may go. */
 typedef struct {
@@ -101,7 +101,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
             const double length = sqrt(dot(n, tangent, tangent));
             const double sign = dot(n, tangent, onward) < 0.0 ? -1.0 : 1.0;
             for (int r = 0; r < n; r++) found->tangent[r] = sign * tangent[r] / length;
-            memcpy(found->z, z, (size_t)n * sizeof *z);
+            for (int r = 0; r < n; r++) found->z[r] = z[r] - A[r][n];
             for (int r = 0; r < k; r++)
                 memcpy(found->jacobian + r * k, J + r * n, (size_t)k * sizeof *J);
             return SM_OK;
@@ -159,12 +159,17 @@ static sm_status at_end(const sm_curve *curve, const point *inside, const point 
     return corrected(curve, FOLLOWING, guess, upwards, inside->tangent, found, &passes);
 }
 
-/* The next point at a distance along the tangent, unless the curve bends too much for it. */
-static sm_status stepped(const sm_curve *curve, const point *last, double step, point *found,
-                         int *passes) {
+/* The next point at a distance along the tangent, bent as between the last two, `before` being NULL
+ * at the first; unless the curve bends too much for it. */
+static sm_status stepped(const sm_curve *curve, const point *before, const point *last,
+                         double step, point *found, int *passes) {
     const int n = curve->unknowns + 1;
     double guess[MOST + 1];
     for (int r = 0; r < n; r++) guess[r] = last->z[r] + step * last->tangent[r];
+    if (before) {
+        const double bend = 0.5 * step * step / distance(n, last->z, before->z);
+        for (int r = 0; r < n; r++) guess[r] += bend * (last->tangent[r] - before->tangent[r]);
+    }
     const sm_status status =
         corrected(curve, FOLLOWING, guess, last->tangent, last->tangent, found, passes);
     if (status != SM_OK) return status;
@@ -182,9 +187,10 @@ sm_status sm_curve_trace(const sm_curve *curve, size_t most, double *rows, size_
     *closed = 0;
     for (*count = 1; *count < most;) {
         const point last = point_in(rows + (*count - 1) * size, k);
+        const point before = point_in(*count > 1 ? rows + (*count - 2) * size : rows, k);
         point next = point_in(rows + *count * size, k);
         int passes;
-        if (stepped(curve, &last, step, &next, &passes) != SM_OK) {
+        if (stepped(curve, *count > 1 ? &before : NULL, &last, step, &next, &passes) != SM_OK) {
             step *= 0.5;
             if (step < SHORTEST) break;
             continue;

@@ -123,27 +123,32 @@ static sm_complex held_at(const sm_factors *by, int j, double modulus, sm_comple
 
 sm_status sm_forced_imbalance(const sm_forced *forced, size_t points, const double *at,
                               double *imbalance, double *z) {
-    sm_status status = at && imbalance && z ? check(forced) : SM_BAD_ARGUMENT;
+    sm_status status = at && imbalance ? check(forced) : SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
     const sm_slow_flow *flow = forced->flow;
     const int modes = flow->table.modes, k = 2 * modes;
     sm_instant instant = {.known = 0};
-    for (size_t i = 0; i < points; i++, at += 1 + modes, imbalance += modes, z += k + 1) {
+    for (size_t i = 0; i < points; i++, at += 1 + modes, imbalance += modes) {
         double S[3 * SM_MOST_FIELDS], modulus[SM_MODES] = {0.0};
-        const sm_inputs inputs = inputs_at(forced, at[0]);
-        if ((status = sm_inputs_check(&inputs, modes)) != SM_OK) return status;
+        if (i == 0 || at[0] != at[-1 - modes]) {
+            const sm_inputs inputs = inputs_at(forced, at[0]);
+            if ((status = sm_inputs_check(&inputs, modes)) != SM_OK) return status;
+            sm_instant_set(&instant, flow, &inputs);
+        }
         memcpy(modulus, at + 1, (size_t)modes * sizeof *at);
-        sm_instant_set(&instant, flow, &inputs);
         status = sm_table_slopes_from(&flow->table, modulus, 0, instant.cell, S, NULL);
         if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
-        z[k] = at[0];
+        if (z) z[i * (size_t)(k + 1) + (size_t)k] = at[0];
         for (int j = 0; j < modes; j++) {
             sm_complex a = sm_cx(NAN, NAN);
             imbalance[j] = NAN;
             if (status == SM_OK)
                 a = held_at(&instant.factor, j, modulus[j], sm_pair(S + 2 * j), imbalance + j);
-            z[2 * j] = a.re / (inputs.limit_scale * forced->scale[j]);
-            z[2 * j + 1] = a.im / (inputs.limit_scale * forced->scale[j]);
+            if (!z) continue;
+            const double scale = instant.inputs.limit_scale * forced->scale[j];
+            double *of = z + i * (size_t)(k + 1) + 2 * j;
+            of[0] = a.re / scale;
+            of[1] = a.im / scale;
         }
     }
     return SM_OK;
