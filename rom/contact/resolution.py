@@ -44,9 +44,10 @@ _MOST_LINES = 8  # times those of the grid, where the motion does not settle on 
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """S (points, modes) on a grid, and the steps times lines that it took."""
+    """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took."""
 
     S: Complexes
+    T: Complexes
     work: int
 
 
@@ -58,7 +59,8 @@ class Resolution:
     ----------
     grid : Discretisation
     error : float
-        Change of S on doubling steps and on doubling lines, relative to the largest |S_j|.
+        Change of S, and of the T of combination resonances, on doubling steps and on doubling
+        lines, relative to the largest |S_j| of their mode.
     march : float
         How well marches have to repeat, relative to the frictionless motion.
     """
@@ -199,13 +201,15 @@ def _resolution(
         for part in parts:
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
-        return _Trial(np.concatenate([part.S for part in parts]), work)
+        S, T = (np.concatenate([getattr(part, name) for part in parts]) for name in "ST")
+        return _Trial(S, T, work)
 
     least = least_force(reduced, amplitude_range)
+    driven = [*range(modes), *(term.mode for term in combinations)]
 
     def change(coarse: _Trial, fine: _Trial) -> float:
-        scale = np.maximum(np.abs(fine.S).max(axis=0), least)
-        apart = np.abs(fine.S - coarse.S).max(axis=0)
+        scale = np.maximum(np.abs(fine.S).max(axis=0), least)[driven]
+        apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T))).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
     counts, lines, by_lines = step_counts(reduced.carrier, _LEAST_STEPS), 1, 0.0
