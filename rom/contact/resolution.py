@@ -20,7 +20,7 @@ from slipmode.rom.contact.torus import (
     step_counts,
 )
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
@@ -44,11 +44,15 @@ _MOST_LINES = 8  # times those of the grid, where the motion does not settle on 
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took."""
+    """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took.
+
+    Whether the motion repeats as closely as it should at all points.
+    """
 
     S: Complexes
     T: Complexes
     work: int
+    repeats: bool
 
 
 @dataclass(frozen=True)
@@ -102,11 +106,17 @@ def choose_resolution(
     ------
     SlipmodeError
         If the finest discretisation does not suffice; it names a tolerance that was tried.
+    UnsettledError
+        If contacts do not come to a periodic motion, or not with further harmonics.
     """
     resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, pool)
     try:
         return resolve(budget)
     except _UnresolvedError as failure:
+        if further:
+            raise UnsettledError(
+                "contacts: the modes' response to further harmonics changes with the grid"
+            ) from None
         advice = _advice(resolve, failure)
         raise SlipmodeError(
             f"tolerance: the contact problem needs more than {failure.count} steps or phase lines "
@@ -123,6 +133,7 @@ def resolved_terms(
     combinations: Sequence[CombinationResonance],
     highest: int,
     further: Sequence[Order] = (),
+    near: Complexes | None = None,
 ) -> ContactTerms:
     """See contact_terms; with more phase lines where the motion does not repeat on the grid.
 
@@ -130,14 +141,16 @@ def resolved_terms(
     harmonics keep moving by the error of the grid, at some amplitudes and not at the next.
     """
 
-    def solve(points: Floats, grid: Discretisation) -> ContactTerms:
+    def solve(
+        points: Floats, grid: Discretisation, near: Complexes | None = None
+    ) -> ContactTerms:
         return contact_terms(
             *(reduced, law, points, grid, resolution.march, smallest_scale, combinations),
-            *(highest, further),
+            *(highest, further, near),
         )
 
     grid = resolution.grid
-    terms = solve(amplitudes, grid)
+    terms = solve(amplitudes, grid, near)
     drifts = reduced.contacts is None and len(reduced.modes) == 2
     while drifts and grid.lines < _MOST_LINES * resolution.grid.lines:
         (moving,) = np.nonzero(terms.residual > resolution.march)
@@ -202,7 +215,8 @@ def _resolution(
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
         S, T = (np.concatenate([getattr(part, name) for part in parts]) for name in "ST")
-        return _Trial(S, T, work)
+        repeats = all(part.residual.max() <= budget.trial_march for part in parts)
+        return _Trial(S, T, work, repeats)
 
     least = least_force(reduced, amplitude_range)
     driven = [*range(modes), *(term.mode for term in combinations)]
@@ -222,12 +236,14 @@ def _resolution(
             lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
+            finest=not further,
         )
     steps, by_steps = _settled(
         counts,
         lambda count: solve(count, lines),
         change,
         budget.steps_or_lines,
+        finest=not further,
     )
     # what contacts that hardly slip do is a small part of what free ones would
     moved = least > 0.0
@@ -242,11 +258,14 @@ def _settled(
     solve: Callable[[int], _Trial],
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
+    *,
+    finest: bool,
 ) -> tuple[int, float]:
     """The first count whose answer the next one changes by no more than the tolerance; the change.
 
     Or one of the next two if that is less work: on coarse grids marches may not settle. The second
-    is tried only where the first was less work already.
+    is tried only where the first was less work already. Only if wanted are the `finest` tried where
+    motion repeats on neither of two.
     """
     changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):
@@ -256,4 +275,6 @@ def _settled(
             if solve(finer).work < solve(count).work:
                 tried += counts[k + 2 : k + 3]
             return min(tried, key=lambda each: solve(each).work), changes[-1]
+        if not (finest or solve(count).repeats or solve(finer).repeats):
+            break
     raise _UnresolvedError(counts[-2], min(changes))

@@ -141,12 +141,12 @@ def reaction_stiffnesses(
 @lru_cache(maxsize=8)
 def _marched(
     reduced: Reduced, steps: int, orders: tuple[Order, ...], rates: tuple[float, ...]
-) -> tuple[MarchedModes, Complexes]:
-    """Marched modes and their response, which every batch of points asks for too."""
+) -> tuple[MarchedModes, Complexes, Complexes]:
+    """Marched modes, their motion and response, which every batch of points asks for too."""
     stepped = MarchedModes.of(reduced, steps)
     response = stepped.response(np.array(rates), orders)
     response.flags.writeable = False
-    return stepped, response
+    return stepped, stepped.periodic(np.array(rates), orders), response
 
 
 def contact_harmonics(
@@ -158,6 +158,7 @@ def contact_harmonics(
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
+    near: Complexes | None = None,
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -174,6 +175,8 @@ def contact_harmonics(
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
     combinations : sequence of CombinationResonance
         Harmonics that a mode does not respond to here, because its slow flow does.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics that are about theirs.
 
     Notes
     -----
@@ -191,6 +194,7 @@ def contact_harmonics(
         orders,
         tolerance=tolerance,
         smallest_scale=smallest_scale,
+        near=near,
     )
 
 
@@ -207,6 +211,7 @@ def torus_harmonics(
     smallest_scale: ArrayLike = (0.0, 0.0),
     held: Complexes | None = None,
     start: Complexes | None = None,
+    near: Complexes | None = None,
 ) -> ContactHarmonics:
     """Contacts that carriers draw by `coupling` and modes by their `reaction` to harmonics.
 
@@ -219,7 +224,10 @@ def torus_harmonics(
     held : (orders, N_c) complex ndarray, optional
         Force on the contacts beside. Default: none.
     start : (orders, N_c) complex ndarray, optional
-        Harmonics whose reaction the search begins with. Default: none.
+        Harmonics whose reaction the search begins with; where that fails it ends. Default: none.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics it begins with instead; where that fails it goes on, as it
+        does by default, when it begins with those of the point before.
     """
     points = kernel.contiguous(amplitudes)
     if points.ndim != 2 or points.shape[1] != len(reduced.modes):
@@ -227,14 +235,14 @@ def torus_harmonics(
     orders_array = np.ascontiguousarray(orders, dtype=np.int32)
     rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
     smallest = kernel.contiguous(smallest_scale)
-    stepped = None
+    stepped = periodic = None
     if reduced.contacts is not None:
         if rates.size == 2:
             lines, ratio = closed_lines(
                 float(rates[1] / rates[0]), grid.lines, _OFF * tolerance, odd=not reduced.even
             )
             rates[1] = ratio * rates[0]
-        stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
+        stepped, periodic, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
         reaction = reaction - response
     problem = torus_problem(
         reduced,
@@ -245,6 +253,8 @@ def torus_harmonics(
         stepped,
         None if held is None else np.ascontiguousarray(held),
         None if start is None else np.ascontiguousarray(start),
+        None if near is None else np.ascontiguousarray(near),
+        periodic,
     )
     P = np.empty((len(points), len(orders_array), reduced.n_contacts), dtype=complex)
     mean_square = np.empty((len(points), reduced.n_contacts))
@@ -331,6 +341,7 @@ def contact_terms(
     combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
     further: Sequence[Order] = (),
+    near: Complexes | None = None,
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
@@ -339,7 +350,8 @@ def contact_terms(
     """
     orders = contact_orders(reduced, combinations, highest, further)
     solved = contact_harmonics(
-        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
+        *(reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations),
+        near,
     )
     L = reduced.coupling
     S = -np.einsum("jc,pjc->pj", L, solved.P[:, : len(L)]) - reduced.indirect_damping * np.asarray(

@@ -19,13 +19,17 @@ _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number
 
 
 def in_tasks(
-    pool: Executor, solve: Callable[[Floats], _Solved], amplitudes: Floats
+    pool: Executor, solve: Callable[..., _Solved], amplitudes: Floats, *beside: Complexes
 ) -> Iterator[_Solved]:
-    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool."""
-    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
-    if len(starts) == 1:
-        return iter([solve(amplitudes)])
-    return pool.map(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+    """What `solve` finds at many amplitudes, in tasks of a fixed size on the threads of a pool.
+
+    `beside` are further arguments of it, (points, ...).
+    """
+    firsts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    if len(firsts) == 1:
+        return iter([solve(amplitudes, *beside)])
+    tasks = [slice(first, first + _POINTS_PER_TASK) for first in firsts]
+    return pool.map(solve, *([each[task] for task in tasks] for each in (amplitudes, *beside)))
 
 
 class ContactSamples:
@@ -34,7 +38,7 @@ class ContactSamples:
     Attributes
     ----------
     solve : callable
-        Contact terms at amplitudes (points, modes).
+        Contact terms at amplitudes (points, modes), from harmonics P near theirs if there are any.
     periodicity : float
         Largest distance from periodicity so far.
     solved : int
@@ -43,13 +47,15 @@ class ContactSamples:
 
     def __init__(
         self,
-        solve: Callable[[Floats], ContactTerms],
+        solve: Callable[..., ContactTerms],
         columns: Columns,
         pool: Executor,
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
+        contacts: int,
     ) -> None:
         self.solve = solve
+        self._contacts = contacts
         self._columns = columns
         self._pool = pool
         self._bar = bar
@@ -57,10 +63,14 @@ class ContactSamples:
         self.periodicity = 0.0
         self.solved = 0
 
-    def __call__(self, amplitudes: Floats) -> Complexes:
-        """The tabulated columns, then those that are carried along, (points, columns)."""
+    def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        """The tabulated columns, then those that are carried along, (points, columns).
+
+        `near` are about these, (points, carried).
+        """
         parts = []
-        for terms in in_tasks(self._pool, self.solve, amplitudes):
+        beside = [] if near is None or not self._columns.carried else [self._harmonics(near)]
+        for terms in in_tasks(self._pool, self.solve, amplitudes, *beside):
             self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
@@ -70,3 +80,7 @@ class ContactSamples:
             self.solved += len(terms.S)
             self._bar.update(len(terms.S))
         return np.concatenate(parts)
+
+    def _harmonics(self, carried: Complexes) -> Complexes:
+        """P (points, orders, N_c) of columns that are carried; the last are what it leaves out."""
+        return carried.reshape(len(carried), -1, self._contacts)[:, :-1]

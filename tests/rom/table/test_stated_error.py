@@ -220,7 +220,7 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
     rng = np.random.default_rng(3)
     solved = []
 
-    def at(points):
+    def at(points, near):
         a = points[:, 0]
         noise = rng.uniform(-3e-3, 3e-3, a.size) * (np.abs(a - 0.7) < 0.004)
         solved.append(a)
