@@ -23,7 +23,8 @@ from slipmode.rom.short_repr import short_repr
 MOST_DETUNING = 0.05  # of the carriers: that of the core, which takes S_j to be the same beyond
 _DIFFERENCE = 0.02  # of a carrier: over a part of that range, far above rounding
 
-Solve = Callable[[Reduced, Floats], ContactTerms]
+# of reduced matrices, at amplitudes (points, modes), from harmonics (points, orders, N_c) nearby
+Solve = Callable[[Reduced, Floats, Complexes | None], ContactTerms]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +51,21 @@ class Detuned:
         factor = coupling_factor(reduced, frequency)
         return cls(reduced.at_carrier(frequency.tolist()), factor)
 
-    def friction(self, solve: Solve, amplitudes: Floats) -> Complexes:
+    def friction(
+        self, solve: Solve, amplitudes: Floats, near: Complexes | None = None
+    ) -> Complexes:
         """S_j (points, modes) at effective amplitudes; NaN where contacts do not settle."""
+        return self.settled(self.terms(solve, amplitudes, near))
+
+    def terms(
+        self, solve: Solve, amplitudes: Floats, near: Complexes | None = None
+    ) -> ContactTerms:
+        """Contact terms at effective amplitudes; the search begins with the harmonics `near`."""
+        return solve(self.reduced, amplitudes / np.abs(self.coupling_factor), near)
+
+    def settled(self, terms: ContactTerms) -> Complexes:
+        """S_j (points, modes) of them; NaN where contacts do not settle."""
         size = np.abs(self.coupling_factor)
-        terms = solve(self.reduced, amplitudes / size)
         S = terms.S / (self.coupling_factor**2 / size)
         S[terms.residual > UNSETTLED] = np.nan
         return np.asarray(S)

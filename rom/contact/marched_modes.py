@@ -90,14 +90,18 @@ class MarchedModes:
         found = (self.drawn.T * within) @ self.drawn - reduced.stiffness
         return np.asarray(0.5 * (found + found.T))
 
+    def periodic(self, rates: Floats, orders: Sequence[Order]) -> Complexes:
+        """p and v per g exp(i nu t), (orders, marched, 2); nu of carriers at these rates [rad/s]."""
+        nu = np.array(orders, dtype=float)[:, : rates.size] @ rates
+        turn = np.exp(1j * nu * self.step)[:, np.newaxis]
+        load = self.load[..., 0] + turn[..., np.newaxis] * self.load[..., 1]
+        free = turn[..., np.newaxis, np.newaxis] * np.eye(2) - self.transition
+        return np.asarray(np.linalg.solve(free, load[..., np.newaxis])[..., 0])
+
     def response(self, rates: Floats, orders: Sequence[Order]) -> Complexes:
         """H_marched (orders, N_c, N_c): displacement of the contacts per y exp(i nu t).
 
         Beyond the static flexibility; nu of carriers at these rates (modes,) [rad/s].
         """
-        nu = np.array(orders, dtype=float)[:, : rates.size] @ rates
-        turn = np.exp(1j * nu * self.step)[:, np.newaxis]
-        load = self.load[..., 0] + turn[..., np.newaxis] * self.load[..., 1]
-        free = turn[..., np.newaxis, np.newaxis] * np.eye(2) - self.transition
-        p = np.linalg.solve(free, load[..., np.newaxis])[..., 0, 0] - self.static
+        p = self.periodic(rates, orders)[..., 0] - self.static
         return np.asarray(np.einsum("qk,kc,kd->qcd", p, self.drawn, self.drawn))

@@ -37,24 +37,28 @@ def torus_problem(
     marched: MarchedModes | None = None,
     held: Complexes | None = None,
     start: Complexes | None = None,
+    near: Complexes | None = None,
+    periodic: Complexes | None = None,
 ) -> kernel.Contact:
     """The contact problem on the torus; it keeps the arrays alive.
 
-    With these `marched` modes, and `reaction` (orders, N_c, N_c) as the force of all others on
+    With these `marched` modes, which move by `periodic` harmonics, and `reaction` (orders, N_c, N_c) as the force of all others on
     the contacts by the harmonics `orders`; see `torus_harmonics`.
     """
     response = _response(orders)
     response.dynamic_stiffness = reaction.ctypes.data
     response.held = None if held is None else held.ctypes.data
     response.start = None if start is None else start.ctypes.data
+    response.near = None if near is None else near.ctypes.data
     stiffness = reduced.stiffness
-    response.owned += (reaction, held, start)
+    response.owned += (reaction, held, start, near)
     if marched is not None:
         stiffness = -marched.flexibility(reduced)
         drawn, advance = (kernel.contiguous(a) for a in (marched.drawn, marched.advance))
         response.marched = len(drawn)
         response.drawn, response.advance = drawn.ctypes.data, advance.ctypes.data
-        response.owned += (drawn, advance)
+        response.periodic = None if periodic is None else periodic.ctypes.data
+        response.owned += (drawn, advance, periodic)
     return _problem(reduced, law, coupling, stiffness, response)
 
 

@@ -20,7 +20,7 @@ from slipmode.rom.contact.torus import (
     step_counts,
 )
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
@@ -43,15 +43,20 @@ _MOST_LINES = 8  # times those of the grid, where the motion does not settle on 
 
 
 # Of a function and what it is called with, one after the other or on threads: as `map`.
-Mapped = Callable[[Callable[..., Any], Iterable[Floats]], Iterable[Any]]
+Mapped = Callable[..., Iterable[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class _Trial:
-    """S (points, modes) on a grid, and the steps times lines that it took."""
+    """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took.
+
+    Whether the motion repeats as closely as it should at all points.
+    """
 
     S: Complexes
+    T: Complexes
     work: int
+    repeats: bool
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class Resolution:
     ----------
     grid : Discretisation
     error : float
-        Change of S on doubling steps and on doubling lines, relative to the largest |S_j|.
+        Change of S, and of the T of combination resonances, on doubling steps and on doubling
+        lines, relative to the largest |S_j| of their mode.
     march : float
         How well marches have to repeat, relative to the frictionless motion.
     """
@@ -104,11 +110,17 @@ def choose_resolution(
     ------
     SlipmodeError
         If the finest discretisation does not suffice; it names a tolerance that was tried.
+    UnsettledError
+        If contacts do not come to a periodic motion, or not with further harmonics.
     """
     resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, mapped)
     try:
         return resolve(budget)
     except _UnresolvedError as failure:
+        if further:
+            raise UnsettledError(
+                "contacts: the modes' response to further harmonics changes with the grid"
+            ) from None
         advice = _advice(resolve, failure)
         raise SlipmodeError(
             f"tolerance: the contact problem needs more than {failure.count} steps or phase lines "
@@ -125,6 +137,7 @@ def resolved_terms(
     combinations: Sequence[CombinationResonance],
     highest: int,
     further: Sequence[Order] = (),
+    near: Complexes | None = None,
 ) -> ContactTerms:
     """See contact_terms; with more phase lines where the motion does not repeat on the grid.
 
@@ -132,14 +145,14 @@ def resolved_terms(
     harmonics keep moving by the error of the grid, at some amplitudes and not at the next.
     """
 
-    def solve(points: Floats, grid: Discretisation) -> ContactTerms:
+    def solve(points: Floats, grid: Discretisation, near: Complexes | None = None) -> ContactTerms:
         return contact_terms(
             *(reduced, law, points, grid, resolution.march, smallest_scale, combinations),
-            *(highest, further),
+            *(highest, further, near),
         )
 
     grid = resolution.grid
-    terms = solve(amplitudes, grid)
+    terms = solve(amplitudes, grid, near)
     drifts = reduced.contacts is None and len(reduced.modes) == 2
     while drifts and grid.lines < _MOST_LINES * resolution.grid.lines:
         (moving,) = np.nonzero(terms.residual > resolution.march)
@@ -203,13 +216,16 @@ def _resolution(
         for part in parts:
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
-        return _Trial(np.concatenate([part.S for part in parts]), work)
+        S, T = (np.concatenate([getattr(part, name) for part in parts]) for name in "ST")
+        repeats = all(part.residual.max() <= budget.trial_march for part in parts)
+        return _Trial(S, T, work, repeats)
 
     least = least_force(reduced, amplitude_range)
+    driven = [*range(modes), *(term.mode for term in combinations)]
 
     def change(coarse: _Trial, fine: _Trial) -> float:
-        scale = np.maximum(np.abs(fine.S).max(axis=0), least)
-        apart = np.abs(fine.S - coarse.S).max(axis=0)
+        scale = np.maximum(np.abs(fine.S).max(axis=0), least)[driven]
+        apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T))).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
     counts, lines, by_lines = step_counts(reduced.carrier, _LEAST_STEPS), 1, 0.0
@@ -222,12 +238,14 @@ def _resolution(
             lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
+            finest=not further,
         )
     steps, by_steps = _settled(
         counts,
         lambda count: solve(count, lines),
         change,
         budget.steps_or_lines,
+        finest=not further,
     )
     # what contacts that hardly slip do is a small part of what free ones would
     moved = least > 0.0
@@ -242,11 +260,14 @@ def _settled(
     solve: Callable[[int], _Trial],
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
+    *,
+    finest: bool,
 ) -> tuple[int, float]:
     """The first count whose answer the next one changes by no more than the tolerance; the change.
 
     Or one of the next two if that is less work: on coarse grids marches may not settle. The second
-    is tried only where the first was less work already.
+    is tried only where the first was less work already. Only if wanted are the `finest` tried where
+    motion repeats on neither of two.
     """
     changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):
@@ -256,4 +277,6 @@ def _settled(
             if solve(finer).work < solve(count).work:
                 tried += counts[k + 2 : k + 3]
             return min(tried, key=lambda each: solve(each).work), changes[-1]
+        if not (finest or solve(count).repeats or solve(finer).repeats):
+            break
     raise _UnresolvedError(counts[-2], min(changes))

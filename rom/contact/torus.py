@@ -136,12 +136,12 @@ def reaction_stiffnesses(
 @lru_cache(maxsize=8)
 def _marched(
     reduced: Reduced, steps: int, orders: tuple[Order, ...], rates: tuple[float, ...]
-) -> tuple[MarchedModes, Complexes]:
-    """Marched modes and their response, which every batch of points asks for too."""
+) -> tuple[MarchedModes, Complexes, Complexes]:
+    """Marched modes, their motion and response, which every batch of points asks for too."""
     stepped = MarchedModes.of(reduced, steps)
     response = stepped.response(np.array(rates), orders)
     response.flags.writeable = False
-    return stepped, response
+    return stepped, stepped.periodic(np.array(rates), orders), response
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,22 +177,27 @@ class TorusProblem:
         tolerance: float,
         held: Complexes | None = None,
         start: Complexes | None = None,
+        near: Complexes | None = None,
     ) -> Self:
         """Of arguments as `torus_harmonics` has them."""
         rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
-        stepped = None
+        stepped = periodic = None
         if reduced.contacts is not None:
             if rates.size == 2:
                 lines, ratio = closed_lines(
                     float(rates[1] / rates[0]), lines, _OFF * tolerance, odd=not reduced.even
                 )
                 rates[1] = ratio * rates[0]
-            stepped, response = _marched(reduced, grid.steps, tuple(orders), tuple(rates))
+            stepped, periodic, response = _marched(
+                reduced, grid.steps, tuple(orders), tuple(rates)
+            )
             reaction = reaction - response
         contact = torus_problem(
             *(reduced, law, coupling, orders, np.ascontiguousarray(reaction), stepped),
             None if held is None else np.ascontiguousarray(held),
             None if start is None else np.ascontiguousarray(start),
+            None if near is None else np.ascontiguousarray(near),
+            periodic,
         )
         return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
 
@@ -226,6 +231,7 @@ def contact_harmonics(
     tolerance: float = 1e-5,
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
+    near: Complexes | None = None,
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -242,16 +248,26 @@ def contact_harmonics(
         Amplitudes whose frictionless displacement is the scale instead where it is larger.
     combinations : sequence of CombinationResonance
         Harmonics that a mode does not respond to here, because its slow flow does.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics that are about theirs.
 
     Notes
     -----
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
-    problem = _steady_problem(
-        reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
+    if near is None:
+        problem = _steady_problem(
+            reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
+        )
+        return problem.harmonics(amplitudes, tolerance, smallest_scale)
+    reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    return torus_harmonics(
+        *(reduced, law, steady_coupling(reduced), reaction, amplitudes, grid, orders),
+        tolerance=tolerance,
+        smallest_scale=smallest_scale,
+        near=near,
     )
-    return problem.harmonics(amplitudes, tolerance, smallest_scale)
 
 
 @lru_cache(maxsize=8)
@@ -282,6 +298,7 @@ def torus_harmonics(
     smallest_scale: ArrayLike = (0.0, 0.0),
     held: Complexes | None = None,
     start: Complexes | None = None,
+    near: Complexes | None = None,
 ) -> ContactHarmonics:
     """Contacts that carriers draw by `coupling` and modes by their `reaction` to harmonics.
 
@@ -294,10 +311,13 @@ def torus_harmonics(
     held : (orders, N_c) complex ndarray, optional
         Force on the contacts beside. Default: none.
     start : (orders, N_c) complex ndarray, optional
-        Harmonics whose reaction the search begins with. Default: none.
+        Harmonics whose reaction the search begins with; where that fails it ends. Default: none.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics it begins with instead; where that fails it goes on, as it
+        does by default, when it begins with those of the point before.
     """
     problem = TorusProblem.of(
-        reduced, law, coupling, reaction, grid, orders, tolerance, held, start
+        reduced, law, coupling, reaction, grid, orders, tolerance, held, start, near
     )
     return problem.harmonics(amplitudes, tolerance, smallest_scale)
 
@@ -366,6 +386,7 @@ def contact_terms(
     combinations: Sequence[CombinationResonance] = (),
     highest: int = 1,
     further: Sequence[Order] = (),
+    near: Complexes | None = None,
 ) -> ContactTerms:
     """Solve the contact problem and project its harmonics on the modes; see contact_harmonics.
 
@@ -374,7 +395,8 @@ def contact_terms(
     """
     orders = contact_orders(reduced, combinations, highest, further)
     solved = contact_harmonics(
-        reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations
+        *(reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations),
+        near,
     )
     a, P = kernel.contiguous(amplitudes), solved.P
     projection = _projection(reduced, tuple(orders), tuple(combinations))

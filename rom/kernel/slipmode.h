@@ -108,9 +108,14 @@ typedef struct {
     int32_t marched;
     const double *drawn;   /* (marched, N_c) */
     const double *advance; /* (marched, 8) */
+    /* (orders_count, marched, 2, 2) p and v at t = 0 per harmonic of g, once they are periodic. */
+    const double *periodic;
     /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
-     * torus begins with; NULL: of none. */
+     * torus begins with, and the motion of marched modes; NULL: of none. */
     const double *start;
+    /* (points, orders_count, N_c, 2) of elastic contacts: others to begin with, those of points
+     * nearby. From there it goes on to `start`, and from rest, if need be. NULL: the point before. */
+    const double *near;
     /* (orders_count, N_c, 2) force on the contacts beside; NULL: none. Only the torus reads it. */
     const double *held;
 } sm_modal_response;

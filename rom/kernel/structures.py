@@ -62,7 +62,9 @@ class ModalResponse(Structure):
         ("marched", c_int32),
         ("drawn", c_void_p),
         ("advance", c_void_p),
+        ("periodic", c_void_p),
         ("start", c_void_p),
+        ("near", c_void_p),
         ("held", c_void_p),
     )
 

@@ -91,7 +91,7 @@ def with_detuning(
     Parameters
     ----------
     solve, roughly : callable
-        Contact terms of reduced matrices at amplitudes (points, modes), and less exactly.
+        Contact terms, see `Detuned`, and less exact ones.
     spread : callable
         As above.
     tolerance : float or None
@@ -101,9 +101,11 @@ def with_detuning(
     largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
     scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
     scale[scale == 0.0] = 1.0  # modes that touch no contact
-    held = Detuned(reduced, np.ones(table.modes, dtype=complex)).friction(solve, points)
+    at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
+    known = at_carriers.terms(solve, points)
+    held, near = at_carriers.settled(known), known.P if reduced.contacts is not None else None
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
-    changes = [Detuned.of(reduced, apart).friction(solve, points) - held for apart in aparts]
+    changes = [Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts]
 
     def missed_by(slope: Complexes | None) -> float:
         """Largest error at the points; all of S_j where contacts do not settle."""

@@ -240,6 +240,7 @@ class _Task:
 
     def _refined_on(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
         reduced, modes, highest = self.reduced, self.amplitude_range.size, max(self.harmonics, 1)
+        elastic = reduced.contacts is not None
         orders = contact_orders(reduced, self.combinations, highest, further)
         columns = Columns(
             orders=tuple(tabulated_orders(self.combinations, modes)),
@@ -247,19 +248,20 @@ class _Task:
             swing=2.0 * reduced.carrier * self.amplitude_range,
             least=least_force(reduced, self.amplitude_range),
             loss=_structural_loss(reduced),
-            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics else 0,
+            # of elastic contacts samples nearby begin with them
+            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or elastic else 0,
         )
-        solve = partial(
-            resolved_terms,
-            *(reduced, self.law, resolution),
-            smallest_scale=0.1 * self.amplitude_range,
-            combinations=self.combinations,
-            highest=highest,
-            further=further,
-        )
+
+        def solve(amplitudes: Floats, near: Complexes | None = None) -> ContactTerms:
+            return resolved_terms(
+                *(reduced, self.law, resolution, amplitudes, 0.1 * self.amplitude_range),
+                *(self.combinations, highest, further, near if elastic else None),
+            )
+
         check = partial(check_settled, reduced, self.combinations)
         samples = ContactSamples(
-            solve, columns, self.mapped, self.bar, check, self.amplitude_range
+            *(solve, columns, self.mapped, self.bar, check),
+            *(reduced.n_contacts, self.amplitude_range),
         )
         sampling = Sampling(
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
@@ -280,10 +282,12 @@ class _Task:
         """
         spread = partial(in_tasks, self.mapped)
 
-        def solve(march: float, reduced: Reduced, amplitudes: Floats) -> ContactTerms:
+        def solve(
+            march: float, reduced: Reduced, amplitudes: Floats, near: Complexes | None
+        ) -> ContactTerms:
             return contact_terms(
                 *(reduced, self.law, amplitudes, resolution.grid, march),
-                *(0.1 * self.amplitude_range, self.combinations, 1, further),
+                *(0.1 * self.amplitude_range, self.combinations, 1, further, near),
             )
 
         def rated(part: Table) -> Table:

@@ -40,6 +40,13 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
     for (size_t k = 0; status == SM_OK && k < task->points * (size_t)contact->modes; k++)
         if (task->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
     if (task->points == 0 || status != SM_OK) return status;
+    const sm_modal_response *response = contact->response;
+    const size_t each = 2 * (size_t)contact->contacts * (size_t)orders_count;
+    if (response && response->near && !sm_all_finite(response->near, each * task->points))
+        return SM_NOT_FINITE;
+    if (response && (response->start || response->near) && response->marched > 0
+        && !response->periodic)
+        return SM_BAD_ARGUMENT;
     return task->harmonics && task->mean_square && task->residual && task->marched
                ? SM_OK : SM_BAD_ARGUMENT;
 }

@@ -19,13 +19,17 @@ _POINTS_PER_TASK = 16  # fixed, so that the answer does not depend on the number
 
 
 def in_tasks(
-    mapped: Mapped, solve: Callable[[Floats], _Solved], amplitudes: Floats
+    mapped: Mapped, solve: Callable[..., _Solved], amplitudes: Floats, *beside: Complexes
 ) -> Iterable[_Solved]:
-    """What `solve` finds at many amplitudes, in tasks of a fixed size."""
-    starts = range(0, len(amplitudes), _POINTS_PER_TASK)
-    if len(starts) == 1:
-        return [solve(amplitudes)]
-    return mapped(solve, [amplitudes[start : start + _POINTS_PER_TASK] for start in starts])
+    """What `solve` finds at many amplitudes, in tasks of a fixed size.
+
+    `beside` are further arguments of it, (points, ...).
+    """
+    firsts = range(0, len(amplitudes), _POINTS_PER_TASK)
+    if len(firsts) == 1:
+        return [solve(amplitudes, *beside)]
+    tasks = [slice(first, first + _POINTS_PER_TASK) for first in firsts]
+    return mapped(solve, *([each[task] for task in tasks] for each in (amplitudes, *beside)))
 
 
 class ContactSamples:
@@ -43,14 +47,16 @@ class ContactSamples:
 
     def __init__(
         self,
-        solve: Callable[[Floats], ContactTerms],
+        solve: Callable[..., ContactTerms],
         columns: Columns,
         mapped: Mapped,
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
+        contacts: int,
         largest: Floats,
     ) -> None:
         self._solve = solve
+        self._contacts = contacts
         self._columns = columns
         self._mapped = mapped
         self._bar = bar
@@ -60,10 +66,14 @@ class ContactSamples:
         self.periodicity = 0.0
         self.solved = 0
 
-    def __call__(self, amplitudes: Floats) -> Complexes:
-        """The tabulated columns, then those that are carried along, (points, columns)."""
+    def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        """The tabulated columns, then those that are carried along, (points, columns).
+
+        `near` are about these, (points, carried).
+        """
         parts, carriers = [], []
-        for terms in in_tasks(self._mapped, self._solve, amplitudes):
+        beside = [] if near is None or not self._columns.carried else [self._harmonics(near)]
+        for terms in in_tasks(self._mapped, self._solve, amplitudes, *beside):
             self._check(terms)
             beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
             carried = beyond[:, : self._columns.carried]
@@ -77,3 +87,7 @@ class ContactSamples:
         if at.size:
             self.carriers = np.concatenate(carriers)[at[0]]
         return np.concatenate(parts)
+
+    def _harmonics(self, carried: Complexes) -> Complexes:
+        """P (points, orders, N_c) of columns that are carried; the last are what it leaves out."""
+        return carried.reshape(len(carried), -1, self._contacts)[:, :-1]

@@ -13,7 +13,9 @@ what the surface was before its grid lines were halved.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,43 +64,50 @@ class _Checks:
         self._sampling = sampling
         self.gain = 1.0
         inside = None if sampling.region is None else sampling.region.holds
-        self.points, self._exact = self._sampled(spread_points(sampling.amplitude_range, inside))
+        points = spread_points(sampling.amplitude_range, inside)
+        self.points, self._exact = self._sampled(points, None)
 
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
         sampling, end = self._sampling, self._sampling.amplitude_range
         furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
         points = spread_points(furthest)
-        self._add(points[(points > end).any(axis=1)])
+        self._add(points[(points > end).any(axis=1)], None)
 
-    def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
+    def _sampled(
+        self, points: Floats, near: Callable[[Floats], Complexes] | None
+    ) -> tuple[Floats, Complexes]:
         """Points, in order, and samples there.
 
         Solves begin with what the point before came to: where contacts have two motions, from far
         away one comes to another one than from the nodes nearby.
         """
         points = points[np.lexsort(points.T[::-1])]
-        return points, self._sampling.at(points)
+        return points, self._sampling.at(points, None if near is None else near(points))
 
-    def _add(self, points: Floats) -> None:
+    def _add(self, points: Floats, near: Callable[[Floats], Complexes] | None) -> None:
         if not len(points):
             return
-        points, exact = self._sampled(points)
+        points, exact = self._sampled(points, near)
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
-        """Relative error at the points, to which those are added that the table needs."""
+    def errors(self, table: Table, grid: Grid, carried: Complexes, tolerance: float) -> Floats:
+        """Relative error at the points, to which those are added that the table needs.
+
+        `carried` (n_a, n_b, carried) are columns that are not tabulated, at the nodes.
+        """
         sampling, axes = self._sampling, table.axes
         doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
             held = sampling.region.cells(*grid.nodes)
         blocks = Blocks.of(axes, grid.block, doubt, held)
+        near = partial(_linear, axes, carried)
 
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
-            self._add(points[held[grid.cells(points)]])
+            self._add(points[held[grid.cells(points)]], near)
             return self._errors(table), grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
@@ -153,7 +162,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, C
     """
     ends = sampling.amplitude_range
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
-    samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes))
+    samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes), None)
     samples = samples.reshape(*grid.sampled.shape, -1)
     checks = _Checks(sampling)
     grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
@@ -166,7 +175,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, C
         grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
     if sampling.region is not None:
         table = replace(table, region=sampling.region.cells(*grid.nodes))
-    return table, inner, samples[..., len(sampling.columns.orders) :], error
+    return table, inner, sampling.carried(samples), error
 
 
 def _refined(
@@ -189,7 +198,7 @@ def _refined(
         if grid.poor.any():
             continue
         table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid, tolerance)
+        errors = checks.errors(table, grid, sampling.carried(samples), tolerance)
         error = largest_error(errors, sampling.noise)
         idle = 0 if error < _LESS * least else idle + 1
         least = min(least, error)
@@ -200,7 +209,8 @@ def _refined(
         if not grid.poor.any():
             return grid, samples, table, error
     table = sampling.table(grid.nodes, samples)
-    error = largest_error(checks.errors(table, grid, tolerance), sampling.noise)
+    errors = checks.errors(table, grid, sampling.carried(samples), tolerance)
+    error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
         f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
@@ -248,14 +258,12 @@ def _halve(
         for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
     )
     shape = (*taken.shape, samples.shape[-1])
-    fresh = np.empty((len(points), shape[-1]), dtype=complex)
-    if not taken.all():
-        # what is not sampled is as it was: on the surface, or on cubics through the nodes
-        between = _between(grid.nodes[mode], samples, grid.middles(mode), mode)
-        fresh[:] = between.reshape(fresh.shape)
-        fresh[:, : surface.shape[1]] = surface
+    # what is not sampled is as it was: on the surface, or on cubics through the nodes
+    between = _between(grid.nodes[mode], sampling.carried(samples), grid.middles(mode), mode)
+    fresh = np.hstack((surface, between.reshape(len(points), sampling.columns.carried)))
     if taken.any():
-        fresh[taken.ravel()] = sampling.at(points[taken.ravel()])
+        near = sampling.carried(fresh[taken.ravel()])
+        fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
     error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
     both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
@@ -264,10 +272,22 @@ def _halve(
 
 def _between(node: Floats, samples: Complexes, at: Floats, axis: int) -> Complexes:
     """Samples along an axis, by cubics that keep their signs and go no further than they do."""
+    if not samples.size:
+        return np.empty(0, dtype=complex)
     from scipy.interpolate import PchipInterpolator  # takes long to import
 
     parts = PchipInterpolator(node, samples.view(float), axis=axis)(at)
     return np.ascontiguousarray(parts).view(complex)
+
+
+def _linear(axes: Sequence[Floats], samples: Complexes, points: Floats) -> Complexes:
+    """Samples (n_a, n_b, columns) at points (points, modes) between the nodes."""
+    if not samples.size:
+        return np.empty((len(points), 0), dtype=complex)
+    from scipy.interpolate import RegularGridInterpolator  # takes long to import
+
+    known = samples if len(axes) == 2 else samples[:, 0]
+    return np.asarray(RegularGridInterpolator(tuple(axes), known)(points))
 
 
 def _with_corners(
@@ -278,7 +298,9 @@ def _with_corners(
     if not lacking.any():
         return grid, samples
     samples = samples.copy()
-    samples[lacking] = sampling.at(amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()])
+    near = sampling.carried(samples[lacking])
+    points = amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()]
+    samples[lacking] = sampling.at(points, near)
     return replace(grid, sampled=grid.sampled | lacking), samples
 
 
@@ -292,5 +314,5 @@ def _extended(sampling: Sampling, grid: Grid, samples: Complexes) -> tuple[Grid,
     everywhere = np.empty((*fresh.shape, samples.shape[-1]), dtype=complex)
     everywhere[known] = samples
     points = amplitude_pairs(*longer.nodes, longer.modes)
-    everywhere[fresh] = sampling.at(points[fresh.ravel()])
+    everywhere[fresh] = sampling.at(points[fresh.ravel()], None)
     return longer, everywhere

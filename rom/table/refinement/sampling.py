@@ -57,13 +57,14 @@ class Columns:
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
+    They are taken from about what the columns that are carried are there, if that is known.
     `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
     much they are off by chance, as errors are; `region` the part of the plane where they are
     wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`,
     up to which the surface is `inner` then.
     """
 
-    at: Callable[[Floats], Complexes]
+    at: Callable[[Floats, Complexes | None], Complexes]
     columns: Columns
     amplitude_range: Floats
     onset_lines: Floats
@@ -96,6 +97,10 @@ class Sampling:
         tabulated = samples[..., : len(orders)]
         table = make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
         return table if self.inner is None else table.keeping(self.inner)
+
+    def carried(self, samples: Complexes) -> Complexes:
+        """The columns of samples (..., columns) that are not tabulated."""
+        return samples[..., len(self.columns.orders) :]
 
     def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
         """Relative error of values of a table where samples are `exact`, (points,)."""

@@ -90,7 +90,7 @@ def test_contacts_without_friction_are_linear():
     reduced = rom.reduce(rom.two_mass(beta=0.05))
     amplitude = np.array([[1.0, 0.5]])
 
-    def solve(problem, amplitudes):
+    def solve(problem, amplitudes, near):
         return contact_terms(problem, rom.Coulomb(0.0), amplitudes, Discretisation(512, 16), 1e-8)
 
     found = friction_detuning(detuned_problems(reduced), reduced.carrier, solve, amplitude)[0]

@@ -163,15 +163,15 @@ static void start_again(problem *t) {
     sm_marched_start(&t->marched);
 }
 
-/* Contacts at rest, and the response that the point is to begin with. */
-static void start(problem *t) {
+/* Contacts at rest, and the response and motion of modes to harmonics Y; to none: NULL. */
+static void start(problem *t, const double *Y) {
     const size_t all = per_point(t);
     start_again(t);
     memset(t->response, 0, all * sizeof(double));
     memset(t->Y, 0, all * sizeof(double));
-    const sm_modal_response *response = t->contact->response;
-    if (!response || !response->start) return;
-    memcpy(t->Y, response->start, all * sizeof(double));
+    if (!Y) return;
+    memcpy(t->Y, Y, all * sizeof(double));
+    sm_marched_begin(&t->marched, &t->lines, t->Y);
     find_change(t);
     memcpy(t->response, t->change, all * sizeof(double));
 }
@@ -392,19 +392,23 @@ static sm_status climb(problem *t, const double *amplitude, const double scale[2
     return SM_OK;
 }
 
-/* By half periods or whole ones: from the response of the point before, of contacts that stick, of
- * smaller amplitudes; then, near the motion, by means over more and more of them. */
-static sm_status settle_by(problem *t, int half, const double *amplitude, const double scale[2],
-                           double *residual) {
-    const int begun = t->contact->response && t->contact->response->start;
+/* By half periods or whole ones: from the response nearby, of contacts that stick, of smaller
+ * amplitudes; then, near the motion, by means over more and more of them. */
+static sm_status settle_by(problem *t, int half, size_t point, const double *amplitude,
+                           const double scale[2], double *residual) {
+    const sm_modal_response *response = t->contact->response;
+    const double *begun = response ? response->start : NULL;
     sm_status status = SM_OK;
     march_by(t, half);
     if (t->follows) {
-        start_again(t);
+        if (response && response->near)
+            start(t, response->near + point * per_point(t));
+        else
+            start_again(t);
         status = settle(t, amplitude, 1, scale, residual);
     }
     if (status == SM_OK && !almost(t, *residual)) {
-        start(t);
+        start(t, begun);
         status = settle(t, amplitude, 1, scale, residual);
     }
     if (t->half && *residual > t->task->tolerance) return status;
@@ -420,6 +424,12 @@ static sm_status settle_by(problem *t, int half, const double *amplitude, const 
     return status;
 }
 
+/* Whether a point begins with what is known nearby, be it of the point before, which has settled. */
+static int follows(const problem *t, int settled) {
+    const sm_modal_response *response = t->contact->response;
+    return response && (response->near || (settled && !response->start));
+}
+
 static sm_status solve_point(problem *t, size_t point) {
     const sm_torus_task *task = t->task;
     const size_t all = per_point(t);
@@ -428,14 +438,15 @@ static sm_status solve_point(problem *t, size_t point) {
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
     t->taken = 0;
-    sm_status status = settle_by(t, 1, amplitude, scale, &residual);
+    if (point == 0) t->follows = follows(t, 0);
+    sm_status status = settle_by(t, 1, point, amplitude, scale, &residual);
     if (status == SM_OK && t->half && residual > task->tolerance)
-        status = settle_by(t, 0, amplitude, scale, &residual);
+        status = settle_by(t, 0, point, amplitude, scale, &residual);
     if (status != SM_OK) return status;
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     memcpy(task->mean_square + point * t->n, t->square, t->n * sizeof(double));
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
-    t->follows = almost(t, residual) && !(t->contact->response && t->contact->response->start);
+    t->follows = follows(t, almost(t, residual));
     task->residual[point] = residual;
     task->marched[point] = (int32_t)t->taken;
     return SM_OK;
@@ -461,7 +472,7 @@ static sm_status grow_through(problem *t, size_t point, const double *growth, in
     scales(t, now, &moved, &force);
     t->solver.least = LEAST * moved;
     march_by(t, 0);
-    start(t);
+    start(t, NULL);
     memset(harmonics, 0, all * sizeof(double));
     for (int period = -settling - 1; period < 1; period++) {
         sm_phase_lines_clear(&t->lines);

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/lanes.h"
+#include "torus/grid.h"
 
 #define ENTRIES 8 /* of advance: (p, v, g_0, g_1) to p, and to v */
 #define WIDTH SM_VECTOR /* the stride is a multiple */
@@ -14,6 +15,36 @@ void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t c
 
 void sm_marched_start(sm_marched *m) {
     memset(m->state, 0, sm_marched_size(m->response, m->stride) * sizeof(double));
+}
+
+/* s (lines) += 2 Re(G r exp(i m t_B0)), of a complex G and r. */
+static void add_turned(const sm_phase_lines *l, int m, const double G[2], const double r[2],
+                       double *s) {
+    const double re = 2.0 * (G[0] * r[0] - G[1] * r[1]), im = 2.0 * (G[0] * r[1] + G[1] * r[0]);
+    for (size_t p = 0; p < l->lines; p++) {
+        double c, d;
+        sm_torus_power(l->phase[p], l->phase[l->lines + p], m, &c, &d);
+        s[p] += re * c - im * d;
+    }
+}
+
+void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *Y) {
+    static const double unit[2] = {1.0, 0.0};
+    sm_marched_start(m);
+    for (size_t q = 0; q < lines->orders; q++, Y += 2 * m->contacts)
+        for (size_t k = 0; k < m->modes; k++) {
+            const double *drawn = m->response->drawn + k * m->contacts;
+            const double *per = m->response->periodic + 4 * (q * m->modes + k);
+            double G[2] = {0.0, 0.0}, *s = m->state + 3 * k * m->stride;
+            for (size_t i = 0; i < m->contacts; i++) {
+                G[0] += drawn[i] * Y[2 * i];
+                G[1] += drawn[i] * Y[2 * i + 1];
+            }
+            const int turns = lines->order[2 * q + 1];
+            add_turned(lines, turns, G, per, s);
+            add_turned(lines, turns, G, per + 2, s + m->stride);
+            add_turned(lines, turns, G, unit, s + 2 * m->stride);
+        }
 }
 
 SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "slipmode.h"
+#include "torus/fixed_point/phase_lines.h"
 
 typedef struct {
     const sm_modal_response *response; /* NULL: there are none */
@@ -23,6 +24,8 @@ void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t c
                       size_t stride, double *memory);
 /* All at rest. */
 void sm_marched_start(sm_marched *m);
+/* As they move in the end where the contacts have the harmonics Y (orders, N_c, 2). */
+void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *Y);
 /* u (N_c, stride) += what the modes do to the contacts in a step without its force. */
 void sm_marched_displace(const sm_marched *m, double *u);
 /* To the end of the step, where the contacts have y (N_c, stride). */
