@@ -46,7 +46,7 @@ _MOST_LINES = 8  # times those of the grid, where the motion does not settle on 
 class _Trial:
     """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took.
 
-    Whether the motion repeats as closely as it should at all points.
+    And whether the motion repeats at all points.
     """
 
     S: Complexes
@@ -141,9 +141,7 @@ def resolved_terms(
     harmonics keep moving by the error of the grid, at some amplitudes and not at the next.
     """
 
-    def solve(
-        points: Floats, grid: Discretisation, near: Complexes | None = None
-    ) -> ContactTerms:
+    def solve(points: Floats, grid: Discretisation, near: Complexes | None = None) -> ContactTerms:
         return contact_terms(
             *(reduced, law, points, grid, resolution.march, smallest_scale, combinations),
             *(highest, further, near),
@@ -264,8 +262,8 @@ def _settled(
     """The first count whose answer the next one changes by no more than the tolerance; the change.
 
     Or one of the next two if that is less work: on coarse grids marches may not settle. The second
-    is tried only where the first was less work already. Only if wanted are the `finest` tried where
-    motion repeats on neither of two.
+    is tried only where the first was less work already. Where the motion repeats on neither of two
+    grids the `finest` are only tried if that is wanted.
     """
     changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):

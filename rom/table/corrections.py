@@ -105,9 +105,7 @@ def with_detuning(
     known = at_carriers.terms(solve, points)
     held, near = at_carriers.settled(known), known.P if reduced.contacts is not None else None
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
-    changes = [
-        Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts
-    ]
+    changes = [Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts]
 
     def missed_by(slope: Complexes | None) -> float:
         """Largest error at the points; all of S_j where contacts do not settle."""

@@ -256,9 +256,7 @@ class _Task:
             )
 
         check = partial(check_settled, reduced, self.combinations)
-        samples = ContactSamples(
-            *(solve, columns, self.pool, self.bar, check, reduced.n_contacts)
-        )
+        samples = ContactSamples(*(solve, columns, self.pool, self.bar, check, reduced.n_contacts))
         sampling = Sampling(
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
             *(self.budget.march, self.region, self.beyond),
