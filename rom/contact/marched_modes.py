@@ -91,7 +91,10 @@ class MarchedModes:
         return np.asarray(0.5 * (found + found.T))
 
     def periodic(self, rates: Floats, orders: Sequence[Order]) -> Complexes:
-        """p and v per g exp(i nu t), (orders, marched, 2); nu of carriers at these rates [rad/s]."""
+        """P and v at t = 0 per g exp(i nu t), (orders, marched, 2).
+
+        nu of carriers at these rates (modes,) [rad/s].
+        """
         nu = np.array(orders, dtype=float)[:, : rates.size] @ rates
         turn = np.exp(1j * nu * self.step)[:, np.newaxis]
         load = self.load[..., 0] + turn[..., np.newaxis] * self.load[..., 1]

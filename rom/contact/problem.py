@@ -42,8 +42,9 @@ def torus_problem(
 ) -> kernel.Contact:
     """The contact problem on the torus; it keeps the arrays alive.
 
-    With these `marched` modes, which move by `periodic` harmonics, and `reaction` (orders, N_c, N_c) as the force of all others on
-    the contacts by the harmonics `orders`; see `torus_harmonics`.
+    With these `marched` modes, which move by `periodic` harmonics, and `reaction` (orders, N_c,
+    N_c) as the force of all others on the contacts by the harmonics `orders`; see
+    `torus_harmonics`.
     """
     response = _response(orders)
     response.dynamic_stiffness = reaction.ctypes.data

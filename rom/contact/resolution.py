@@ -50,7 +50,7 @@ Mapped = Callable[..., Iterable[Any]]
 class _Trial:
     """S (points, modes) and T (points, combinations) on a grid; the steps times lines they took.
 
-    Whether the motion repeats as closely as it should at all points.
+    And whether the motion repeats at all points.
     """
 
     S: Complexes
@@ -266,8 +266,8 @@ def _settled(
     """The first count whose answer the next one changes by no more than the tolerance; the change.
 
     Or one of the next two if that is less work: on coarse grids marches may not settle. The second
-    is tried only where the first was less work already. Only if wanted are the `finest` tried where
-    motion repeats on neither of two.
+    is tried only where the first was less work already. Where the motion repeats on neither of two
+    grids the `finest` are only tried if that is wanted.
     """
     changes = []
     for k, (count, finer) in enumerate(pairwise(counts)):

@@ -240,7 +240,8 @@ class _Task:
 
     def _refined_on(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
         reduced, modes, highest = self.reduced, self.amplitude_range.size, max(self.harmonics, 1)
-        elastic = reduced.contacts is not None
+        # under varying load contacts may have two motions: each point is to find its own
+        sliders = reduced.contacts is not None and not reduced.even
         orders = contact_orders(reduced, self.combinations, highest, further)
         columns = Columns(
             orders=tuple(tabulated_orders(self.combinations, modes)),
@@ -248,14 +249,14 @@ class _Task:
             swing=2.0 * reduced.carrier * self.amplitude_range,
             least=least_force(reduced, self.amplitude_range),
             loss=_structural_loss(reduced),
-            # of elastic contacts samples nearby begin with them
-            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or elastic else 0,
+            # sliders begin with those of samples nearby
+            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or sliders else 0,
         )
 
         def solve(amplitudes: Floats, near: Complexes | None = None) -> ContactTerms:
             return resolved_terms(
                 *(reduced, self.law, resolution, amplitudes, 0.1 * self.amplitude_range),
-                *(self.combinations, highest, further, near if elastic else None),
+                *(self.combinations, highest, further, near if sliders else None),
             )
 
         check = partial(check_settled, reduced, self.combinations)

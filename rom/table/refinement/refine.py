@@ -13,9 +13,7 @@ what the surface was before its grid lines were halved.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,50 +62,44 @@ class _Checks:
         self._sampling = sampling
         self.gain = 1.0
         inside = None if sampling.region is None else sampling.region.holds
-        points = spread_points(sampling.amplitude_range, inside)
-        self.points, self._exact = self._sampled(points, None)
+        self.points, self._exact = self._sampled(spread_points(sampling.amplitude_range, inside))
 
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
         sampling, end = self._sampling, self._sampling.amplitude_range
         furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
         points = spread_points(furthest)
-        self._add(points[(points > end).any(axis=1)], None)
+        self._add(points[(points > end).any(axis=1)])
 
-    def _sampled(
-        self, points: Floats, near: Callable[[Floats], Complexes] | None
-    ) -> tuple[Floats, Complexes]:
+    def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
         """Points, in order, and samples there.
 
         Solves begin with what the point before came to: where contacts have two motions, from far
-        away one comes to another one than from the nodes nearby.
+        away one comes to another one than from the nodes nearby. Not with what the table has:
+        checks are to find a motion that it has missed.
         """
         points = points[np.lexsort(points.T[::-1])]
-        return points, self._sampling.at(points, None if near is None else near(points))
+        return points, self._sampling.at(points, None)
 
-    def _add(self, points: Floats, near: Callable[[Floats], Complexes] | None) -> None:
+    def _add(self, points: Floats) -> None:
         if not len(points):
             return
-        points, exact = self._sampled(points, near)
+        points, exact = self._sampled(points)
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid, carried: Complexes, tolerance: float) -> Floats:
-        """Relative error at the points, to which those are added that the table needs.
-
-        `carried` (n_a, n_b, carried) are columns that are not tabulated, at the nodes.
-        """
+    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
+        """Relative error at the points, to which those are added that the table needs."""
         sampling, axes = self._sampling, table.axes
         doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
             held = sampling.region.cells(*grid.nodes)
         blocks = Blocks.of(axes, grid.block, doubt, held)
-        near = partial(_linear, axes, carried)
 
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
-            self._add(points[held[grid.cells(points)]], near)
+            self._add(points[held[grid.cells(points)]])
             return self._errors(table), grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
@@ -198,7 +190,7 @@ def _refined(
         if grid.poor.any():
             continue
         table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid, sampling.carried(samples), tolerance)
+        errors = checks.errors(table, grid, tolerance)
         error = largest_error(errors, sampling.noise)
         idle = 0 if error < _LESS * least else idle + 1
         least = min(least, error)
@@ -209,7 +201,7 @@ def _refined(
         if not grid.poor.any():
             return grid, samples, table, error
     table = sampling.table(grid.nodes, samples)
-    errors = checks.errors(table, grid, sampling.carried(samples), tolerance)
+    errors = checks.errors(table, grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
@@ -278,16 +270,6 @@ def _between(node: Floats, samples: Complexes, at: Floats, axis: int) -> Complex
 
     parts = PchipInterpolator(node, samples.view(float), axis=axis)(at)
     return np.ascontiguousarray(parts).view(complex)
-
-
-def _linear(axes: Sequence[Floats], samples: Complexes, points: Floats) -> Complexes:
-    """Samples (n_a, n_b, columns) at points (points, modes) between the nodes."""
-    if not samples.size:
-        return np.empty((len(points), 0), dtype=complex)
-    from scipy.interpolate import RegularGridInterpolator  # takes long to import
-
-    known = samples if len(axes) == 2 else samples[:, 0]
-    return np.asarray(RegularGridInterpolator(tuple(axes), known)(points))
 
 
 def _with_corners(

@@ -83,6 +83,29 @@ def test_a_point_after_another_is_what_it_is_alone():
     np.testing.assert_allclose(together.S, exact, atol=1e-5 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize(
+    ("row", "part"), [(LIFT_OFF, 0.8), (SLIDER, 1.0)], ids=["lift-off", "slider"]
+)
+def test_a_point_that_begins_with_harmonics_nearby_is_what_it_is_alone(row, part):
+    """And no later; harmonics that are nothing like its own do no harm."""
+    reduced = rom.reduce(structure(row.law, row.node), (0, 1), law=row.law)
+    largest = 1.1 * np.abs(row.amplitude)
+    points, grid = np.array([[0.8, 0.9], [1.0, 0.9]]) * largest, Discretisation(64, 16)
+
+    def solve(amplitudes, near=None):
+        return contact_terms(
+            *(reduced, row.law, amplitudes, grid, 1e-5, 0.1 * largest),
+            *(combination_resonances(reduced.carrier, even=reduced.even), 1, (), near),
+        )
+
+    alone = solve(points)
+    sooner = solve(points, solve(0.99 * points).P)
+    assert sooner.marched.sum() <= part * alone.marched.sum()
+    for found in (sooner, solve(points, 10.0 * alone.P.conj())):
+        assert found.residual.max() <= 1e-5
+        np.testing.assert_allclose(found.S, alone.S, atol=1e-3 * np.abs(alone.S).max())
+
+
 def test_steps_are_many_enough_for_the_faster_carrier():
     assert step_counts(np.array([2.0, 5.0]), 32) == (32, 64, 128, 256, 512, 1024, 2048)
     assert step_counts(np.array([2.0]), 1024) == (1024, 2048, 4096, 8192, 16384)

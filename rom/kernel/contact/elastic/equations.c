@@ -1,19 +1,34 @@
 /* Compiled without contraction: what the widest vectors find has the bits of the narrowest. */
 #include "contact/elastic/equations.h"
 
-size_t sm_subtract_many(size_t n, const double *R, const int32_t *column, size_t columns,
-                        const double *by, double *to) {
-    const size_t rows = n - n % SM_MANY_ROWS;
-    for (size_t i = 0; i < rows; i += SM_MANY_ROWS, R += SM_MANY_ROWS * n) {
-        double sum[SM_MANY_ROWS];
-        memcpy(sum, to + i, sizeof sum);
-        for (size_t b = 0; b < columns; b++) {
-            const size_t at = column ? (size_t)column[b] : b;
-            for (size_t k = 0; k < SM_MANY_ROWS; k++) sum[k] -= R[k * n + at] * by[b];
+#define TOGETHER 4 /* vectors of sums: one waits for itself */
+
+/* to -= R[:, column] by in some vectors of rows, a literal; each sum takes its products in order. */
+SM_INLINE void subtract(const size_t vectors, size_t n, const double *R, const int32_t *column,
+                        size_t columns, const double *by, double *to) {
+    double sum[TOGETHER][SM_VECTOR]; /* stays in registers */
+    for (size_t j = 0; j < vectors; j++) memcpy(sum[j], to + j * SM_VECTOR, sizeof sum[j]);
+    for (size_t b = 0; b < columns; b++) {
+        const double *restrict from = R + (column ? (size_t)column[b] : b) * n;
+        const double times = by[b];
+        for (size_t j = 0; j < vectors; j++) {
+            SM_SIMD
+            for (size_t k = 0; k < SM_VECTOR; k++) sum[j][k] -= from[j * SM_VECTOR + k] * times;
         }
-        memcpy(to + i, sum, sizeof sum);
     }
-    return rows;
+    for (size_t j = 0; j < vectors; j++) memcpy(to + j * SM_VECTOR, sum[j], sizeof sum[j]);
+}
+
+SM_HOT size_t sm_subtract_many(size_t n, const double *R, const int32_t *column, size_t columns,
+                               const double *by, double *to) {
+    size_t i = 0;
+    for (; n - i >= TOGETHER * SM_VECTOR; i += TOGETHER * SM_VECTOR)
+        subtract(TOGETHER, n, R + i, column, columns, by, to + i);
+    const size_t left = (n - i) / SM_VECTOR;
+    if (left == 3) subtract(3, n, R + i, column, columns, by, to + i);
+    if (left == 2) subtract(2, n, R + i, column, columns, by, to + i);
+    if (left == 1) subtract(1, n, R + i, column, columns, by, to + i);
+    return i + left * SM_VECTOR;
 }
 
 /* The same in the columns after a panel: each entry takes its differences in their order. */

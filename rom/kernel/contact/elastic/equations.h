@@ -4,12 +4,11 @@
 
 #include "base/lanes.h"
 
-#define SM_MANY_ROWS 8
 #define SM_MANY_EQUATIONS 24
 #define SM_PANEL 4 /* columns that are eliminated together */
 
-/* to (n) -= R[:, column] by in rows of R (n, n) side by side, for a sum waits for itself alone;
- * how many rows that is. NULL: all columns. */
+/* to (n) -= R[:, column] by in rows of R (n, n), symmetric, side by side, for a sum waits for itself
+ * alone; how many rows that is. NULL: all columns. */
 size_t sm_subtract_many(size_t n, const double *R, const int32_t *column, size_t columns,
                         const double *by, double *to);
 

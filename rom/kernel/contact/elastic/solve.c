@@ -145,7 +145,7 @@ SM_INLINE double find_residual(sm_elastic_solver *s, const double *u, const doub
 /* A step from the residual: ((1 + held) I - R lack) step = -residual, Newton's where held = 0. With
  * z = lack step, which is not zero at active DOFs alone: ((1 + held) I - lack R) z = -lack residual,
  * (1 + held) step = R z - residual. */
-static int find_step(sm_elastic_solver *s, int active, double held) {
+SM_HOT_ONE static int find_step(sm_elastic_solver *s, int active, double held) {
     const size_t n = (size_t)s->contacts, m = (size_t)active;
     for (size_t a = 0; a < m; a++) {
         const size_t i = (size_t)s->active[a];
@@ -153,18 +153,19 @@ static int find_step(sm_elastic_solver *s, int active, double held) {
         const double *lack = s->lack + i * SM_MOST_COLUMNS;
         double *row = s->matrix + a * m;
         s->right[a] = 0.0;
-        for (size_t b = 0; b < m; b++) row[b] = a == b ? 1.0 + held : 0.0;
+        for (size_t b = 0; b < m; b++) row[b] = 0.0;
+        row[a] = 1.0 + held;
         for (int k = 0; k < sm_element_columns(element); k++) {
-            const size_t c = (size_t)element->column[k];
-            if (lack[k] == 0.0) continue;
-            s->right[a] -= lack[k] * s->residual[c];
-            for (size_t b = 0; b < m; b++)
-                row[b] -= lack[k] * s->flexibility[c * n + (size_t)s->active[b]];
+            const double *restrict from = s->flexibility + (size_t)element->column[k] * n;
+            const double by = lack[k];
+            if (by == 0.0) continue;
+            s->right[a] -= by * s->residual[element->column[k]];
+            for (size_t b = 0; b < m; b++) row[b] -= by * from[s->active[b]];
         }
     }
     if (!sm_eliminate(m, s->matrix, s->right)) return 0;
     size_t done = 0;
-    if (n >= SM_MANY_ROWS) {
+    if (n >= SM_VECTOR) {
         memcpy(s->step, s->residual, n * sizeof(double));
         done = sm_subtract_many(n, s->flexibility, s->active, m, s->right, s->step);
         for (size_t i = 0; i < done; i++) s->step[i] /= -(1.0 + held);

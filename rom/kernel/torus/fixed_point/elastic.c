@@ -398,11 +398,12 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
     const double *begun = response ? response->start : NULL;
+    const double *near = response ? response->near : NULL;
     sm_status status = SM_OK;
     march_by(t, half);
-    if (t->follows) {
-        if (response && response->near)
-            start(t, response->near + point * per_point(t));
+    if (near || t->follows) {
+        if (near)
+            start(t, near + point * per_point(t));
         else
             start_again(t);
         status = settle(t, amplitude, 1, scale, residual);
@@ -424,12 +425,6 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
     return status;
 }
 
-/* Whether a point begins with what is known nearby, be it of the point before, which has settled. */
-static int follows(const problem *t, int settled) {
-    const sm_modal_response *response = t->contact->response;
-    return response && (response->near || (settled && !response->start));
-}
-
 static sm_status solve_point(problem *t, size_t point) {
     const sm_torus_task *task = t->task;
     const size_t all = per_point(t);
@@ -438,7 +433,6 @@ static sm_status solve_point(problem *t, size_t point) {
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
     t->taken = 0;
-    if (point == 0) t->follows = follows(t, 0);
     sm_status status = settle_by(t, 1, point, amplitude, scale, &residual);
     if (status == SM_OK && t->half && residual > task->tolerance)
         status = settle_by(t, 0, point, amplitude, scale, &residual);
@@ -446,7 +440,7 @@ static sm_status solve_point(problem *t, size_t point) {
     memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
     memcpy(task->mean_square + point * t->n, t->square, t->n * sizeof(double));
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
-    t->follows = follows(t, almost(t, residual));
+    t->follows = almost(t, residual) && !(t->contact->response && t->contact->response->start);
     task->residual[point] = residual;
     task->marched[point] = (int32_t)t->taken;
     return SM_OK;
