@@ -192,7 +192,7 @@ def test_large_structures_run_on_component_modes_and_say_what_that_changes(meshe
     exact = reference.reference(meshed, times)
     assert exact.coordinates == 120
     assert len(exact.doubts) == 1
-    monkeypatch.setattr(reference, "_ALL", 100)
+    monkeypatch.setattr(reference, "MOST_DOFS", 100)
     found = reference.reference(meshed, times)
     assert found.coordinates < 40
     assert np.ptp(found.motion.contact_force, axis=0).max() == pytest.approx(0.08)  # slips
@@ -207,7 +207,7 @@ def test_large_structures_run_on_component_modes_and_say_what_that_changes(meshe
 
 
 def test_a_validation_adds_both_doubts(meshed, monkeypatch, tmp_path):
-    monkeypatch.setattr(reference, "_ALL", 100)
+    monkeypatch.setattr(reference, "MOST_DOFS", 100)
     found = validate(meshed.scene, tmp_path)
     assert found.coordinates < 40
     window = found.comparisons[0]
