@@ -116,6 +116,15 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
         raise SlipmodeError("frequency: those of modes A and B must differ at each point")
 
 
+def check_carriers_along(reduced: Reduced, ends: Floats, forced: Flags) -> None:
+    """The same on the straight line between two points (2, modes)."""
+    check_carriers(reduced, ends, forced)
+    if np.count_nonzero(forced) == 2 and carriers_meet(ends):
+        raise SlipmodeError(
+            "frequency: those of modes A and B must differ all along, the same one staying above"
+        )
+
+
 def carriers_meet(frequency: Floats) -> Flags:
     """Whether two forcing frequencies (..., instants, 2) ever are equal, or pass each other."""
     gap = frequency[..., 1] - frequency[..., 0]

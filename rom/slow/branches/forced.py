@@ -20,7 +20,7 @@ from slipmode.rom.slow.branches.continuation import solutions_near
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
 from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import check_carriers
+from slipmode.rom.validity import check_carriers_along
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
@@ -100,8 +100,8 @@ class ForcedSlowFlow:
             inputs["force"] *= values[:, np.newaxis]
         else:
             inputs["limit_scale"] = values
-        one, other = inputs["frequency"][:, : model.modes]
-        check_carriers(model.reduced, np.linspace(one, other, 101), excitation != 0.0)
+        carriers = inputs["frequency"][:, : model.modes]
+        check_carriers_along(model.reduced, carriers, excitation != 0.0)
         flow = shifted_flow(model, off_resonance_shift(model.reduced, force))
         forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
         forced.scale[: model.modes] = model.table.amplitude_range

@@ -195,6 +195,11 @@ def test_bad_arguments_are_named(both, key, change):
         rom.response_curve(both, **(arguments | change))
 
 
+def test_frequencies_that_cross_between_two_points_are_refused(both):
+    with pytest.raises(SlipmodeError, match="must differ all along"):
+        rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.7003))
+
+
 def test_it_is_drawn(both, tmp_path):
     figure = pytest.importorskip("matplotlib.figure").Figure()
     ax = figure.subplots()
