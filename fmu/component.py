@@ -35,7 +35,7 @@ from slipmode.fmu.inputs import (
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import contact_problem
+from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.reduction.force_response import ForcePatterns

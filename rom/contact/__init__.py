@@ -1,10 +1,8 @@
 """The contact problem: the periodic motion that the laws of rom/laws let the contacts have.
 
-torus.py             Eqs. (13), (14), (20): harmonics P_nm and friction terms S_j = Q_j |a_j|.
-                     Start here; the march by characteristics is rom/kernel/torus/torus.c.
-problem.py           that problem as the core reads it
-resolution.py        steps and phase lines of that march, from the tolerance
-marched_modes.py     modes that are marched along with elastic contacts
+friction_terms.py    Eq. (20): what contacts do to the modes, S_j = Q_j |a_j|. Start here.
+torus                Eqs. (13), (14): harmonics P_nm of their motion
+resolution.py        steps and phase lines of the march that finds it, from the tolerance
 settled.py           whether that march has come to a periodic motion
 further_harmonics.py  high harmonics that modes respond to, found by a trial
 harmonics.py         Eq. (14) over the amplitude plane, for the sum of fast motion

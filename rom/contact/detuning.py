@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.contact.settled import UNSETTLED
-from slipmode.rom.contact.torus import ContactTerms
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr

@@ -11,13 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.friction_terms import contact_orders
 from slipmode.rom.contact.settled import UNSETTLED
-from slipmode.rom.contact.torus import (
-    Discretisation,
-    contact_orders,
-    reaction_stiffnesses,
-    torus_harmonics,
-)
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import reaction_stiffnesses, torus_harmonics
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import steady_coupling

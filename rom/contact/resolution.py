@@ -11,14 +11,9 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.torus import (
-    ContactTerms,
-    Discretisation,
-    contact_orders,
-    contact_terms,
-    step_counts,
-)
+from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from slipmode.rom.contact.torus import ContactTerms
+from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.internal_resonance import strongest_resonance

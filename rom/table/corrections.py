@@ -23,7 +23,7 @@ from slipmode.rom.contact.detuning import (
 )
 from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.resolution import least_force
-from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.reduction.reduction import Reduced

@@ -13,6 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import (
@@ -24,7 +25,6 @@ from slipmode.rom.contact.resolution import (
 )
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.torus import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law

@@ -11,7 +11,8 @@ import numpy as np
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.runner.paper.case import STRONG_FORCE, Case, Signals
 from slipmode.runner.paper.slices import Sensitivity, Slices, peak

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.harmonics import left_out, mean_square
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.short_repr import short_repr

@@ -7,7 +7,8 @@ import time
 import numpy as np
 
 from slipmode.rom import Model
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.refinement.refine import least_further
 from slipmode.rom.table.region import corners, with_neighbours

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.contact.torus import Discretisation, contact_terms, friction_functions
+from slipmode.rom.contact.friction_terms import contact_terms, friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CARRIERS
 
 pytestmark = pytest.mark.quick

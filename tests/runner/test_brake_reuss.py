@@ -10,7 +10,8 @@ import pytest
 from elastic.lapped_deck import write_lapped_deck
 
 from slipmode import rom, runner
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.runner.mode_table import mode_table
 from slipmode.runner.validate import validate

@@ -19,7 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import ContactHarmonics, Discretisation, torus_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import ContactHarmonics, torus_harmonics
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders

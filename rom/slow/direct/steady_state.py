@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation, step_counts
+from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders

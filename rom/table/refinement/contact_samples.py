@@ -9,8 +9,8 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.contact.resolution import Mapped
-from slipmode.rom.contact.torus import ContactTerms
 from slipmode.rom.table.refinement.sampling import Columns
 
 _Solved = TypeVar("_Solved")

@@ -6,7 +6,8 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.paper.case import ALPHA, Case
 from slipmode.runner.paper.claims.claim import Claim, judge, judge_over
 from slipmode.runner.paper.study import Study

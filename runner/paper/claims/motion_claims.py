@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus import Discretisation
-from slipmode.rom.contact.torus import friction_functions as converged_functions
+from slipmode.rom.contact.friction_terms import friction_functions as converged_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.paper import upwind
 from slipmode.runner.paper.case import ALPHA, BETA, Case, Signals
 from slipmode.runner.paper.claims.claim import Claim, judge

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, contact_orders, contact_terms
+from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.report.peers.bare_contacts import bare_march
 
 _LAW = rom.Tanh(limit=2.0, alpha=0.02)

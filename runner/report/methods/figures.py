@@ -12,7 +12,8 @@ from scipy.stats import qmc
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.report.measure import timed
 from slipmode.runner.report.methods.contact_solves import contact_solves

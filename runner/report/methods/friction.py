@@ -10,7 +10,8 @@ from scipy.stats import qmc
 
 from slipmode import rom
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.report.measure import OURS, Row, Section, timed
 from slipmode.runner.report.peers.paper_scheme import paper_scheme
 

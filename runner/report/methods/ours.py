@@ -11,7 +11,8 @@ from slipmode import rom
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Model, SlowTrajectory
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Formulation

@@ -12,7 +12,7 @@ import numpy as np
 from slipmode import rom
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.problem import contact_problem
+from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.reduction.combination import Order
 from slipmode.runner.report.peers.library import library
 

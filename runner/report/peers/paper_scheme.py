@@ -9,7 +9,7 @@ import numpy as np
 from slipmode import rom
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import contact_problem
+from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.runner.report.peers.library import library
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from slipmode import rom
 from slipmode.rom.contact.detuning import MOST_DETUNING, detuned_problems, friction_detuning
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 
 # Stiffness of contacts and between them, damping, law; forces, and where they act
 HELD_OUT = {

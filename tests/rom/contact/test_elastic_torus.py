@@ -5,7 +5,8 @@ import pytest
 from elastic.frictional_beam import ROWS, structure
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, closed_lines, contact_terms, step_counts
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation, closed_lines, step_counts
 from slipmode.rom.reduction.combination import combination_resonances
 
 LIFT_OFF, SLIDER = ROWS[1], ROWS[4]

@@ -5,8 +5,9 @@ import pytest
 from elastic.family import member
 
 from slipmode import rom
+from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.region import Region
 

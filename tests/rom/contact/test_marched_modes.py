@@ -5,9 +5,10 @@ import pytest
 from elastic.cantilever import LAWS, cantilever
 
 from slipmode import rom
-from slipmode.rom.contact import marched_modes
-from slipmode.rom.contact.marched_modes import MarchedModes
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus import marched_modes
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.marched_modes import MarchedModes
 
 ORDERS = [(0, 0), (1, 0), (3, 0), (-1, 2)]
 

@@ -6,7 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.runner.report.hard.cases.contacts import many_contacts
 
 pytestmark = pytest.mark.quick
@@ -313,7 +315,7 @@ def test_mean_square_of_drifting_harmonics_is_a_mean_like_theirs(monkeypatch):
     reduced = two_mode("consistent", beta=0.01)
 
     def after(periods):
-        monkeypatch.setattr("slipmode.rom.contact.torus._MAX_PERIODS", periods)
+        monkeypatch.setattr("slipmode.rom.contact.torus.motion._MAX_PERIODS", periods)
         grid = Discretisation(16, 2)
         return contact_harmonics(reduced, Tanh(LIMIT, 0.02), [[2.0, 1.0]], grid, tolerance=0.0)
 

@@ -6,7 +6,8 @@ from elastic.cantilever import cantilever
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.force_response import steady_force
 
 LAW = rom.Jenkins(limit=(0.2, 0.2, 0.02, 0.05), stiffness=(60.0, 40.0, 10.0, 30.0))

@@ -5,7 +5,8 @@ import pytest
 import scipy.linalg
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory

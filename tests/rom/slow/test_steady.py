@@ -5,7 +5,8 @@ import pytest
 from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.slow.steady import resonance, resonance_curve, steady
 

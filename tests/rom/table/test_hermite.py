@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.stats import qmc
 
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.contact.torus import Discretisation, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 
 LIMIT = 2.0
 RANGE = (4.0, 4.0)

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from slipmode.rom import Coulomb, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.contact.rate_correction import friction_rate_correction
-from slipmode.rom.contact.torus import Discretisation
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.table.region import Region
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.signals import error_of

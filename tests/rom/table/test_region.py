@@ -9,7 +9,8 @@ import pytest
 
 from slipmode import fmu, runner
 from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model

@@ -19,10 +19,11 @@ from slipmode.rom import (
     tabulate,
     two_mass,
 )
+from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import Resolution, least_force, resolved_terms
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.torus import Discretisation, contact_terms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
 from slipmode.rom.table.refinement.blocks import Blocks, apart

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation
-from slipmode.rom.contact.torus import friction_functions as converged_functions
+from slipmode.rom.contact.friction_terms import friction_functions as converged_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.cli import main
 from slipmode.runner.paper import command, upwind
 from slipmode.runner.paper.claims.claim import judge, judge_over

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.cli import main
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard import CASES, hard_report, others

@@ -12,7 +12,8 @@ import pytest
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.runner.cli import main
 from slipmode.runner.report import assemble, measure

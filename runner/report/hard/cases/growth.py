@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from slipmode import rom
-from slipmode.rom.contact.torus import Discretisation, contact_harmonics
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.laws.friction import limits
 from slipmode.runner.report.hard.cases.contacts import many_contacts
 from slipmode.runner.report.hard.hard_case import HardCase

@@ -9,7 +9,8 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus import Discretisation, friction_functions
+from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.runner.report.cases.cases import two_mode
 from slipmode.runner.report.hard.hard_case import SIGNAL, HardCase
 from slipmode.runner.report.hard.signals import largest, signal_error

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.marched_modes import MarchedModes
+from slipmode.rom.contact.torus.marched_modes import MarchedModes
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import Order

@@ -1,0 +1,257 @@
+"""The periodic motion of the contacts on the torus, Eqs. (13), (14), by characteristics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.torus.grid import Discretisation, closed_lines
+from slipmode.rom.contact.torus.marched_modes import MarchedModes
+from slipmode.rom.contact.torus.problem import torus_problem
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.friction import Friction
+from slipmode.rom.reduction.combination import (
+    CARRIERS,
+    CombinationResonance,
+    Order,
+)
+from slipmode.rom.reduction.force_response import steady_coupling, steady_reaction
+from slipmode.rom.reduction.reaction import reaction_stiffness
+from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.short_repr import short_repr
+
+_MAX_PERIODS = 400
+_OFF = 3.0  # of the tolerance of marches: the ratio, which moves S by about a third of that
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHarmonics:
+    """Periodic contact motion at several amplitudes.
+
+    Attributes
+    ----------
+    P : (points, orders, N_c) complex ndarray
+        Fourier coefficients of the contact displacement [m], Eq. (14).
+    mean_square : (points, N_c) ndarray
+        Of the contact displacement [m^2].
+    residual : (points,) ndarray
+        Estimated distance from periodicity, relative to the frictionless displacement.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
+    """
+
+    P: Complexes
+    mean_square: Floats
+    residual: Floats
+    marched: NDArray[np.int32]
+
+    __repr__ = short_repr
+
+
+def reaction_stiffnesses(
+    reduced: Reduced, orders: tuple[Order, ...], combinations: tuple[CombinationResonance, ...]
+) -> Complexes:
+    """H of several harmonics, (orders, N_c, N_c), with the force that holds a steady state."""
+    reaction = reaction_stiffness(reduced, orders, combinations)
+    if reduced.force_patterns is not None:
+        reaction = reaction.copy()
+        for carrier, steady in zip(CARRIERS, steady_reaction(reduced), strict=False):
+            if carrier in orders:
+                reaction[orders.index(carrier)] += steady
+    return reaction
+
+
+@lru_cache(maxsize=8)
+def _marched(
+    reduced: Reduced, steps: int, orders: tuple[Order, ...], rates: tuple[float, ...]
+) -> tuple[MarchedModes, Complexes, Complexes]:
+    """Marched modes, their motion and response, which every batch of points asks for too."""
+    stepped = MarchedModes.of(reduced, steps)
+    response = stepped.response(np.array(rates), orders)
+    response.flags.writeable = False
+    return stepped, stepped.periodic(np.array(rates), orders), response
+
+
+@dataclass(frozen=True, eq=False)
+class TorusProblem:
+    """The contact problem on a grid as the core reads it, whatever the amplitudes.
+
+    Attributes
+    ----------
+    contact : kernel.Contact
+    rates : (modes,) ndarray
+        Of the phases [rad/s].
+    steps, lines : int
+    orders : (orders, 2) ndarray
+    """
+
+    contact: kernel.Contact
+    rates: Floats
+    steps: int
+    lines: int
+    orders: NDArray[np.int32]
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(
+        cls,
+        reduced: Reduced,
+        law: Friction,
+        coupling: Complexes,
+        reaction: Complexes,
+        grid: Discretisation,
+        orders: Sequence[Order],
+        tolerance: float,
+        held: Complexes | None = None,
+        start: Complexes | None = None,
+        near: Complexes | None = None,
+    ) -> Self:
+        """Of arguments as `torus_harmonics` has them."""
+        rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
+        stepped = periodic = None
+        if reduced.contacts is not None:
+            if rates.size == 2:
+                lines, ratio = closed_lines(
+                    float(rates[1] / rates[0]), lines, _OFF * tolerance, odd=not reduced.even
+                )
+                rates[1] = ratio * rates[0]
+            stepped, periodic, response = _marched(
+                reduced, grid.steps, tuple(orders), tuple(rates)
+            )
+            reaction = reaction - response
+        contact = torus_problem(
+            *(reduced, law, coupling, orders, np.ascontiguousarray(reaction), stepped),
+            None if held is None else np.ascontiguousarray(held),
+            None if start is None else np.ascontiguousarray(start),
+            None if near is None else np.ascontiguousarray(near),
+            periodic,
+        )
+        return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
+
+    def harmonics(
+        self, amplitudes: ArrayLike, tolerance: float, smallest_scale: ArrayLike
+    ) -> ContactHarmonics:
+        """See `contact_harmonics`."""
+        points, smallest = kernel.contiguous(amplitudes), kernel.contiguous(smallest_scale)
+        if points.ndim != 2 or points.shape[1] != self.rates.size:
+            raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
+        count, contacts = len(points), self.contact.contacts
+        P = np.empty((count, len(self.orders), contacts), dtype=complex)
+        mean_square, residual = np.empty((count, contacts)), np.empty(count)
+        marched = np.empty(count, dtype=np.int32)
+        status = kernel.lib.sm_torus_harmonics(
+            *(self.contact, self.rates.ctypes.data, self.steps, self.lines, tolerance),
+            *(smallest.ctypes.data, _MAX_PERIODS, count, points.ctypes.data),
+            *(len(self.orders), self.orders.ctypes.data, P.ctypes.data),
+            *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+        )
+        kernel.check(status, "contact problem on the torus")
+        return ContactHarmonics(P, mean_square, residual, marched)
+
+
+def contact_harmonics(
+    reduced: Reduced,
+    law: Friction,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    orders: Sequence[tuple[int, int]] = CARRIERS,
+    tolerance: float = 1e-5,
+    smallest_scale: ArrayLike = (0.0, 0.0),
+    combinations: Sequence[CombinationResonance] = (),
+    near: Complexes | None = None,
+) -> ContactHarmonics:
+    """Solve Eq. (13) for the periodic contact motion.
+
+    Parameters
+    ----------
+    amplitudes : (points, modes) array_like
+        Modal amplitudes |a_j| [kg^1/2 m], >= 0.
+    orders : sequence of (n, m)
+        Harmonics P_nm to compute.
+    tolerance : float
+        The march ends when the harmonics repeat to this fraction of the frictionless contact
+        displacement at the point's amplitudes.
+    smallest_scale : (modes,) array_like
+        Amplitudes whose frictionless displacement is the scale instead where it is larger.
+    combinations : sequence of CombinationResonance
+        Harmonics that a mode does not respond to here, because its slow flow does.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics that are about theirs.
+
+    Notes
+    -----
+    Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
+    L-stable second-order rule; second order in `steps`, spectral in `lines`.
+    """
+    if near is None:
+        problem = _steady_problem(
+            reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
+        )
+        return problem.harmonics(amplitudes, tolerance, smallest_scale)
+    reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
+    return torus_harmonics(
+        *(reduced, law, steady_coupling(reduced), reaction, amplitudes, grid, orders),
+        tolerance=tolerance,
+        smallest_scale=smallest_scale,
+        near=near,
+    )
+
+
+@lru_cache(maxsize=8)
+def _steady_problem(
+    reduced: Reduced,
+    law: Friction,
+    orders: tuple[Order, ...],
+    combinations: tuple[CombinationResonance, ...],
+    grid: Discretisation,
+    tolerance: float,
+) -> TorusProblem:
+    """That of `contact_harmonics`, which every batch of points asks for too."""
+    reaction = reaction_stiffnesses(reduced, orders, combinations)
+    coupling = steady_coupling(reduced)
+    return TorusProblem.of(reduced, law, coupling, reaction, grid, orders, tolerance)
+
+
+def torus_harmonics(
+    reduced: Reduced,
+    law: Friction,
+    coupling: Complexes,
+    reaction: Complexes,
+    amplitudes: ArrayLike,
+    grid: Discretisation,
+    orders: Sequence[Order],
+    *,
+    tolerance: float,
+    smallest_scale: ArrayLike = (0.0, 0.0),
+    held: Complexes | None = None,
+    start: Complexes | None = None,
+    near: Complexes | None = None,
+) -> ContactHarmonics:
+    """Contacts that carriers draw by `coupling` and modes by their `reaction` to harmonics.
+
+    Parameters
+    ----------
+    coupling : (modes, N_c) complex ndarray
+        -(force on the contacts) per amplitude, at each carrier.
+    reaction : (orders, N_c, N_c) complex ndarray
+        Force on the contacts per P_nm.
+    held : (orders, N_c) complex ndarray, optional
+        Force on the contacts beside. Default: none.
+    start : (orders, N_c) complex ndarray, optional
+        Harmonics whose reaction the search begins with; where that fails it ends. Default: none.
+    near : (points, orders, N_c) complex ndarray, optional
+        Of elastic contacts: harmonics it begins with instead; where that fails it goes on, as it
+        does by default, when it begins with those of the point before.
+    """
+    problem = TorusProblem.of(
+        reduced, law, coupling, reaction, grid, orders, tolerance, held, start, near
+    )
+    return problem.harmonics(amplitudes, tolerance, smallest_scale)
