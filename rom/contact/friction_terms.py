@@ -15,11 +15,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.motion import contact_harmonics, reaction_stiffnesses
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.reduction.combination import (
-    CombinationResonance,
-    Order,
-    harmonic_orders,
-)
+from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import steady_coupling
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Reduced

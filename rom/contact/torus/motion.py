@@ -17,11 +17,7 @@ from slipmode.rom.contact.torus.marched_modes import MarchedModes
 from slipmode.rom.contact.torus.problem import torus_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.reduction.combination import (
-    CARRIERS,
-    CombinationResonance,
-    Order,
-)
+from slipmode.rom.reduction.combination import CARRIERS, CombinationResonance, Order
 from slipmode.rom.reduction.force_response import steady_coupling, steady_reaction
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduction import Reduced
@@ -128,11 +124,8 @@ class TorusProblem:
             )
             reaction = reaction - response
         contact = torus_problem(
-            *(reduced, law, coupling, orders, np.ascontiguousarray(reaction), stepped),
-            None if held is None else np.ascontiguousarray(held),
-            None if start is None else np.ascontiguousarray(start),
-            None if near is None else np.ascontiguousarray(near),
-            periodic,
+            *(reduced, law, coupling, orders, reaction),
+            *(stepped, held, start, near, periodic),
         )
         return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
 

@@ -46,20 +46,12 @@ def torus_problem(
     N_c) as the force of all others on the contacts by the harmonics `orders`; see
     `torus_harmonics`.
     """
-    response = _response(orders)
-    response.dynamic_stiffness = reaction.ctypes.data
-    response.held = None if held is None else held.ctypes.data
-    response.start = None if start is None else start.ctypes.data
-    response.near = None if near is None else near.ctypes.data
-    stiffness = reduced.stiffness
-    response.owned += (reaction, held, start, near)
+    response, stiffness = _response(orders), reduced.stiffness
+    _give(response, dynamic_stiffness=reaction, held=held, start=start, near=near)
     if marched is not None:
         stiffness = -marched.flexibility(reduced)
-        drawn, advance = (kernel.contiguous(a) for a in (marched.drawn, marched.advance))
-        response.marched = len(drawn)
-        response.drawn, response.advance = drawn.ctypes.data, advance.ctypes.data
-        response.periodic = None if periodic is None else periodic.ctypes.data
-        response.owned += (drawn, advance, periodic)
+        response.marched = len(marched.drawn)
+        _give(response, drawn=marched.drawn, advance=marched.advance, periodic=periodic)
     return _problem(reduced, law, coupling, stiffness, response)
 
 
@@ -68,6 +60,15 @@ def _response(orders: Sequence[Order]) -> kernel.ModalResponse:
     response = kernel.ModalResponse(orders_count=len(orders), orders=numbers.ctypes.data)
     response.owned = (numbers,)
     return response
+
+
+def _give(response: kernel.ModalResponse, **arrays: Complexes | Floats | None) -> None:
+    """Set pointers to these, which it keeps alive; None: there is no such array."""
+    for name, array in arrays.items():
+        if array is not None:
+            own = np.ascontiguousarray(array)
+            setattr(response, name, own.ctypes.data)
+            response.owned += (own,)
 
 
 def _problem(

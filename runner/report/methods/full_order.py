@@ -123,6 +123,11 @@ def _timed(run: Callable[[], T], repeats: int = _REPEATS) -> tuple[float, T]:
     return min(seconds), result
 
 
+def _worst(found: Floats, exact: Floats) -> float:
+    """The largest error of a signal (samples, signals)."""
+    return float(relative_rms(found, exact).max())
+
+
 def _beside_newmark() -> None:
     case = Jenkins12.made()
     exact = case.integrated(1024)()
@@ -132,7 +137,7 @@ def _beside_newmark() -> None:
     for name, way, settings in ways:
         for steps in settings:
             seconds, x_c = _timed(way(steps))
-            error = float(relative_rms(x_c, exact).max())
+            error = _worst(x_c, exact)
             found[name].append(Timed(seconds, error, f"{steps:5} steps a period"))
             print(f"  {name:9} {found[name][-1].setting} {seconds:8.4f} s {error:9.1e}")
     ours, peer = (at_equal_error(found[name], _ERROR) for name in ("rom.full", "Newmark"))
@@ -190,7 +195,7 @@ def _slow_runs(plan: Plan, model: rom.Model, exact: Floats) -> list[Timed]:
             coarser = replace(plan, scene=replace(plan.scene, run=set_to), schedule=schedule)
             seconds = min(_slow_seconds(coarser, model) for _ in range(_REPEATS))
             _, motion = slow_motion(coarser, model)
-            error = float(relative_rms(motion.modal[:, : model.modes], exact).max())
+            error = _worst(motion.modal[:, : model.modes], exact)
             found.append(Timed(seconds, error, f"steps of {set_to.step:g} s, to {tolerance:g}"))
     return found
 
@@ -212,8 +217,7 @@ def _slow_beside_full(name: str) -> None:
     ours = at_equal_error(_slow_runs(plan, model, exact), _SCENE_ERROR)
     for steps in _SCENE_STEPS:
         spent, full_order = _timed(small.at(steps), 2)
-        modal = full_order.displacement[seen][:, : model.modes]
-        error = float(relative_rms(modal, exact).max())
+        error = _worst(full_order.displacement[seen], exact)
         runs.append(Timed(spent, error, f"{steps} steps a period"))
     peer = at_equal_error(runs, max(_SCENE_ERROR, ours.error))
     print(f"{name}, {plan.structure.n_dofs} DOFs, {plan.scene.run.duration:g} s")
