@@ -167,7 +167,7 @@ class ForcedBalance:
                     break
                 continue
             P = solved.P[0]
-            modal = receptance.modal(P, kappa, target)
+            modal = receptance.stepped_modal(P, kappa, target)
             found = modal[q, k]
             imbalance = 1j * kappa * (found - target) / receptance.kappa
             target = secants.next(found, imbalance)
@@ -237,7 +237,8 @@ class ForcedBalance:
         """The contacts in a step, (D + i kappa) q = f / 2 - B P + i kappa target."""
         modes = len(self.half)
         nothing = np.zeros((len(orders), self.reduced.n_contacts), dtype=complex)
-        held = -np.einsum("qkc,qk->qc", receptance.B, receptance.modal(nothing, kappa, target))
+        stuck = receptance.stepped_modal(nothing, kappa, target)
+        held = -np.einsum("qkc,qk->qc", receptance.B, stuck)
         held[:modes] += self.half @ self.reduced.contact_shapes
         coupling = -held[:modes]
         held[:modes] = 0.0

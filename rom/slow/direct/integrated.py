@@ -26,6 +26,7 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.slow.direct.forced_balance import SteadyHarmonics
+from slipmode.rom.slow.direct.receptance import Receptance
 
 _HIGHEST = {1: 31, 2: 13}  # |n| + |m| of the harmonics that are told
 _STEPS = (64, 256)  # per period of the fastest carrier, and where these do not reach the tolerance
@@ -68,7 +69,7 @@ def integrated(
         error = _SAFETY * np.diagonal(found.error)
         if np.all(error <= tolerance * np.abs(np.diagonal(found.amplitude))):
             break
-    return error, _harmonics(reduced, law, excitation, small, found, steps)
+    return error, _harmonics(reduced, law, force, excitation, small, found, steps)
 
 
 def _settled(
@@ -100,6 +101,7 @@ def _settled(
 def _harmonics(
     reduced: Reduced,
     law: Friction,
+    force: Floats,
     excitation: Excitation,
     small: ReducedStructure,
     found: SteadyAmplitude,
@@ -108,7 +110,7 @@ def _harmonics(
     """Of the motion from where the amplitudes were found on."""
     assert reduced.contacts is not None
     carrier, modes = reduced.carrier, len(reduced.modes)
-    rows = np.eye(small.shapes.shape[1])[: reduced.all_shapes.shape[1]]
+    rows = np.eye(small.shapes.shape[1])[:modes]
     integrator = Integrator(small.structure, law, excitation, rows, 2 * steps)
     motion, beside = beside_harmonics(integrator, found.end)
     if beside.share > OFF_LATTICE:
@@ -121,14 +123,10 @@ def _harmonics(
     orders = harmonic_orders(_HIGHEST[modes], modes, reduced.even)
     nu = np.array(orders, dtype=float)[:, :modes] @ carrier
     window = Window.of_lines(excitation)
-    modal = window.project(motion.time, motion.displacement, nu)
+    short = motion.contact_displacement * reduced.contacts.reference - motion.contact_force
+    P = window.project(motion.time, short, nu)
+    # of what was integrated the other modes are only a part of what moves with the contacts
+    modal = Receptance.of(reduced, orders, 0.5 * force).modal(P)
     amplitude = np.diagonal(found.amplitude).copy()
     modal[np.arange(modes), np.arange(modes)] = amplitude
-    short = motion.contact_displacement * reduced.contacts.reference - motion.contact_force
-    return SteadyHarmonics(
-        amplitude=amplitude,
-        orders=orders,
-        frequency=nu,
-        modal=modal,
-        P=window.project(motion.time, short, nu),
-    )
+    return SteadyHarmonics(amplitude, orders, nu, modal, P)

@@ -44,8 +44,8 @@ class Receptance:
         reduced: Reduced,
         orders: Sequence[Order],
         half: Floats,
-        led: float,
-        first_step: float,
+        led: float = 0.0,
+        first_step: float = 0.0,
     ) -> Receptance:
         """Under forces 2 half cos(Omega_j t) at the carriers; for the rest see ForcedBalance."""
         modes = len(half)
@@ -64,8 +64,12 @@ class Receptance:
         reaction = np.swapaxes(B, 1, 2) @ np.linalg.solve(D, B) + follows
         return cls(nu, D, B, follows, reaction, loads, resonant, kappa[resonant])
 
-    def modal(self, P: Complexes, kappa: Floats, target: Complexes) -> Complexes:
-        """Displacement of all modes (orders, modes + nonresonant) by contacts P, in a step."""
+    def modal(self, P: Complexes) -> Complexes:
+        """Displacement of all modes (orders, modes + nonresonant) by forces and contacts P."""
+        return self.stepped_modal(P, np.zeros_like(self.kappa), self.loads[self.resonant])
+
+    def stepped_modal(self, P: Complexes, kappa: Floats, target: Complexes) -> Complexes:
+        """That in a step from a displacement `target` (pairs,)."""
         D, loads = self.D.copy(), self.loads - np.einsum("qkc,qc->qk", self.B, P)
         q, k = self.resonant
         D[q, k, k] += 1j * kappa

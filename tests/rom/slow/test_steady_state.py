@@ -54,6 +54,8 @@ def test_where_no_balance_is_found_the_motion_is_integrated():
     lacks[j] -= 0.5 * state.force @ state.reduced.all_shapes
     pushed = np.abs(0.5 * state.force @ state.reduced.mode_shapes)
     assert np.abs(lacks[:3, j]).max() <= 1e-3 * pushed.min()
+    moved = np.abs(np.einsum("qkl,ql->qk", D, state.harmonics.modal))[:3]
+    assert np.all(np.abs(lacks[:3]) <= 3e-3 * moved.max(axis=0) + 1e-3 * pushed.min())
 
 
 @pytest.mark.parametrize("seed", [37, pytest.param(23, marks=pytest.mark.slow)])
