@@ -78,7 +78,7 @@ def reconstruct(
     trajectory: SlowTrajectory,
     times: ArrayLike,
     *,
-    steps_per_period: int = 128,
+    steps_per_period: int = 64,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
     """Contact and modal motion at increasing times inside a slow trajectory, marched.
@@ -104,6 +104,7 @@ def reconstruct(
     sample = _sample_times(trajectory, times)
     slowest = trajectory.between(sample[0], sample[-1]).frequency.min()
     part = trajectory.between(sample[0] - spin_up * 2 * np.pi / slowest, sample[-1])
+    part = part.resolved(model)
     response = modal_response(model, part)
     reaction = np.ascontiguousarray(2.0 * response.reaction)
     segments = part.segments(model)
@@ -146,7 +147,7 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     if model.harmonics is None:
         raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")
     sample = _sample_times(trajectory, times)
-    part = trajectory.between(sample[0], sample[-1])
+    part = trajectory.between(sample[0], sample[-1]).resolved(model)
     response = modal_response(model, part)
     velocity = 1j * response.frequency[..., np.newaxis] * response.contact
     force = _friction_force(model, part, response)

@@ -5,14 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
+
+# Of a cubic from point to point, of the largest amplitude: by how much it may leave the slow flow.
+_BENT = 1e-4
+_LOOKED_AT = (0.25, 0.6)  # in a step: no multiples, which a beat could hide behind
+_MOST_PARTS = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,22 +114,110 @@ class SlowTrajectory:
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
         """da/dt at the start and at the end of each step, (steps, modes)."""
-        flow = shifted_flow(model, self.shift)
-        later, moving = np.diff(self.time)[:, np.newaxis], (self.force_rate, self.frequency_rate)
-        start = inputs_of(self.force, self.frequency, *moving, self.angle[:-1])
-        end = inputs_of(
-            self.force + self.force_rate * later,
-            self.frequency + self.frequency_rate * later,
-            *moving,
-            self.angle[1:],
+        flow, steps = shifted_flow(model, self.shift), np.arange(self.time.size - 1)
+        return (
+            self._rates(flow, steps, np.zeros(steps.size), self.amplitude_start),
+            self._rates(flow, steps, np.diff(self.time), self.amplitude[1:]),
+        )
+
+    def _rates(
+        self, flow: kernel.SlowFlow, steps: NDArray[np.intp], elapsed: Floats, amplitude: Complexes
+    ) -> Complexes:
+        """da/dt at amplitudes (n, modes), so many seconds (n,) into some steps (n,)."""
+        later = elapsed[:, np.newaxis]
+        force_rate, frequency_rate = self.force_rate[steps], self.frequency_rate[steps]
+        inputs = inputs_of(
+            self.force[steps] + force_rate * later,
+            self.frequency[steps] + frequency_rate * later,
+            *(force_rate, frequency_rate, self._angle(steps, later)),
         )
         if self.scale is not None and self.scale_rate is not None:
-            start["limit_scale"] = self.scale
-            end["limit_scale"] = self.scale + self.scale_rate * later[:, 0]
-            start["limit_scale_rate"] = end["limit_scale_rate"] = self.scale_rate
-        return (
-            rates(flow, start, self.amplitude_start),
-            rates(flow, end, self.amplitude[1:]),
+            inputs["limit_scale"] = self.scale[steps] + self.scale_rate[steps] * elapsed
+            inputs["limit_scale_rate"] = self.scale_rate[steps]
+        return rates(flow, inputs, amplitude)
+
+    def _angle(self, steps: NDArray[np.intp], later: Floats) -> Floats:
+        turning = self.frequency[steps] + 0.5 * self.frequency_rate[steps] * later
+        return self.angle[:-1][steps] + turning * later
+
+    def resolved(self, model: Model) -> SlowTrajectory:
+        """With further points where amplitudes do not move along a cubic from one to the next.
+
+        As beside a combination resonance, in whose beat they go round within a long step.
+        """
+        allowed = _BENT * np.abs(self.amplitude).max()
+        (bent,) = np.nonzero(self._bend(model) > allowed)
+        found, parts = self, 1
+        while bent.size and parts < _MOST_PARTS:
+            parts *= 2
+            try:
+                found = self._divided(model, bent, parts)
+            except SlipmodeError:  # steps that are far too long leave the friction table
+                continue
+            if np.all(found._bend(model) <= allowed):
+                break
+        return found
+
+    def _bend(self, model: Model) -> Floats:
+        """By how much each step's cubic leaves the slow flow, were it as far off all along.
+
+        Infinite where it leaves the friction table.
+        """
+        start, end = self.amplitude_rates(model)
+        steps, duration = np.arange(self.time.size - 1), np.diff(self.time)
+        length, change = duration[:, np.newaxis], self.amplitude[1:] - self.amplitude_start
+        flow, bend = shifted_flow(model, self.shift), np.zeros(steps.size)
+        for r in _LOOKED_AT:
+            moved = r * r * (3.0 - 2.0 * r) * change
+            moved += length * r * (1.0 - r) * ((1.0 - r) * start - r * end)
+            slope = (1.0 - r) * (1.0 - 3.0 * r) * start - r * (2.0 - 3.0 * r) * end
+            try:
+                rate = self._rates(flow, steps, r * duration, self.amplitude_start + moved)
+            except SlipmodeError:
+                return np.full(steps.size, np.inf)
+            off = length * (rate - slope) - 6.0 * r * (1.0 - r) * change
+            bend = np.maximum(bend, np.abs(off).max(axis=1))
+        return bend
+
+    def _divided(self, model: Model, steps: NDArray[np.intp], parts: int) -> SlowTrajectory:
+        """Some steps in so many parts, by the classical Runge-Kutta method within them."""
+        flow = shifted_flow(model, self.shift)
+        counts = np.ones(self.time.size - 1, dtype=int)
+        counts[steps] = parts
+        of = np.repeat(np.arange(counts.size), counts)
+        first = np.cumsum(counts) - counts
+        h = np.diff(self.time) / counts
+        later = (np.arange(of.size) - first[of]) * h[of]
+        amplitude = np.vstack((self.amplitude[of], self.amplitude[-1:]))
+        a, length = self.amplitude_start[steps], h[steps, np.newaxis]
+        for part in range(parts):
+            if part:
+                amplitude[first[steps] + part] = a
+            at = part * h[steps]
+            k1 = self._rates(flow, steps, at, a)
+            k2 = self._rates(flow, steps, at + 0.5 * h[steps], a + 0.5 * length * k1)
+            k3 = self._rates(flow, steps, at + 0.5 * h[steps], a + 0.5 * length * k2)
+            k4 = self._rates(flow, steps, at + h[steps], a + length * k3)
+            a = a + length / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        off = self.amplitude[1:][steps] - a
+        for part in range(1, parts):
+            amplitude[first[steps] + part] += part / parts * off
+        discontinuity = self.discontinuity
+        if discontinuity is not None:
+            discontinuity = np.where(later[:, np.newaxis] > 0.0, 0.0, discontinuity[of])
+        time, elapsed = self.time[of] + later, later[:, np.newaxis]
+        return SlowTrajectory(
+            time=np.append(time, self.time[-1]),
+            amplitude=amplitude,
+            angle=np.vstack((self._angle(of, elapsed), self.angle[-1:])),
+            frequency=self.frequency[of] + self.frequency_rate[of] * elapsed,
+            frequency_rate=self.frequency_rate[of],
+            force=self.force[of] + self.force_rate[of] * elapsed,
+            force_rate=self.force_rate[of],
+            force_response=self.force_response,
+            discontinuity=discontinuity,
+            scale=None if self.scale is None else self.scale_at(time),
+            scale_rate=None if self.scale_rate is None else self.scale_rate[of],
         )
 
     def effective(self, model: Model) -> Complexes:
