@@ -53,6 +53,8 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(c_void_p, c_void_p, POINTER(c_double), POINTER(c_double)),
     ],
     "sm_slow_flow_rates": [POINTER(SlowFlow), c_size_t, c_void_p, c_void_p, c_void_p],
+    "sm_trajectory_bend": [POINTER(SlowFlow), c_size_t, *[c_void_p] * 5],
+    "sm_trajectory_divide": [POINTER(SlowFlow), c_size_t, *[c_void_p] * 4, c_int32, c_void_p],
     "sm_slow_flow_balance": [
         *(POINTER(SlowFlow), c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
     ],

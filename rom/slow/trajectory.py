@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,7 @@ from slipmode.rom.table.model import Model
 
 # Of a cubic from point to point, of the largest amplitude: by how much it may leave the slow flow.
 _BENT = 1e-4
-_LOOKED_AT = (0.25, 0.6)  # in a step: no multiples, which a beat could hide behind
-_MOST_PARTS = 256
+_MOST_PARTS, _ORDER = 256, 3  # of a step; by which a part of it bends less, at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,31 +114,30 @@ class SlowTrajectory:
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
         """da/dt at the start and at the end of each step, (steps, modes)."""
-        flow, steps = shifted_flow(model, self.shift), np.arange(self.time.size - 1)
-        return (
-            self._rates(flow, steps, np.zeros(steps.size), self.amplitude_start),
-            self._rates(flow, steps, np.diff(self.time), self.amplitude[1:]),
-        )
-
-    def _rates(
-        self, flow: kernel.SlowFlow, steps: NDArray[np.intp], elapsed: Floats, amplitude: Complexes
-    ) -> Complexes:
-        """da/dt at amplitudes (n, modes), so many seconds (n,) into some steps (n,)."""
-        later = elapsed[:, np.newaxis]
-        force_rate, frequency_rate = self.force_rate[steps], self.frequency_rate[steps]
-        inputs = inputs_of(
-            self.force[steps] + force_rate * later,
-            self.frequency[steps] + frequency_rate * later,
-            *(force_rate, frequency_rate, self._angle(steps, later)),
+        flow = shifted_flow(model, self.shift)
+        later, moving = np.diff(self.time)[:, np.newaxis], (self.force_rate, self.frequency_rate)
+        start = self._start_inputs()
+        end = inputs_of(
+            self.force + self.force_rate * later,
+            self.frequency + self.frequency_rate * later,
+            *moving,
+            self.angle[1:],
         )
         if self.scale is not None and self.scale_rate is not None:
-            inputs["limit_scale"] = self.scale[steps] + self.scale_rate[steps] * elapsed
-            inputs["limit_scale_rate"] = self.scale_rate[steps]
-        return rates(flow, inputs, amplitude)
+            end["limit_scale"] = self.scale + self.scale_rate * later[:, 0]
+            end["limit_scale_rate"] = self.scale_rate
+        return (
+            rates(flow, start, self.amplitude_start),
+            rates(flow, end, self.amplitude[1:]),
+        )
 
-    def _angle(self, steps: NDArray[np.intp], later: Floats) -> Floats:
-        turning = self.frequency[steps] + 0.5 * self.frequency_rate[steps] * later
-        return self.angle[:-1][steps] + turning * later
+    def _start_inputs(self) -> NDArray[np.void]:
+        """The core's inputs at the start of each step, (steps,)."""
+        moving = self.force_rate, self.frequency_rate
+        start = inputs_of(self.force, self.frequency, *moving, self.angle[:-1])
+        if self.scale is not None and self.scale_rate is not None:
+            start["limit_scale"], start["limit_scale_rate"] = self.scale, self.scale_rate
+        return start
 
     def resolved(self, model: Model) -> SlowTrajectory:
         """With further points where amplitudes do not move along a cubic from one to the next.
@@ -146,74 +145,72 @@ class SlowTrajectory:
         As beside a combination resonance, in whose beat they go round within a long step.
         """
         allowed = _BENT * np.abs(self.amplitude).max()
-        (bent,) = np.nonzero(self._bend(model) > allowed)
-        found, parts = self, 1
-        while bent.size and parts < _MOST_PARTS:
-            parts *= 2
+        bend = self._bend(model)
+        (bent,) = np.nonzero(bend > allowed)
+        if not bent.size:
+            return self
+        found, off = self, min(float(bend.max() / allowed), _MOST_PARTS**_ORDER)
+        parts = 2 ** max(1, round(np.log2(off) / _ORDER))
+        while parts <= _MOST_PARTS:
             try:
                 found = self._divided(model, bent, parts)
             except SlipmodeError:  # steps that are far too long leave the friction table
-                continue
-            if np.all(found._bend(model) <= allowed):
+                off = np.inf
+            else:
+                off = float(found._bend(model).max())
+            if off <= allowed:
                 break
+            parts *= 2
         return found
 
     def _bend(self, model: Model) -> Floats:
-        """By how much each step's cubic leaves the slow flow, were it as far off all along.
-
-        Infinite where it leaves the friction table.
-        """
-        start, end = self.amplitude_rates(model)
-        steps, duration = np.arange(self.time.size - 1), np.diff(self.time)
-        length, change = duration[:, np.newaxis], self.amplitude[1:] - self.amplitude_start
-        flow, bend = shifted_flow(model, self.shift), np.zeros(steps.size)
-        for r in _LOOKED_AT:
-            moved = r * r * (3.0 - 2.0 * r) * change
-            moved += length * r * (1.0 - r) * ((1.0 - r) * start - r * end)
-            slope = (1.0 - r) * (1.0 - 3.0 * r) * start - r * (2.0 - 3.0 * r) * end
-            try:
-                rate = self._rates(flow, steps, r * duration, self.amplitude_start + moved)
-            except SlipmodeError:
-                return np.full(steps.size, np.inf)
-            off = length * (rate - slope) - 6.0 * r * (1.0 - r) * change
-            bend = np.maximum(bend, np.abs(off).max(axis=1))
+        """By how much each step's cubic leaves the slow flow, were it as far off all along."""
+        flow, bend = shifted_flow(model, self.shift), np.empty(self.time.size - 1)
+        steps = self._steps()
+        status = kernel.lib.sm_trajectory_bend(
+            *(ctypes.byref(flow), bend.size, *(array.ctypes.data for array in steps)),
+            bend.ctypes.data,
+        )
+        kernel.check(status, "slow trajectory")
         return bend
 
+    def _steps(self) -> tuple[np.ndarray, ...]:
+        """Inputs and duration of steps, and the amplitudes that they start and end with."""
+        start, end = self.amplitude_start, self.amplitude[1:]
+        rows = self._start_inputs(), np.diff(self.time), start, end
+        return tuple(np.ascontiguousarray(row) for row in rows)
+
     def _divided(self, model: Model, steps: NDArray[np.intp], parts: int) -> SlowTrajectory:
-        """Some steps in so many parts, by the classical Runge-Kutta method within them."""
-        flow = shifted_flow(model, self.shift)
+        """Some steps in so many parts."""
+        flow, modes = shifted_flow(model, self.shift), self.amplitude.shape[1]
+        whole = [array[steps] for array in self._steps()]
+        between = np.empty((steps.size, parts - 1, modes), dtype=complex)
+        status = kernel.lib.sm_trajectory_divide(
+            *(ctypes.byref(flow), steps.size, *(array.ctypes.data for array in whole)),
+            *(parts, between.ctypes.data),
+        )
+        kernel.check(status, "slow trajectory")
         counts = np.ones(self.time.size - 1, dtype=int)
         counts[steps] = parts
-        of = np.repeat(np.arange(counts.size), counts)
-        first = np.cumsum(counts) - counts
-        h = np.diff(self.time) / counts
-        later = (np.arange(of.size) - first[of]) * h[of]
+        of, first = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - counts
+        part = np.arange(of.size) - first[of]
+        later = part * (np.diff(self.time) / counts)[of]
         amplitude = np.vstack((self.amplitude[of], self.amplitude[-1:]))
-        a, length = self.amplitude_start[steps], h[steps, np.newaxis]
-        for part in range(parts):
-            if part:
-                amplitude[first[steps] + part] = a
-            at = part * h[steps]
-            k1 = self._rates(flow, steps, at, a)
-            k2 = self._rates(flow, steps, at + 0.5 * h[steps], a + 0.5 * length * k1)
-            k3 = self._rates(flow, steps, at + 0.5 * h[steps], a + 0.5 * length * k2)
-            k4 = self._rates(flow, steps, at + h[steps], a + length * k3)
-            a = a + length / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        off = self.amplitude[1:][steps] - a
-        for part in range(1, parts):
-            amplitude[first[steps] + part] += part / parts * off
+        amplitude[np.nonzero(part)] = between.reshape(-1, modes)
         discontinuity = self.discontinuity
         if discontinuity is not None:
-            discontinuity = np.where(later[:, np.newaxis] > 0.0, 0.0, discontinuity[of])
+            discontinuity = np.where(part[:, np.newaxis] > 0, 0.0, discontinuity[of])
         time, elapsed = self.time[of] + later, later[:, np.newaxis]
+        frequency_rate, force_rate = self.frequency_rate[of], self.force_rate[of]
+        turned = (self.frequency[of] + 0.5 * frequency_rate * elapsed) * elapsed
         return SlowTrajectory(
             time=np.append(time, self.time[-1]),
             amplitude=amplitude,
-            angle=np.vstack((self._angle(of, elapsed), self.angle[-1:])),
-            frequency=self.frequency[of] + self.frequency_rate[of] * elapsed,
-            frequency_rate=self.frequency_rate[of],
-            force=self.force[of] + self.force_rate[of] * elapsed,
-            force_rate=self.force_rate[of],
+            angle=np.vstack((self.angle[of] + turned, self.angle[-1:])),
+            frequency=self.frequency[of] + frequency_rate * elapsed,
+            frequency_rate=frequency_rate,
+            force=self.force[of] + force_rate * elapsed,
+            force_rate=force_rate,
             force_response=self.force_response,
             discontinuity=discontinuity,
             scale=None if self.scale is None else self.scale_at(time),

@@ -16,6 +16,7 @@ GROUPS = (
     "motion",
     "harmonics",
     "table",
+    "between",
     "slow-flow",
     "directional",
     "component",

@@ -15,6 +15,7 @@ void check_torus_growth(void);
 void check_harmonics(void);
 void check_motion(void);
 void check_table(void);
+void check_between(void);
 void check_slow_flow(void);
 void check_directional(void);
 void check_component(void);
@@ -41,6 +42,7 @@ static const struct {
               {"motion", check_motion},
               {"harmonics", check_harmonics},
               {"table", check_table},
+              {"between", check_between},
               {"slow-flow", check_slow_flow},
               {"directional", check_directional},
               {"component", check_component},
