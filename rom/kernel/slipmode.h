@@ -305,15 +305,12 @@ SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
                                     const sm_inputs *inputs, const double *amplitude,
                                     double *rate);
 
-/* Steps of a trajectory from amplitudes `start` to `end` (steps, modes, 2), inputs at their starts:
- * by how much the slope of the cubic between these leaves the slow flow, times the duration (steps);
- * INFINITY where it leaves the table. */
-SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps,
-                                    const sm_inputs *inputs, const double *duration,
-                                    const double *start, const double *end, double *bend);
-
-/* Such steps in equal parts, by the classical Runge-Kutta method; what it is off at their ends is
- * taken off along them: amplitudes between the parts (steps, parts - 1, modes, 2). */
+/* Steps of a trajectory from amplitudes `start` to `end` (steps, modes, 2): by how much the slope of
+ * the cubic between them leaves the slow flow, times the duration; INFINITY: it leaves the table. */
+SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
+                                    const double *duration, const double *start, const double *end,
+                                    double *bend);
+/* Amplitudes between equal parts of them (steps, parts - 1, modes, 2), by classical Runge-Kutta. */
 SM_API sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps,
                                       const sm_inputs *inputs, const double *duration,
                                       const double *start, const double *end, int32_t parts,
