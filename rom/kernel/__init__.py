@@ -1,6 +1,6 @@
 """The C kernel as Python sees it: functions, structures and status codes of slipmode.h.
 
-slipmode.h is its one public header: start there. The C is in the rooms of rom/:
+slipmode.h is its public header: start there. The C is in the rooms of rom/:
 
 contact/   a time step of Eq. (12), sdirk2.c; friction as resolvents, friction.h, Eq. (28);
            stage/: the solvers of a stage, by their algorithms

@@ -1,0 +1,49 @@
+/* Full order: the reference. */
+#ifndef SLIPMODE_FULL_H
+#define SLIPMODE_FULL_H
+
+#include "slipmode.h"
+
+/* I q'' + C q' + diag(stiffness) q + W g(W^T q') = sum_j pattern_j F_j cos(theta_j + ph_j), in
+ * coordinates q where the mass is the identity and the stiffness diagonal. Elastic contacts have
+ * W f(W^T q, memory) instead of W g; they are no part of the stiffness. */
+typedef struct {
+    int32_t coordinates;      /* n */
+    int32_t contacts;         /* N_c, at most n */
+    int32_t modes;            /* harmonic forces, 1 or 2 */
+    int32_t outputs;          /* 0 or more */
+    int32_t law;              /* sm_law */
+    int32_t diagonal;         /* 1: C, and with it A, is diagonal */
+    double alpha;             /* regularisation velocity of the tanh law [m/s] */
+    double step;              /* h [s] */
+    const double *limit;      /* (N_c) friction limits mu N [N]; not of elastic contacts */
+    const double *stiffness;  /* (n) squared natural frequencies with free contacts */
+    const double *damping;    /* C, (n) if diagonal, else (n, n) */
+    const double *directions; /* (N_c, n) W^T */
+    const double *patterns;   /* (modes, n) */
+    const double *output;     /* (outputs, n): displacements wanted */
+    const double *inverse;    /* of A = I / g + C + g diag(stiffness), as damping; g = gamma h */
+    const double *resistance; /* (N_c, N_c) S = (W^T A^-1 W)^-1; not of elastic contacts */
+    const sm_elastic *elastic; /* of elastic contacts, and what follows */
+    const double *own, *ahead; /* (n) g and b, weights of a step: see full/elastic_step.h [s] */
+    /* (N_c, N_c) R = D (I + diag(reference) D)^-1, D = W^T diag(g) A^-1 W */
+    const double *flexibility;
+} sm_full;
+
+#define SM_FULL_GAMMA 0.25
+
+/* State: q and q' (n each), contact displacement, velocity and force (N_c each), the work done on
+ * the contacts, and what elastic contacts remember. Rigid contacts dissipate that work; elastic
+ * ones store some of it. */
+SM_API size_t sm_full_state_count(const sm_full *full);
+
+/* `samples` times `every` steps, from `elapsed` seconds after the inputs start; the state is moved
+ * along, and left undefined on any status but SM_OK. After every so many steps:
+ *   displacement, velocity (samples, outputs)
+ *   contact                (samples, 3, N_c): displacement, velocity, force less preload
+ *   dissipated             (samples): the work done on the contacts */
+SM_API sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
+                               size_t samples, size_t every, double *state, double *displacement,
+                               double *velocity, double *contact, double *dissipated);
+
+#endif
