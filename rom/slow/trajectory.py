@@ -18,7 +18,7 @@ from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
 # Of a cubic from point to point, of the largest amplitude: by how much it may leave the slow flow.
-_BENT = 1e-4
+_BENT = 3e-4
 _MOST_PARTS, _ORDER = 256, 3  # of a step; by which a part of it bends less, at least
 
 
