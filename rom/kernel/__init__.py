@@ -12,7 +12,8 @@ slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional de
            motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the march; equilibrium.c: at rest
-base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
+base/      complex numbers, lanes, eigenvalues, checks, messages, the layout that Python compares
+           with its own
 
 Here library.py loads it and structures.py mirrors its structures.
 """
@@ -31,12 +32,14 @@ from slipmode.rom.kernel.structures import (
     COMBINATIONS,
     DOUBLES,
     ELEMENT,
+    FORCED_CELLS,
     INPUT_FIELDS,
     INPUT_QUANTITIES,
     INPUTS,
     MODES,
     SCALE_FIELDS,
     SEGMENT,
+    Branch,
     Combination,
     Contact,
     Curve,
@@ -56,6 +59,7 @@ __all__ = [
     "COMBINATIONS",
     "DOUBLES",
     "ELEMENT",
+    "FORCED_CELLS",
     "INPUTS",
     "INPUT_FIELDS",
     "INPUT_QUANTITIES",
@@ -66,6 +70,7 @@ __all__ = [
     "OUTSIDE_TABLE",
     "SCALE_FIELDS",
     "SEGMENT",
+    "Branch",
     "Combination",
     "Contact",
     "Curve",
