@@ -4,15 +4,17 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/lanes.h"
+
 #define MOST SM_EIGENVALUES
 #define ROUNDING (16.0 * DBL_EPSILON)
 #define STEPS 160      /* for one eigenvalue, or pair: where they are double it takes 30 */
 #define EXCEPTIONAL 40 /* every so many steps the shift is another: cycles end */
 
 /* H becomes Q H Q, Q the reflection of rows first, first + 1, ... that turns x (m) into the first of
- * them; columns left to n and rows above `bottom` are those that count. */
-static void reflect(int n, double H[MOST][MOST], int first, int m, const double *x, int left,
-                    int bottom) {
+ * them; columns left to n and rows above `bottom` are those that count. `m` is a literal. */
+SM_INLINE void reflect(int n, double H[MOST][MOST], int first, int m, const double *x, int left,
+                       int bottom) {
     double v[3] = {0.0}, square = 0.0;
     for (int i = 0; i < m; i++) square += x[i] * x[i];
     if (square == 0.0) return;
@@ -33,14 +35,13 @@ static void reflect(int n, double H[MOST][MOST], int first, int m, const double 
 
 /* One step on rows and columns low to high, two more at least: both shifts at once. */
 static void step(double H[MOST][MOST], int low, int high, int exceptional) {
-    double sum = H[high - 1][high - 1] + H[high][high];
+    double sum = H[high - 1][high - 1] + H[high][high], x[3];
     double product = H[high - 1][high - 1] * H[high][high] - H[high - 1][high] * H[high][high - 1];
     if (exceptional) {
         const double shift = fabs(H[high][high - 1]) + fabs(H[high - 1][high - 2]);
         sum = 1.5 * shift;
         product = shift * shift;
     }
-    double x[3];
     x[0] = H[low][low] * (H[low][low] - sum) + H[low][low + 1] * H[low + 1][low] + product;
     x[1] = H[low + 1][low] * (H[low][low] + H[low + 1][low + 1] - sum);
     x[2] = H[low + 1][low] * H[low + 2][low + 1];
@@ -48,7 +49,11 @@ static void step(double H[MOST][MOST], int low, int high, int exceptional) {
         const int m = k + 2 <= high ? 3 : 2;
         if (k > low)
             for (int i = 0; i < m; i++) x[i] = H[k + i][k - 1];
-        reflect(high + 1, H, k, m, x, k > low ? k - 1 : low, k + 3 <= high ? k + 4 : high + 1);
+        const int left = k > low ? k - 1 : low, bottom = k + 3 <= high ? k + 4 : high + 1;
+        if (m == 3)
+            reflect(high + 1, H, k, 3, x, left, bottom);
+        else
+            reflect(high + 1, H, k, 2, x, left, bottom);
         for (int i = 1; k > low && i < m; i++) H[k + i][k - 1] = 0.0;
     }
 }
@@ -81,7 +86,10 @@ void sm_eigenvalues(int n, const double *matrix, double *values) {
     for (int c = 0; c + 2 < n; c++) {
         double x[MOST] = {0.0};
         for (int r = c + 1; r < n; r++) x[r - c - 1] = H[r][c];
-        reflect(n, H, c + 1, n - c - 1, x, c, n);
+        if (n - c == 4)
+            reflect(n, H, c + 1, 3, x, c, n);
+        else
+            reflect(n, H, c + 1, 2, x, c, n);
         for (int r = c + 2; r < n; r++) H[r][c] = 0.0;
     }
     for (int i = 0; i < 2 * n; i++) values[i] = NAN;

@@ -21,7 +21,7 @@ static int solved(int n, double A[MOST + 1][MOST + 3]) {
         for (int r = c + 1; r < n; r++)
             if (fabs(A[r][c]) > fabs(A[pivot][c])) pivot = r;
         if (!(fabs(A[pivot][c]) > 0.0)) return 0;
-        for (int k = c; k < n + 2; k++) {
+        for (int k = c; pivot != c && k < n + 2; k++) {
             const double swapped = A[c][k];
             A[c][k] = A[pivot][k];
             A[pivot][k] = swapped;

@@ -14,13 +14,14 @@
 
 #define CELLS_ONE 100 /* of the modulus of a mode by itself */
 #define CELLS 32      /* of each of two */
-#define CORNERS ((CELLS + 1) * (CELLS + 1))
+#define CORNERS ((CELLS + 1) * (CELLS + 1)) /* at most: of cells */
 
 /* Moduli relative to the limits, up to the range of the table; a mode without force is at rest. */
 typedef struct {
     int cells[SM_MODES]; /* 0: at rest */
     double largest[SM_MODES];
-    double S[CORNERS][2 * SM_MODES]; /* at corners of cells; NaN outside the table */
+    double modulus[SM_MODES][CORNERS];
+    double S[SM_MODES][2][CORNERS]; /* (Re, Im); NaN outside the table */
 } grid;
 
 /* Of one mode at a p: spring (z - off) = forcing + gain S z / |z|, z its effective amplitude. */
@@ -28,20 +29,16 @@ typedef struct {
     sm_complex spring, gain, there; /* forcing + spring off */
 } held;
 
-static void look_up(const sm_table *table, const double *modulus, int32_t *cell, double *S) {
+static void look_up(const sm_table *table, const double *modulus, int32_t *cell, sm_complex *S) {
     double columns[SM_MOST_FIELDS];
     const sm_status status = sm_table_slopes_from(table, modulus, 0, cell, columns, NULL);
-    for (int k = 0; k < 2 * table->modes; k++) S[k] = status == SM_OK ? columns[k] : NAN;
+    for (int j = 0; j < table->modes; j++)
+        S[j] = status == SM_OK ? sm_pair(columns + 2 * j) : sm_cx(NAN, NAN);
 }
 
-static int corners(const grid *moduli) { return (moduli->cells[0] + 1) * (moduli->cells[1] + 1); }
-
-/* At a corner, and part of a cell on in all directions. */
-static void set_moduli(const grid *moduli, int corner, double part, double *modulus) {
-    const int row = moduli->cells[1] + 1, at[SM_MODES] = {corner / row, corner % row};
-    for (int j = 0; j < SM_MODES; j++)
-        modulus[j] =
-            moduli->cells[j] ? moduli->largest[j] * ((at[j] + part) / moduli->cells[j]) : 0.0;
+/* At a corner, and part of a cell on. */
+static double modulus_at(const grid *moduli, int j, double corner) {
+    return moduli->cells[j] ? moduli->largest[j] * (corner / moduli->cells[j]) : 0.0;
 }
 
 static void set_grid(const sm_forced *forced, grid *moduli) {
@@ -53,11 +50,18 @@ static void set_grid(const sm_forced *forced, grid *moduli) {
         moduli->cells[j] = table->modes == 1 ? CELLS_ONE : CELLS;
         moduli->largest[j] = forced->scale[j];
     }
-    for (int c = 0; c < corners(moduli); c++) {
-        double modulus[SM_MODES];
-        set_moduli(moduli, c, 0.0, modulus);
-        look_up(table, modulus, cell, moduli->S[c]);
-    }
+    int corner = 0;
+    for (int a = 0; a <= moduli->cells[0]; a++)
+        for (int b = 0; b <= moduli->cells[1]; b++, corner++) {
+            const double modulus[] = {modulus_at(moduli, 0, a), modulus_at(moduli, 1, b)};
+            sm_complex S[SM_MODES];
+            look_up(table, modulus, cell, S);
+            for (int j = 0; j < table->modes; j++) {
+                moduli->modulus[j][corner] = modulus[j];
+                moduli->S[j][0][corner] = S[j].re;
+                moduli->S[j][1][corner] = S[j].im;
+            }
+        }
 }
 
 static held held_at(const sm_instant *instant, int j) {
@@ -70,27 +74,40 @@ static held held_at(const sm_instant *instant, int j) {
 }
 
 /* What a modulus takes to be held. */
-static sm_complex taken(const held *mode, double modulus, const double *S) {
-    return sm_csub(sm_cscale(mode->spring, modulus), sm_cmul(mode->gain, sm_pair(S)));
+SM_INLINE sm_complex taken(const held *mode, double modulus, sm_complex S) {
+    return sm_csub(sm_cscale(mode->spring, modulus), sm_cmul(mode->gain, S));
 }
 
-/* Two bits of each mode: at most, and at least, what is there is taken. */
-static unsigned answer(const held *mode, int modes, const double *modulus, const double *S) {
-    unsigned bits = 0;
+/* Two bits of each mode at each corner: at most, and at least, what is there is taken. */
+SM_HOT static void answer(const grid *moduli, int modes, const held *mode, uint8_t *answers) {
+    memset(answers, 0, CORNERS);
     for (int j = 0; j < modes; j++) {
-        const double there = sm_cabs2(mode[j].there);
-        const double needed = sm_cabs2(taken(mode + j, modulus[j], S + 2 * j));
-        bits |= (unsigned)(needed <= there) << (2 * j) | (unsigned)(needed >= there) << (2 * j + 1);
+        const held by = mode[j];
+        const double there = sm_cabs2(by.there);
+        const double *re = moduli->S[j][0], *im = moduli->S[j][1];
+        SM_SIMD
+        for (int c = 0; c < CORNERS; c++) {
+            const double needed =
+                sm_cabs2(taken(&by, moduli->modulus[j][c], sm_cx(re[c], im[c])));
+            answers[c] |= (uint8_t)((needed <= there) << (2 * j) | (needed >= there) << (2 * j + 1));
+        }
     }
-    return bits;
+}
+
+/* What the corners of each cell answer together, at the first of these. */
+SM_HOT static void join(const grid *moduli, uint8_t *answers) {
+    const int row = moduli->cells[1] + 1, aside = moduli->cells[1] ? 1 : 0;
+    const int ahead = moduli->cells[0] ? row : 0;
+    for (int c = 0; c + aside < CORNERS; c++) answers[c] |= answers[c + aside];
+    for (int c = 0; c + ahead < CORNERS; c++) answers[c] |= answers[c + ahead];
 }
 
 /* The amplitudes, scaled as unknowns, that moduli have in the phase of what holds them. */
 static void balanced(const sm_forced *forced, const sm_instant *instant, const held *mode,
-                     const double *modulus, const double *S, double *y) {
+                     const double *modulus, const sm_complex *S, double *y) {
     for (int j = 0; j < forced->flow->table.modes; j++) {
         const sm_complex along =
-            sm_cmul(mode[j].there, sm_conj(taken(mode + j, modulus[j], S + 2 * j)));
+            sm_cmul(mode[j].there, sm_conj(taken(mode + j, modulus[j], S[j])));
         const double length = sqrt(sm_cabs2(along));
         const sm_complex z = sm_cscale(along, length > 0.0 ? modulus[j] / length : 0.0);
         const sm_complex a = sm_cdiv(sm_csub(z, sm_of(&instant->factor.off_resonance, j)),
@@ -101,33 +118,22 @@ static void balanced(const sm_forced *forced, const sm_instant *instant, const h
     }
 }
 
-/* What the corners of a cell answer together. */
-static unsigned around(const grid *moduli, const unsigned char *answers, int a, int b) {
-    const int row = moduli->cells[1] + 1;
-    unsigned bits = 0;
-    for (int i = a; i <= a + (moduli->cells[0] > 0); i++)
-        for (int k = b; k <= b + (moduli->cells[1] > 0); k++) bits |= answers[i * row + k];
-    return bits;
-}
-
 /* At one p; how many are found. */
 static size_t search_at(const sm_curve *curve, const sm_forced *forced, const grid *moduli,
                         sm_instant *instant, double p, double *z) {
     const int modes = forced->flow->table.modes, k = 2 * modes, row = moduli->cells[1] + 1;
-    unsigned char answers[CORNERS];
+    uint8_t answers[CORNERS];
     held mode[SM_MODES];
     size_t found = 0;
     for (int j = 0; j < modes; j++) mode[j] = held_at(instant, j);
-    for (int c = 0; c < corners(moduli); c++) {
-        double modulus[SM_MODES];
-        set_moduli(moduli, c, 0.0, modulus);
-        answers[c] = (unsigned char)answer(mode, modes, modulus, moduli->S[c]);
-    }
+    answer(moduli, modes, mode, answers);
+    join(moduli, answers);
     for (int a = 0; a < moduli->cells[0] || a == 0; a++)
         for (int b = 0; b < moduli->cells[1] || b == 0; b++) {
-            if (around(moduli, answers, a, b) + 1 != 1u << k) continue;
-            double middle[SM_MODES], S[2 * SM_MODES], *at = z + found * (size_t)(k + 1);
-            set_moduli(moduli, a * row + b, 0.5, middle);
+            if (answers[a * row + b] + 1 != 1 << k) continue;
+            const double middle[] = {modulus_at(moduli, 0, a + 0.5), modulus_at(moduli, 1, b + 0.5)};
+            sm_complex S[SM_MODES];
+            double *at = z + found * (size_t)(k + 1);
             look_up(&forced->flow->table, middle, instant->cell, S);
             balanced(forced, instant, mode, middle, S, at);
             at[k] = p;
