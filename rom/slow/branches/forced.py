@@ -14,10 +14,9 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
-from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
@@ -43,6 +42,7 @@ class ForcedSlowFlow:
     """
 
     model: Model
+    applied: AppliedForces
     flow: kernel.SlowFlow
     span: tuple[float, float]
     inputs: NDArray[np.void]
@@ -62,17 +62,18 @@ class ForcedSlowFlow:
         largest_step: float = LARGEST_STEP,
     ) -> ForcedSlowFlow:
         """Of arguments as `response_curve` has them, which it refuses where they do not fit."""
-        excitation = excitation_of(model, force, phase)
+        applied = AppliedForces.of(model.reduced, force)
+        excitation = applied.excitation(phase)
         allowed = [name for name in _NAMES if model.modes == 2 or name[-2:] != "_B"]
         if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
         ends = [np.asarray(end, dtype=float) for end in span]
         both = vary == "frequency"
         shape = (model.modes,) if both else ()
-        if len(ends) != 2 or any(end.shape != shape or not np.isfinite(end).all() for end in ends):
+        fits = len(ends) == 2 and all(end.shape == shape for end in ends)
+        if not fits or not np.isfinite(values := np.array(ends)).all():
             of_what = f"points of {model.modes} frequencies" if both else "numbers"
             raise SlipmodeError(f"span: must be two finite {of_what}, got {span}")
-        values = np.array(ends)
         if np.all(values[0] == values[1]) or (not vary.startswith("freq") and values.min() < 0.0):
             raise SlipmodeError(f"span: must be two different values, factors >= 0, got {span}")
         if vary == "limit" and (
@@ -99,7 +100,7 @@ class ForcedSlowFlow:
             inputs["limit_scale"] = values
         carriers = inputs["frequency"][:, : model.modes]
         check_carriers_along(model.reduced, carriers, excitation != 0.0)
-        flow = shifted_flow(model, off_resonance_shift(model.reduced, force))
+        flow = shifted_flow(model, applied.shift)
         forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
         forced.scale[: model.modes] = model.table.amplitude_range
         forced.owned = flow, inputs
@@ -109,7 +110,7 @@ class ForcedSlowFlow:
         )
         curve.owned = forced
         first, last = (0.0, 1.0) if both else values.tolist()
-        return cls(model, flow, (first, last), inputs, curve)
+        return cls(model, applied, flow, (first, last), inputs, curve)
 
     @property
     def scale(self) -> Floats:

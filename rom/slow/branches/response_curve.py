@@ -236,7 +236,7 @@ def response_curve(
     rows = np.concatenate([branch.points.rows for branch in branches])
     points = Points(rows, problem.curve.unknowns)
     amplitude = problem.amplitude(points.z)
-    warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    warn(motion_findings(model.law, problem.applied, np.abs(amplitude).max(axis=0)))
     frequencies, forces = (
         problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
     )
