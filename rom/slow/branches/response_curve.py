@@ -268,7 +268,9 @@ def _cut_off(branches: list[Branch]) -> list[Floats]:
         end
         for branch in branches
         for end in branch.cut_off
-        if not any(each.points.pass_by(end[np.newaxis])[0] for each in branches if each is not branch)
+        if not any(
+            other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
+        )
     ]
 
 
