@@ -75,6 +75,12 @@ class AppliedForces:
         return np.divide(self.force, own, out=np.zeros_like(self.force), where=own != 0.0)
 
     @cached_property
+    def on_modes(self) -> Floats:
+        """Force phi_k^T f_j on every mode per unit of F_j, (modes, modes + nonresonant) [-]."""
+        shapes = self.reduced.mode_shapes, self.reduced.nonresonant_shapes
+        return np.hstack([self.per_modal_force @ each for each in shapes])
+
+    @cached_property
     def contact(self) -> Floats:
         """Force X^T f_j on the contacts per unit of F_j, (modes, N_c) [kg^1/2]."""
         return np.asarray(self.per_modal_force @ self.reduced.contact_shapes)
@@ -82,8 +88,7 @@ class AppliedForces:
     @cached_property
     def past_mode(self) -> Complexes:
         """The same past mode j, at its carrier: that, and what comes through the other modes."""
-        modal = self.per_modal_force @ self.reduced.all_shapes
-        through = np.einsum("jm,jmc->jc", modal, _through_others(self.reduced))
+        through = np.einsum("jm,jmc->jc", self.on_modes, _through_others(self.reduced))
         return np.asarray(self.contact - through)
 
     @cached_property
@@ -142,12 +147,12 @@ class ForceResponse:
         Without the structure the displacement of DOFs lacks the static part.
         """
         applied = AppliedForces.of(reduced, patterns)
-        f = applied.per_modal_force
-        static = np.zeros_like(f.T)
+        f = applied.per_modal_force.T
+        static = np.zeros_like(f)
         if structure is not None and reduced.formulation == "consistent":
-            static = _left_over(structure, reduced, f.T)
+            static = _left_over(structure, reduced, f)
         return cls(
-            modal=f @ reduced.all_shapes,
+            modal=applied.on_modes,
             contact=applied.contact,
             static=static,
             shift=applied.shift,
@@ -203,7 +208,7 @@ def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     modes = np.arange(len(reduced.modes))
     if reduced.formulation == "paper":
         return np.zeros((modes.size, modes.size), dtype=complex)
-    modal = 0.5 * AppliedForces.of(reduced, patterns).per_modal_force @ reduced.all_shapes
+    modal = 0.5 * AppliedForces.of(reduced, patterns).on_modes
     response = reduced.others_response(modes, reduced.carrier, modal[..., np.newaxis])
     return response[:, : modes.size, 0].T
 
