@@ -12,8 +12,7 @@ slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional de
            motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the march; equilibrium.c: at rest
-base/      complex numbers, lanes, eigenvalues, checks, messages, the layout that Python compares
-           with its own
+base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
 
 Here library.py loads it and structures.py mirrors its structures.
 """

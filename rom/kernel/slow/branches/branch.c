@@ -1,7 +1,7 @@
 /* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977). */
 #include <string.h>
 
-#include "base/eigenvalues.h"
+#include "slow/branches/eigenvalues.h"
 #include "slow/branches/curve.h"
 
 #define MOST SM_CURVE_MOST
