@@ -331,26 +331,22 @@ typedef struct {
     const void *of;
 } sm_curve;
 
-#define SM_CURVE_ROW(unknowns) (4 * (unknowns) + 2)
-
 /* Points to both sides of where it was found; closed: the last one is followed by the first. */
 typedef struct {
     size_t before, after;
     int32_t closed;
 } sm_branch;
 
-/* The curve through a solution near `start`, at the same p: points (2 most - 1), of which points[most
- * - 1] is that solution, before it `before` of them and `after` behind; each side at most `most` long,
- * to p = 0, p = 1, where F ends, or, then it is closed, back to where it began.
- * SM_NOT_CONVERGED: there is no solution close by. */
+/* The curve through a solution near `start`, at the same p, which becomes points[most - 1] of 2 most -
+ * 1: to p = 0, p = 1, where F ends, or, then it is closed, back to where it began; at most `most` points
+ * on each side. SM_NOT_CONVERGED: there is no solution close by. */
 SM_API sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t most,
                                  double *points, sm_branch *branch);
-/* Where successive points have a fold between them, or, Hopf points, one eigenvalue pair more or less
- * with a positive real part: z (found, k + 1) and whether it is a fold, of count - 1 at most. */
+/* Folds between points, and Hopf points, where the real parts of a pair of eigenvalues change sign: z
+ * (found, k + 1), count - 1 at most, and whether it is a fold. */
 SM_API sm_status sm_curve_specials(const sm_curve *curve, size_t count, const double *points,
                                    uint8_t *folds, double *z, size_t *found);
-/* Whether a curve through such points passes solutions z (solutions, k + 1): near a chord, which bends
- * little. */
+/* Whether a curve through such points passes solutions z (solutions, k + 1), near its chords. */
 SM_API sm_status sm_curve_passes(int32_t unknowns, size_t count, const double *points,
                                  size_t solutions, const double *z, uint8_t *passed);
 
@@ -363,9 +359,7 @@ typedef struct {
 
 /* Its steady states as a curve, as sm_slow_flow_balance has them. The curve refers to `forced`. */
 SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
-
 #define SM_FORCED_CELLS 1024 /* in which steady states are searched at each p, at most */
-
 /* Steady states at p = 0 to 1 in so many sections, in their order: z (found, k + 1), of at most
  * sections SM_FORCED_CELLS. */
 SM_API sm_status sm_forced_search(const sm_forced *forced, size_t sections, double *z,

@@ -1,11 +1,12 @@
 /* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977). */
 #include <string.h>
 
-#include "slow/branches/eigenvalues.h"
 #include "slow/branches/curve.h"
+#include "slow/branches/eigenvalues.h"
 
-#define MOST SM_CURVE_MOST
-#define SHORTEST SM_CURVE_SHORTEST
+#define MOST SM_CURVE_UNKNOWNS
+#define SHORTEST 1e-7      /* step, and distance of two points */
+#define ROW(unknowns) (4 * (unknowns) + 2) /* doubles */
 #define FIRST_STEP 0.25    /* of the largest */
 #define LONGER 1.5         /* the next step may be, after ... */
 #define EASY_PASSES 3      /* ... no more of Newton's */
@@ -105,7 +106,7 @@ sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t mos
     if (!sm_curve_is_valid(curve) || !start || !points || !branch || most < 1)
         return SM_BAD_ARGUMENT;
     const int k = curve->unknowns, n = k + 1;
-    const ptrdiff_t row = SM_CURVE_ROW(k);
+    const ptrdiff_t row = ROW(k);
     double upwards[MOST + 1] = {0.0};
     sm_curve_point at;
     int passes;
@@ -133,7 +134,7 @@ static int growing(int k, const double *eigenvalues) {
 /* Where it changes from a row to the next what growing() counts, or, if it folds, turns back. */
 static void bisect(const sm_curve *curve, const double *row, int folds, double *z) {
     const int k = curve->unknowns, n = k + 1, unstable = growing(k, row + 2 * n);
-    const double *next = row + SM_CURVE_ROW(k), *onward = row + n;
+    const double *next = row + ROW(k), *onward = row + n;
     double low[MOST + 1], high[MOST + 1];
     memcpy(low, row, (size_t)n * sizeof *low);
     memcpy(high, next, (size_t)n * sizeof *high);
@@ -163,7 +164,7 @@ sm_status sm_curve_specials(const sm_curve *curve, size_t count, const double *p
     const int k = curve->unknowns, n = k + 1;
     *found = 0;
     for (size_t i = 0; i + 1 < count; i++) {
-        const double *row = points + (ptrdiff_t)i * SM_CURVE_ROW(k), *next = row + SM_CURVE_ROW(k);
+        const double *row = points + (ptrdiff_t)i * ROW(k), *next = row + ROW(k);
         const int change = growing(k, next + 2 * n) - growing(k, row + 2 * n);
         folds[*found] = row[n + k] * next[n + k] < 0.0;
         if (!folds[*found] && change != 2 && change != -2) continue;
@@ -192,8 +193,8 @@ sm_status sm_curve_passes(int32_t unknowns, size_t count, const double *points, 
     const int n = unknowns + 1;
     memset(passed, 0, solutions);
     for (size_t i = 0; i + 1 < count; i++) {
-        const double *from = points + (ptrdiff_t)i * SM_CURVE_ROW(unknowns);
-        const double *to = from + SM_CURVE_ROW(unknowns);
+        const double *from = points + (ptrdiff_t)i * ROW(unknowns);
+        const double *to = from + ROW(unknowns);
         const double length = sm_curve_distance(n, from, to), away = SAME + BEND * length;
         for (size_t s = 0; s < solutions; s++) {
             const double *at = z + s * (size_t)n;

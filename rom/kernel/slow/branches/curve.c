@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#define MOST SM_CURVE_MOST
+#define MOST SM_CURVE_UNKNOWNS
 #define CONVERGED 1e-8 /* Newton's last update: what it leaves is its square */
 
 /* How far Newton's method may go. */

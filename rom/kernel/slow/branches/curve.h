@@ -6,13 +6,10 @@
 
 #include "slipmode.h"
 
-#define SM_CURVE_MOST SM_CURVE_UNKNOWNS
-#define SM_CURVE_SHORTEST 1e-7 /* step, and distance of two points */
-
 /* z = (y, p), the direction there, and dF/dy (k, k). */
 typedef struct {
-    double z[SM_CURVE_MOST + 1], tangent[SM_CURVE_MOST + 1];
-    double jacobian[SM_CURVE_MOST * SM_CURVE_MOST];
+    double z[SM_CURVE_UNKNOWNS + 1], tangent[SM_CURVE_UNKNOWNS + 1];
+    double jacobian[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS];
 } sm_curve_point;
 
 static inline double sm_curve_dot(int n, const double *a, const double *b) {
