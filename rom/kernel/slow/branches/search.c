@@ -78,28 +78,28 @@ SM_INLINE sm_complex taken(const held *mode, double modulus, sm_complex S) {
     return sm_csub(sm_cscale(mode->spring, modulus), sm_cmul(mode->gain, S));
 }
 
-/* Two bits of each mode at each corner: at most, and at least, what is there is taken. */
-SM_HOT static void answer(const grid *moduli, int modes, const held *mode, uint8_t *answers) {
-    memset(answers, 0, CORNERS);
-    for (int j = 0; j < modes; j++) {
-        const held by = mode[j];
-        const double there = sm_cabs2(by.there);
-        const double *re = moduli->S[j][0], *im = moduli->S[j][1];
-        SM_SIMD
-        for (int c = 0; c < CORNERS; c++) {
-            const double needed =
-                sm_cabs2(taken(&by, moduli->modulus[j][c], sm_cx(re[c], im[c])));
-            answers[c] |= (uint8_t)((needed <= there) << (2 * j) | (needed >= there) << (2 * j + 1));
+/* Two bits of each mode: at most, and at least, what is there is taken. */
+#define ALL ((1 << 2 * SM_MODES) - 1)
+
+/* At each corner; of a mode that is not there both. */
+SM_HOT static void answer(const grid *moduli, const held *mode, uint8_t *answers) {
+    for (int c = 0; c < CORNERS; c++) {
+        int bits = 0;
+        for (int j = 0; j < SM_MODES; j++) {
+            const sm_complex S = sm_cx(moduli->S[j][0][c], moduli->S[j][1][c]);
+            const double needed = sm_cabs2(taken(mode + j, moduli->modulus[j][c], S));
+            const double there = sm_cabs2(mode[j].there);
+            bits |= (needed <= there) << (2 * j) | (needed >= there) << (2 * j + 1);
         }
+        answers[c] = (uint8_t)bits;
     }
 }
 
-/* What the corners of each cell answer together, at the first of these. */
-SM_HOT static void join(const grid *moduli, uint8_t *answers) {
-    const int row = moduli->cells[1] + 1, aside = moduli->cells[1] ? 1 : 0;
-    const int ahead = moduli->cells[0] ? row : 0;
-    for (int c = 0; c + aside < CORNERS; c++) answers[c] |= answers[c + aside];
-    for (int c = 0; c + ahead < CORNERS; c++) answers[c] |= answers[c + ahead];
+/* What the corners of a cell answer together, at the first of these. */
+static int around(const grid *moduli, const uint8_t *answers, int corner) {
+    const int aside = moduli->cells[1] > 0, ahead = moduli->cells[0] ? moduli->cells[1] + 1 : 0;
+    const uint8_t *here = answers + corner, *there = here + ahead;
+    return here[0] | here[aside] | there[0] | there[aside];
 }
 
 /* The amplitudes, scaled as unknowns, that moduli have in the phase of what holds them. */
@@ -123,14 +123,13 @@ static size_t search_at(const sm_curve *curve, const sm_forced *forced, const gr
                         sm_instant *instant, double p, double *z) {
     const int modes = forced->flow->table.modes, k = 2 * modes, row = moduli->cells[1] + 1;
     uint8_t answers[CORNERS];
-    held mode[SM_MODES];
+    held mode[SM_MODES] = {{{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}};
     size_t found = 0;
     for (int j = 0; j < modes; j++) mode[j] = held_at(instant, j);
-    answer(moduli, modes, mode, answers);
-    join(moduli, answers);
+    answer(moduli, mode, answers);
     for (int a = 0; a < moduli->cells[0] || a == 0; a++)
         for (int b = 0; b < moduli->cells[1] || b == 0; b++) {
-            if (answers[a * row + b] + 1 != 1 << k) continue;
+            if (around(moduli, answers, a * row + b) != ALL) continue;
             const double middle[] = {modulus_at(moduli, 0, a + 0.5), modulus_at(moduli, 1, b + 0.5)};
             sm_complex S[SM_MODES];
             double *at = z + found * (size_t)(k + 1);
