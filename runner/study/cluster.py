@@ -36,9 +36,7 @@ _log = logging.getLogger("slipmode.study")
 _ANSWERS = 10.0  # [s] in which a scheduler has to, and workers have to connect
 _PER_WORKER = 3  # tasks
 _LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
-
-
-# What workers import, and how many threads each has for BLAS, as Dask has it.
+# What workers import, and that BLAS has a thread in each, as Dask has it.
 _PRELOADED = ["distributed.nanny", "slipmode.runner.study.cluster"]
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 _FORKSERVER = "forkserver" in multiprocessing.get_all_start_methods()

@@ -1,12 +1,8 @@
 /* Steady states of the slow flow along a line of inputs, as a curve. */
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
 #include "slow/branches/forced.h"
 #include "slow/branches/points.h"
 #include "slow/slow_flow.h"
-#include "table/table.h"
 
 #define ALONG 0x1p-40 /* of the line: beside a fast change an amplitude would count as none */
 
@@ -88,7 +84,7 @@ static sm_status forced_rates(const void *of, const double *z, double *F, double
                                                                                   : SM_NOT_FINITE;
 }
 
-sm_status sm_forced_check(const sm_forced *forced) {
+static sm_status check(const sm_forced *forced) {
     if (!forced || !forced->flow || !forced->inputs) return SM_BAD_ARGUMENT;
     sm_status status = sm_slow_flow_check(forced->flow);
     for (int j = 0; status == SM_OK && j < forced->flow->table.modes; j++)
@@ -97,7 +93,7 @@ sm_status sm_forced_check(const sm_forced *forced) {
 }
 
 sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve) {
-    const sm_status status = curve ? sm_forced_check(forced) : SM_BAD_ARGUMENT;
+    const sm_status status = curve ? check(forced) : SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
     curve->unknowns = 2 * forced->flow->table.modes;
     curve->largest_step = largest_step;

@@ -4,9 +4,7 @@
 
 #include "slipmode.h"
 
-sm_status sm_forced_check(const sm_forced *forced);
-
-/* At p; not checked. */
+/* The inputs at p; neither is checked. */
 sm_inputs sm_forced_inputs(const sm_forced *forced, double p);
 
 #endif

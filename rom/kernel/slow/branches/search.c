@@ -15,6 +15,7 @@
 #define CELLS_ONE 100 /* of the modulus of a mode by itself */
 #define CELLS 32      /* of each of two */
 #define CORNERS ((CELLS + 1) * (CELLS + 1)) /* at most: of cells */
+#define ALL ((1 << 2 * SM_MODES) - 1)       /* answers of corners that a steady state may be between */
 
 /* Moduli relative to the limits, up to the range of the table; a mode without force is at rest. */
 typedef struct {
@@ -36,7 +37,7 @@ static void look_up(const sm_table *table, const double *modulus, int32_t *cell,
         S[j] = status == SM_OK ? sm_pair(columns + 2 * j) : sm_cx(NAN, NAN);
 }
 
-/* At a corner, and part of a cell on. */
+/* Of a mode at one of its corners, or between two. */
 static double modulus_at(const grid *moduli, int j, double corner) {
     return moduli->cells[j] ? moduli->largest[j] * (corner / moduli->cells[j]) : 0.0;
 }
@@ -78,10 +79,8 @@ SM_INLINE sm_complex taken(const held *mode, double modulus, sm_complex S) {
     return sm_csub(sm_cscale(mode->spring, modulus), sm_cmul(mode->gain, S));
 }
 
-/* Two bits of each mode: at most, and at least, what is there is taken. */
-#define ALL ((1 << 2 * SM_MODES) - 1)
-
-/* At each corner; of a mode that is not there both. */
+/* Two bits of each mode at each corner: what is there is enough, it is no more than enough; of a mode
+ * that does not exist both. */
 SM_HOT static void answer(const grid *moduli, const held *mode, uint8_t *answers) {
     for (int c = 0; c < CORNERS; c++) {
         int bits = 0;
