@@ -38,7 +38,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
-from slipmode.rom.reduction.force_response import ForcePatterns
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import Finding, force_strain, model_findings, strain_findings, warn
@@ -334,7 +334,8 @@ class Component:
         if force_patterns is None:
             return None
         most = self.model.table.amplitude_range
-        strain = force_strain(self.model.reduced, self.model.law, force_patterns, most)
+        applied = AppliedForces.of(self.model.reduced, force_patterns)
+        strain = force_strain(self.model.law, applied, most)
         return strain if strain.any() else None
 
     def _warn_of_forces(self, records: Floats) -> None:

@@ -22,7 +22,7 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction, Tanh, limits
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import Forces, residual_force, steady_force
+from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.representable import round_down, round_up
@@ -150,13 +150,11 @@ def model_findings(
     ]
 
 
-def motion_findings(
-    reduced: Reduced, law: Friction, force: Forces, amplitude: Floats
-) -> list[Finding]:
+def motion_findings(law: Friction, applied: AppliedForces, amplitude: Floats) -> list[Finding]:
     """Whatever the largest amplitudes (modes,) under forces tell."""
     return [
-        *friction_findings(reduced, law, amplitude),
-        *force_findings(reduced, law, force, amplitude),
+        *friction_findings(applied.reduced, law, amplitude),
+        *force_findings(law, applied, amplitude),
     ]
 
 
@@ -323,30 +321,27 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
 
 
 def force_findings(
-    reduced: Reduced,
-    law: Friction,
-    force: Forces,
-    amplitude: Floats,
-    names: Sequence[str] = "AB",
+    law: Friction, applied: AppliedForces, amplitude: Floats, names: Sequence[str] = "AB"
 ) -> list[Finding]:
     """Forces (largest, one per mode) must move contacts as their modes do.
 
     The friction table has one motion of the contacts per mode; what a force does to them besides
     has to be small against the friction limit, or against the elastic force on the contact.
     """
-    return strain_findings(force_strain(reduced, law, force, amplitude), names)
+    return strain_findings(force_strain(law, applied, amplitude), names)
 
 
-def force_strain(reduced: Reduced, law: Friction, force: Forces, amplitude: Floats) -> Floats:
+def force_strain(law: Friction, applied: AppliedForces, amplitude: Floats) -> Floats:
     """What forces do to a contact besides, relative to what holds it there, (modes,)."""
+    reduced = applied.reduced
     if reduced.formulation == "paper":
-        return np.zeros(len(force))
-    modal = np.array([reduced.modal_force(j, pattern) for j, pattern in enumerate(force)])
-    residual = residual_force(reduced, force)
+        return np.zeros(applied.modal.size)
+    residual = applied.residual(applied.contact)
     if reduced.force_patterns is not None:  # the contact problem has theirs
-        known = residual_force(reduced, list(reduced.force_patterns))
-        residual -= np.where(steady_force(reduced)[0] != 0.0, known, 0.0)
-    aside = np.abs(residual * modal[:, np.newaxis])
+        known = AppliedForces.of(reduced, list(reduced.force_patterns))
+        has = steady_force(reduced)[0] != 0.0
+        residual -= np.where(has, known.residual(known.contact), 0.0)
+    aside = np.abs(residual * applied.modal[:, np.newaxis])
     if reduced.contacts is not None:
         aside = aside * reduced.contacts.reference
     holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))

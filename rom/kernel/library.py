@@ -10,6 +10,7 @@ from typing import Any
 
 from slipmode.rom.kernel.structures import (
     STRUCTURES,
+    Branch,
     Contact,
     Curve,
     Elastic,
@@ -58,13 +59,13 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_slow_flow_balance": [
         *(POINTER(SlowFlow), c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
     ],
-    "sm_curve_point": [POINTER(Curve), c_void_p, c_void_p, c_void_p, c_void_p],
-    "sm_curve_trace": [
-        *(POINTER(Curve), c_size_t, c_void_p, POINTER(c_size_t), POINTER(c_int32)),
+    "sm_curve_branch": [POINTER(Curve), c_void_p, c_size_t, c_void_p, POINTER(Branch)],
+    "sm_curve_specials": [
+        *(POINTER(Curve), c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)),
     ],
-    "sm_curve_solve": [POINTER(Curve), c_size_t, c_void_p],
+    "sm_curve_passes": [c_int32, c_size_t, c_void_p, c_size_t, c_void_p, c_void_p],
     "sm_forced_curve": [POINTER(Forced), c_double, POINTER(Curve)],
-    "sm_forced_imbalance": [POINTER(Forced), c_size_t, c_void_p, c_void_p, c_void_p],
+    "sm_forced_search": [POINTER(Forced), c_size_t, c_void_p, POINTER(c_size_t)],
     "sm_component_create": [
         *(POINTER(SlowFlow), POINTER(Contact), POINTER(Motion), c_double, POINTER(c_void_p)),
     ],

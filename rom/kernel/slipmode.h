@@ -333,7 +333,8 @@ SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
 typedef sm_status (*sm_curve_rates)(const void *of, const double *z, double *F, double *J);
 
 /* F(y, p) = 0, scaled so that 1 is large in each direction. A point of it is a row of doubles:
- *   z (k + 1), tangent (k + 1) of length 1, dF/dy (k, k). */
+ *   z (k + 1), tangent (k + 1) of length 1, eigenvalues of dF/dy (k, 2), the largest real part first.
+ */
 typedef struct {
     int32_t unknowns;    /* k */
     double largest_step; /* between two points */
@@ -341,16 +342,24 @@ typedef struct {
     const void *of;
 } sm_curve;
 
-/* The point in the plane through a guess, of which the normal is given; its tangent points onward.
- * SM_NOT_CONVERGED: there is none close by. */
-SM_API sm_status sm_curve_point(const sm_curve *curve, const double *guess, const double *normal,
-                                const double *onward, double *point);
-/* Points from points[0] on along its tangent, at most `most` of them: to p = 0, p = 1, where F
- * ends, or, then it is closed, back to where it began. */
-SM_API sm_status sm_curve_trace(const sm_curve *curve, size_t most, double *points, size_t *count,
-                                int32_t *closed);
-/* Solutions with the p of each guess z (count, k + 1), which they replace; NaN: none is found. */
-SM_API sm_status sm_curve_solve(const sm_curve *curve, size_t count, double *z);
+/* Points to both sides of where it was found; closed: the last one is followed by the first. */
+typedef struct {
+    size_t before, after;
+    int32_t closed;
+} sm_branch;
+
+/* The curve through a solution near `start`, at the same p, which becomes points[most - 1] of 2 most -
+ * 1: to p = 0, p = 1, where F ends, or, then it is closed, back to where it began; at most `most` points
+ * on each side. SM_NOT_CONVERGED: there is no solution close by. */
+SM_API sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t most,
+                                 double *points, sm_branch *branch);
+/* Folds between points, and Hopf points, where the real parts of a pair of eigenvalues change sign: z
+ * (found, k + 1), count - 1 at most, and whether it is a fold. */
+SM_API sm_status sm_curve_specials(const sm_curve *curve, size_t count, const double *points,
+                                   uint8_t *folds, double *z, size_t *found);
+/* Whether a curve through such points passes solutions z (solutions, k + 1), near its chords. */
+SM_API sm_status sm_curve_passes(int32_t unknowns, size_t count, const double *points,
+                                 size_t solutions, const double *z, uint8_t *passed);
 
 /* A slow flow under inputs that change along a straight line. */
 typedef struct {
@@ -361,11 +370,11 @@ typedef struct {
 
 /* Its steady states as a curve, as sm_slow_flow_balance has them. The curve refers to `forced`. */
 SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
-/* At moduli of the effective amplitudes relative to the limits, at (points, 1 + modes) = (p, |z_A|,
- * |z_B|): what each modulus takes to be held less what is there (points, modes), 0 in all modes of
- * a steady state, which is z (points, k + 1) then; NULL: not wanted. NaN outside the table. */
-SM_API sm_status sm_forced_imbalance(const sm_forced *forced, size_t points, const double *at,
-                                     double *imbalance, double *z);
+#define SM_FORCED_CELLS 1024 /* in which steady states are searched at each p, at most */
+/* Steady states at p = 0 to 1 in so many sections, in their order: z (found, k + 1), of at most
+ * sections SM_FORCED_CELLS. */
+SM_API sm_status sm_forced_search(const sm_forced *forced, size_t sections, double *z,
+                                  size_t *found);
 
 /* ---- the step-able component ----------------------------------------------------------- */
 

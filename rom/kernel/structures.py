@@ -14,6 +14,7 @@ import numpy as np
 
 MODES = 2
 COMBINATIONS = 8
+FORCED_CELLS = 1024
 
 
 class Contact(Structure):
@@ -130,6 +131,12 @@ class Curve(Structure):
         ("rates", CurveRates),
         ("of", c_void_p),
     )
+
+
+class Branch(Structure):
+    """sm_branch."""
+
+    _fields_ = (("before", c_size_t), ("after", c_size_t), ("closed", c_int32))
 
 
 class Forced(Structure):
@@ -254,6 +261,7 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_combination": Combination,
     "sm_slow_flow": SlowFlow,
     "sm_curve": Curve,
+    "sm_branch": Branch,
     "sm_forced": Forced,
     "sm_motion": Motion,
     "sm_full": Full,

@@ -113,7 +113,7 @@ def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
         raise SlipmodeError(
             f"{name}: must be one number or {contacts} numbers (one per contact), got {given.size}"
         )
-    return np.broadcast_to(given, contacts).astype(float)
+    return np.full(contacts, given)
 
 
 def checked(

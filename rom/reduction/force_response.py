@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import Reduced, force_vector
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.held import bonded, stuck
@@ -32,6 +33,79 @@ _MOST_ASIDE = 0.5  # of the force on the contacts through the mode
 def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
     """F exp(i phase) of forces F cos(theta + phase), in whatever shape they come."""
     return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class AppliedForces:
+    """Forces on a reduced structure, one per mode, and what follows from them.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    force : (modes, n) ndarray
+        f_j [N], or a pattern: what is per unit of F_j does not depend on its scale.
+    """
+
+    reduced: Reduced
+    force: Floats
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, reduced: Reduced, force: Forces) -> Self:
+        """Of one {DOF: amplitude} or (n,) array per mode."""
+        modes = len(reduced.modes)
+        if len(force) != modes:
+            raise SlipmodeError(f"force: needs one entry per mode ({modes}), got {len(force)}")
+        return cls(reduced, np.array([force_vector(each, reduced.n_dofs) for each in force]))
+
+    @cached_property
+    def modal(self) -> Floats:
+        """F_j, (modes,) [N kg^-1/2]."""
+        return np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
+
+    def excitation(self, phase: Sequence[float]) -> Complexes:
+        """F_j exp(i phase_j), (modes,)."""
+        return phasor(self.modal, np.asarray(phase)[: self.modal.size])
+
+    @cached_property
+    def per_modal_force(self) -> Floats:
+        """f_j / F_j, (modes, n); 0 where there is none."""
+        own = self.modal[:, np.newaxis]
+        return np.divide(self.force, own, out=np.zeros_like(self.force), where=own != 0.0)
+
+    @cached_property
+    def on_modes(self) -> Floats:
+        """Force phi_k^T f_j on every mode per unit of F_j, (modes, modes + nonresonant) [-]."""
+        shapes = self.reduced.mode_shapes, self.reduced.nonresonant_shapes
+        return np.hstack([self.per_modal_force @ each for each in shapes])
+
+    @cached_property
+    def contact(self) -> Floats:
+        """Force X^T f_j on the contacts per unit of F_j, (modes, N_c) [kg^1/2]."""
+        return np.asarray(self.per_modal_force @ self.reduced.contact_shapes)
+
+    @cached_property
+    def past_mode(self) -> Complexes:
+        """The same past mode j, at its carrier: that, and what comes through the other modes."""
+        through = np.einsum("jm,jmc->jc", self.on_modes, _through_others(self.reduced))
+        return np.asarray(self.contact - through)
+
+    @cached_property
+    def shift(self) -> Complexes:
+        """`off_resonance_shift`, (modes,)."""
+        shift = np.zeros(self.modal.size, dtype=complex)
+        if self.reduced.formulation == "paper":
+            return shift
+        acting, coupled = (
+            np.einsum("jc,jc->j", self.reduced.contact_motion, each)
+            for each in (self.past_mode, self.reduced.coupling)
+        )
+        return np.asarray(np.divide(-0.5 * acting, coupled, out=shift, where=coupled != 0.0))
+
+    def residual(self, on_contacts: Complexes | Floats) -> Complexes:
+        """Such a force on the contacts less what they have of it by the shift, (modes, N_c)."""
+        return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,21 +146,22 @@ class ForceResponse:
 
         Without the structure the displacement of DOFs lacks the static part.
         """
-        f = _per_modal_force(reduced, patterns)
-        static = np.zeros_like(f.T)
+        applied = AppliedForces.of(reduced, patterns)
+        f = applied.per_modal_force.T
+        static = np.zeros_like(f)
         if structure is not None and reduced.formulation == "consistent":
-            static = _left_over(structure, reduced, f.T)
+            static = _left_over(structure, reduced, f)
         return cls(
-            modal=f @ reduced.all_shapes,
-            contact=f @ reduced.contact_shapes,
+            modal=applied.on_modes,
+            contact=applied.contact,
             static=static,
-            shift=off_resonance_shift(reduced, patterns),
+            shift=applied.shift,
             cross_response=cross_response(reduced, patterns),
         )
 
     def residual_force(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return _residual(self.contact, self.shift, reduced)
+        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
 
     def free_vibration(
         self,
@@ -122,24 +197,6 @@ class ForceResponse:
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
 
 
-def residual_force(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
-    """Force on the contacts less what they have of it by the shift, (modes, N_c), as above."""
-    f = _per_modal_force(reduced, patterns)
-    shift = _shift(reduced, _on_contacts(reduced, f))
-    return _residual(f @ reduced.contact_shapes, shift, reduced)
-
-
-def _residual(on_contacts: Floats, shift: Complexes, reduced: Reduced) -> Complexes:
-    return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
-
-
-def _per_modal_force(reduced: Reduced, patterns: ForcePatterns) -> Floats:
-    """Forces (modes, n) per unit of their modal force F_j; 0 where there is none."""
-    f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in patterns])
-    own = np.array([[reduced.modal_force(j, each)] for j, each in enumerate(f)])
-    return np.asarray(np.divide(f, own, out=np.zeros_like(f), where=own != 0))
-
-
 def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     """Displacement of mode k by the force of another mode j, per unit of F_j, at the carriers.
 
@@ -151,7 +208,7 @@ def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     modes = np.arange(len(reduced.modes))
     if reduced.formulation == "paper":
         return np.zeros((modes.size, modes.size), dtype=complex)
-    modal = 0.5 * _per_modal_force(reduced, patterns) @ reduced.all_shapes
+    modal = 0.5 * AppliedForces.of(reduced, patterns).on_modes
     response = reduced.others_response(modes, reduced.carrier, modal[..., np.newaxis])
     return response[:, : modes.size, 0].T
 
@@ -175,30 +232,7 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
     (modes,) complex ndarray
         0 in the paper's formulation.
     """
-    return _shift(reduced, _on_contacts(reduced, _per_modal_force(reduced, patterns)))
-
-
-def _shift(reduced: Reduced, on_contacts: Complexes) -> Complexes:
-    """As above, by forces on the contacts past their own mode, (modes, N_c)."""
-    shift = np.zeros(len(reduced.modes), dtype=complex)
-    if reduced.formulation == "paper":
-        return shift
-    acting, coupled = (
-        np.einsum("jc,jc->j", reduced.contact_motion, each)
-        for each in (on_contacts, reduced.coupling)
-    )
-    return np.asarray(np.divide(-0.5 * acting, coupled, out=shift, where=coupled != 0.0))
-
-
-def _on_contacts(reduced: Reduced, per_modal_force: Floats) -> Complexes:
-    """Forces on the contacts past their own mode, at its carrier, (modes, N_c) [kg^1/2].
-
-    By forces (modes, n) per unit of F_j: directly, and through the other modes.
-    """
-    through = np.einsum(
-        "jm,jmc->jc", per_modal_force @ reduced.all_shapes, _through_others(reduced)
-    )
-    return np.asarray(per_modal_force @ reduced.contact_shapes - through)
+    return AppliedForces.of(reduced, patterns).shift
 
 
 @lru_cache(maxsize=8)
@@ -236,10 +270,9 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     D = reduced.modal_stiffness(reduced.carrier)[modes, modes, modes] + reduced.indirect_damping
     if reduced.force_patterns is None:
         return _kept(np.zeros_like(reduced.coupling)), _kept(D)
-    residual = _on_contacts(reduced, _per_modal_force(reduced, list(reduced.force_patterns)))
-    shift = _shift(reduced, residual)[:, np.newaxis]
-    residual += 2.0 * shift * reduced.coupling
-    force = residual / (1.0 + 2.0 * shift * D[:, np.newaxis])
+    applied = AppliedForces.of(reduced, list(reduced.force_patterns))
+    residual = applied.residual(applied.past_mode)
+    force = residual / (1.0 + 2.0 * (applied.shift * D)[:, np.newaxis])
     aside, through = (
         np.linalg.norm(part, axis=1) for part in (D[:, np.newaxis] * force, reduced.coupling)
     )

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST, fits
+from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 
 Formulation = Literal["consistent", "paper"]
 
@@ -315,7 +315,8 @@ def force_vector(
             vector[dof] = amplitude
     else:
         vector = np.asarray(force, dtype=float)
-    if vector.shape != (n_dofs,) or not fits(np.abs(vector).max()):
+    largest = float(np.abs(vector).max(initial=0.0))
+    if vector.shape != (n_dofs,) or not (largest == 0.0 or SMALLEST <= largest <= LARGEST):
         raise SlipmodeError(
             f"{key}: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED}"
         )

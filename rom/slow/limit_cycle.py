@@ -19,10 +19,9 @@ import numpy as np
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, shifted_flow
-from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import carrier_range, check_carriers, motion_findings, warn
 
@@ -101,7 +100,8 @@ def limit_cycles(
         Where friction or the force strain what the method assumes.
     """
     force = [{}] * model.modes if force is None else force
-    excitation = excitation_of(model, force, phase)
+    applied = AppliedForces.of(model.reduced, force)
+    excitation = applied.excitation(phase)
     forced = excitation != 0.0
     excited = np.flatnonzero(~forced & (model.reduced.modal_damping < 0.0))
     if not excited.size:
@@ -110,19 +110,18 @@ def limit_cycles(
             "aerodynamics with an imaginary part that makes its modal damping negative"
         )
     Omega = _frequencies(model, frequency, forced)
-    shift = off_resonance_shift(model.reduced, force)
-    flow = shifted_flow(model, shift)
+    flow = shifted_flow(model, applied.shift)
     some = chain.from_iterable(combinations(excited, n) for n in range(1, excited.size + 1))
     found = [
         cycle
         for moving in some
         for cycle in _Cycling(
-            model, flow, excitation, shift * excitation, Omega, np.array(moving)
+            model, flow, excitation, applied.shift * excitation, Omega, np.array(moving)
         ).solutions()
     ]
     if found:
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
-        warn(motion_findings(model.reduced, model.law, force, largest))
+        warn(motion_findings(model.law, applied, largest))
         warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 

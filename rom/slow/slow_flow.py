@@ -57,7 +57,7 @@ def inputs_of(
     """
     modes = force.shape[1]
     inputs = kernel.inputs(len(force))
-    moving = np.broadcast_to(np.asarray(force_rate, dtype=complex), force.shape)
+    moving = np.zeros_like(force) + np.asarray(force_rate)
     size = np.abs(force)
     phase = np.angle(np.where(size > 0.0, force, moving))  # from rest, that in which it grows
     rotated = moving * np.exp(-1j * phase)

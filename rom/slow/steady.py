@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.force_response import Forces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_problem import SteadyProblem
@@ -163,14 +163,16 @@ def steady(
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
         )
-    excitation = excitation_of(model, force, phase)
+    applied = AppliedForces.of(model.reduced, force)
+    excitation = applied.excitation(phase)
     points = Omega.reshape(-1, model.modes)
     check_carriers(model.reduced, points, excitation != 0.0)
-    problem = SteadyProblem.of(model, force, points, np.tile(excitation, (len(points), 1)))
+    every = np.tile(excitation, (len(points), 1))
+    problem = SteadyProblem.of(model, applied.shift, points, every)
     amplitude = problem.polish(problem.relax())
     for point in np.flatnonzero(~problem.is_steady(amplitude)):
         amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
-    warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    warn(motion_findings(model.law, applied, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)
 
@@ -243,11 +245,3 @@ def resonance_curve(
         return np.where((square >= 0.0) & can_carry(omega, Omega), Omega, np.nan)
 
     return ResonanceCurve(r, branch(-1.0), branch(1.0))
-
-
-def excitation_of(model: Model, force: Forces, phase: Sequence[float]) -> Complexes:
-    """F_j exp(i phase_j), (modes,)."""
-    if len(force) != model.modes:
-        raise SlipmodeError(f"force: needs one entry per mode ({model.modes}), got {len(force)}")
-    modal = [model.reduced.modal_force(mode, pattern) for mode, pattern in enumerate(force)]
-    return phasor(np.array(modal), np.asarray(phase)[: model.modes])

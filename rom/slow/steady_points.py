@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
-from slipmode.rom.reduction.force_response import Forces
+from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.steady_problem import SteadyProblem
 from slipmode.rom.table.hermite import outside_table
@@ -66,7 +66,8 @@ def steady_points(
         else:
             followed.append(k)
     if followed:
-        problem = SteadyProblem.of(model, patterns, frequency[followed], excitation[followed])
+        shift = off_resonance_shift(model.reduced, patterns)
+        problem = SteadyProblem.of(model, shift, frequency[followed], excitation[followed])
         _solve(problem, np.array(followed), found)
     return found
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,
@@ -45,10 +45,9 @@ class SteadyProblem:
 
     @classmethod
     def of(
-        cls, model: Model, force: Forces, Omega: Floats, excitation: Complexes
+        cls, model: Model, shift: Complexes, Omega: Floats, excitation: Complexes
     ) -> SteadyProblem:
-        """At frequencies and excitations (points, modes)."""
-        shift = off_resonance_shift(model.reduced, force)
+        """At frequencies and excitations (points, modes), with `off_resonance_shift` (modes,)."""
         flow = shifted_flow(model, shift)
         return cls(model, excitation, shift, flow, inputs_of(excitation, Omega))
 

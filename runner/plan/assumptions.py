@@ -7,6 +7,7 @@ import numpy as np
 from slipmode.rom import Structure
 from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.combination import combination_resonances
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.validity import (
     Finding,
     contact_findings,
@@ -40,7 +41,7 @@ def check_assumptions(
         *direction_findings(structure, law),
         *contact_findings(reduced, combinations, names),
         *friction_findings(reduced, law, amplitude),
-        *force_findings(reduced, law, force, amplitude, names),
+        *force_findings(law, AppliedForces.of(reduced, force), amplitude, names),
     ]
 
 

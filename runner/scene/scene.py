@@ -320,6 +320,8 @@ def _pattern(table: Table) -> int | tuple[float, ...] | NodeDof:
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
     """Whether the frequencies, linear between the breakpoints of both, ever meet."""
+    if len(A.frequency.times) == len(B.frequency.times) == 1:  # as in most samples of a study
+        return A.frequency.values == B.frequency.values
     inner = {t for t in (*A.frequency.times, *B.frequency.times) if 0.0 < t < duration}
     starts, ends = np.array([0.0, *sorted(inner)]), np.array([*sorted(inner), duration])
     reached = [

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -202,8 +203,13 @@ class Table:
 
     def _full(self, key: str) -> str:
         """The dotted key, quoted where TOML would quote it."""
-        quoted = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
-        return f"{self._path}.{quoted}" if self._path else quoted
+        return _dotted(self._path, key)
+
+
+@lru_cache(maxsize=1024)  # scenes of a study have the same keys
+def _dotted(path: str, key: str) -> str:
+    quoted = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
+    return f"{path}.{quoted}" if path else quoted
 
 
 def _number(name: str, value: Any, rule: Rule) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -35,6 +36,29 @@ _log = logging.getLogger("slipmode.study")
 _ANSWERS = 10.0  # [s] in which a scheduler has to, and workers have to connect
 _PER_WORKER = 3  # tasks
 _LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
+# What workers import, and that BLAS has a thread in each, as Dask has it.
+_PRELOADED = ["distributed.nanny", "slipmode.runner.study.cluster"]
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_FORKSERVER = "forkserver" in multiprocessing.get_all_start_methods()
+
+
+def prepare_workers() -> None:
+    """Start to import what workers need, once for all of them, while the client does other things.
+
+    In a process of its own that is copied for each (not on Windows, where each imports it).
+    """
+    if not _FORKSERVER:
+        return
+    from multiprocessing import forkserver
+
+    own = {name: "1" for name in _THREADS if name not in os.environ}
+    forkserver.set_forkserver_preload(_PRELOADED)
+    os.environ.update(own)
+    try:
+        forkserver.ensure_running()
+    finally:
+        for name in own:
+            del os.environ[name]
 
 
 @contextmanager
@@ -47,7 +71,11 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         If a scheduler does not answer, or has nobody to work.
     """
     distributed, config = extra("distributed", "study"), extra("dask.config", "study")
-    with _quiet(), config.set({"distributed.admin.low-level-log-length": _LOGGED}):
+    settings: dict[str, Any] = {"distributed.admin.low-level-log-length": _LOGGED}
+    if _FORKSERVER:
+        settings["distributed.worker.multiprocessing-method"] = "forkserver"
+        distributed.utils._forkserver_preload_set = True  # it would import pandas, here and there
+    with _quiet(), config.set(settings):
         yield from _client(distributed, workers, scheduler)
 
 
@@ -274,7 +302,7 @@ def _compute(shared: _Shared, models: Sequence[Model], portion: _Portion) -> tup
     """Results, each of the first model that holds it; whether there may be larger tables."""
     samples, scene_model = shared.samples, shared.scene_model
     rows = Design(samples.keys, portion.columns).rows(slice(None))
-    numbers = portion.numbers.tolist()
+    scenes, numbers = samples.scenes(rows), portion.numbers.tolist()
     batch = Batch.empty(samples, shared.modes, len(rows))
     batch.outside[:] = True
     with np.errstate(all="ignore"):
@@ -282,6 +310,6 @@ def _compute(shared: _Shared, models: Sequence[Model], portion: _Portion) -> tup
             places = np.flatnonzero(batch.outside).tolist()
             if not places:
                 break
-            some = [rows[k] for k in places], [numbers[k] for k in places]
+            some = [scenes[k] for k in places], [numbers[k] for k in places]
             batch.put(places, compute(samples, shared.modes, scene_model, model, *some))
     return batch, scene_model.may_grow

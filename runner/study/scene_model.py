@@ -53,6 +53,16 @@ class Samples:
             found.append(on_shared_limits(content, self.content))
         return found
 
+    def scenes(self, rows: Sequence[tuple[Any, ...]]) -> list[Scene | str]:
+        """Of some samples, or why there is none."""
+        found: list[Scene | str] = []
+        for content in self.contents(rows):
+            try:
+                found.append(self.scene(content))
+            except SlipmodeError as refusal:
+                found.append(said(refusal))
+        return found
+
     def scene(self, content: Content) -> Scene:
         """Of a sample; refused by the reader of scenes."""
         text = "" if self.recordings is None else toml_text(content)  # recordings attach it

@@ -12,7 +12,7 @@ from tqdm import tqdm
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import MODES
-from slipmode.runner.study.cluster import Foreman, cluster
+from slipmode.runner.study.cluster import Foreman, cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.outputs.batch import Batch
 from slipmode.runner.study.results import Results, open_results
@@ -87,6 +87,8 @@ def run_study(
     ``if __name__ == "__main__":``.
     """
     study = load_study(path)
+    if scheduler is None:
+        prepare_workers()
     folder = Path(output)
     design = make_design(study)
     recordings = (folder / study.name).resolve() if study.asked.recording else None

@@ -21,37 +21,42 @@ from slipmode.rom.short_repr import short_repr
 Kind = Literal["fold", "Hopf"]
 
 MOST_POINTS = 5000  # to each side of where a curve is found
-_BISECTIONS = 40
-_NEAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Neighbours along a curve: z, its direction there and the eigenvalues of dF/dy.
+    """Neighbours along a curve F(y, p) = 0 of k unknowns y, in the core's rows."""
 
-    Attributes
-    ----------
-    z, tangent : (n, k + 1) ndarray
-    eigenvalues : (n, k) complex ndarray
-    """
-
-    z: Floats
-    tangent: Floats
-    eigenvalues: Complexes
+    rows: Floats
+    unknowns: int
 
     __repr__ = short_repr
 
-    @classmethod
-    def of_rows(cls, rows: Floats, unknowns: int) -> Points:
-        """Of points as the core has them."""
-        n = unknowns + 1
-        jacobian = rows[:, 2 * n :].reshape(-1, unknowns, unknowns)
-        return cls(rows[:, :n], rows[:, n : 2 * n], _eigenvalues(jacobian))
+    @property
+    def z(self) -> Floats:
+        """(y, p), (n, k + 1)."""
+        return self.rows[:, : self.unknowns + 1]
+
+    @property
+    def eigenvalues(self) -> Complexes:
+        """Of dF/dy, (n, k), the largest real part first."""
+        return self.rows[:, 2 * (self.unknowns + 1) :].view(complex)
 
     @property
     def unstable(self) -> NDArray[np.intp]:
         """How many eigenvalues let deviations grow, (n,)."""
         return np.asarray(np.count_nonzero(self.eigenvalues.real > 0.0, axis=1))
+
+    def pass_by(self, z: Floats) -> Flags:
+        """Whether the curve goes through solutions z (solutions, k + 1), (solutions,)."""
+        passed = np.empty(len(z), dtype=bool)
+        at = np.ascontiguousarray(z)
+        status = kernel.lib.sm_curve_passes(
+            *(self.unknowns, len(self.rows), self.rows.ctypes.data),
+            *(len(at), at.ctypes.data, passed.ctypes.data),
+        )
+        kernel.check(status, "curve")
+        return passed
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,96 +96,28 @@ def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     Branch or None
         None if there is no solution near z.
     """
-    upwards = np.eye(z.size)[-1]
-    start = _point(curve, z, upwards, upwards)
-    if start is None:
-        return None
-    rows, closed = _traced(curve, start)
-    sides = [rows]
-    if not closed:
-        back, _ = _traced(curve, _turned(start[np.newaxis], z.size)[0])
-        sides.append(back)
-        rows = np.concatenate((_turned(back[:0:-1], z.size), rows))
-    points = Points.of_rows(rows, curve.unknowns)
-    cut_off = [side[-1, : z.size] for side in sides if not closed and len(side) >= MOST_POINTS]
-    return Branch(points, _specials(curve, points), closed, cut_off)
-
-
-def solutions_near(curve: kernel.Curve, guesses: Floats) -> Floats:
-    """Solutions (found, k + 1), each at the p of one of the guesses (n, k + 1)."""
-    z = np.array(guesses, dtype=float, order="C")
-    status = kernel.lib.sm_curve_solve(ctypes.byref(curve), len(z), z.ctypes.data)
-    kernel.check(status, "curve")
-    return np.asarray(z[np.isfinite(z[:, -1])])
-
-
-def _eigenvalues(jacobian: Floats) -> Complexes:
-    """Of matrices (n, k, k); of two unknowns in closed form, at a tenth of the cost."""
-    if jacobian.shape[1] != 2:
-        return np.linalg.eigvals(jacobian).astype(complex)
-    (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
-    mean, half = 0.5 * (a + d), np.sqrt((0.25 * (a - d) ** 2 + b * c).astype(complex))
-    return np.stack((mean + half, mean - half), axis=-1)
-
-
-def _traced(curve: kernel.Curve, start: Floats) -> tuple[Floats, bool]:
-    """Rows of points from a start on, and whether the curve comes back to it."""
-    rows = np.empty((MOST_POINTS, start.size))
-    rows[0] = start
-    count, closed = ctypes.c_size_t(), ctypes.c_int32()
-    status = kernel.lib.sm_curve_trace(
-        ctypes.byref(curve),
-        *(len(rows), rows.ctypes.data, ctypes.byref(count), ctypes.byref(closed)),
-    )
-    kernel.check(status, "curve")
-    return rows[: count.value].copy(), bool(closed.value)
-
-
-def _point(curve: kernel.Curve, guess: Floats, normal: Floats, onward: Floats) -> Floats | None:
-    """The row of the point in the plane through a guess; None: there is none close by."""
-    k = curve.unknowns
-    row = np.empty(2 * (k + 1) + k * k)
-    status = kernel.lib.sm_curve_point(
-        ctypes.byref(curve), *(each.ctypes.data for each in (guess, normal, onward, row))
+    start, found = np.ascontiguousarray(z), kernel.Branch()
+    rows = np.empty((2 * MOST_POINTS - 1, 4 * curve.unknowns + 2))
+    status = kernel.lib.sm_curve_branch(
+        curve, start.ctypes.data, MOST_POINTS, rows.ctypes.data, found
     )
     if status == kernel.NOT_CONVERGED:
         return None
     kernel.check(status, "curve")
-    return row
-
-
-def _turned(rows: Floats, n: int) -> Floats:
-    """The same points on the curve passed the other way."""
-    turned = rows.copy()
-    turned[:, n : 2 * n] *= -1.0
-    return np.asarray(turned)
+    first, last = MOST_POINTS - 1 - found.before, MOST_POINTS - 1 + found.after
+    points, closed = Points(rows[first : last + 1].copy(), curve.unknowns), bool(found.closed)
+    ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
+    cut_off = [] if closed else [points.z[end] for end in ends]
+    return Branch(points, _specials(curve, points), closed, cut_off)
 
 
 def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
     """What lies between neighbours."""
-    along, unstable = points.tangent[:, -1], points.unstable
-    folds = along[:-1] * along[1:] < 0.0
-    hopf = ~folds & (np.abs(np.diff(unstable)) == 2)
-    return [
-        ("fold" if folds[k] else "Hopf", _between(curve, points, k, folds))
-        for k in np.flatnonzero(folds | hopf).tolist()
-    ]
-
-
-def _between(curve: kernel.Curve, points: Points, k: int, folds: Flags) -> Floats:
-    """Where the curve folds, or the number of growing deviations changes: by bisection."""
-    low, high = points.z[k], points.z[k + 1]
-    onward = np.ascontiguousarray(points.tangent[k])
-    for _ in range(_BISECTIONS):
-        chord = high - low
-        length = np.linalg.norm(chord)
-        row = None if length < _NEAR else _point(curve, 0.5 * (low + high), chord / length, onward)
-        if row is None:
-            break
-        middle = Points.of_rows(row[np.newaxis], curve.unknowns)
-        if folds[k]:
-            is_before = middle.tangent[0, -1] * onward[-1] > 0.0
-        else:
-            is_before = middle.unstable[0] == points.unstable[k]
-        low, high = (middle.z[0], high) if is_before else (low, middle.z[0])
-    return np.asarray(low)
+    most, found = len(points.rows), ctypes.c_size_t()
+    folds, z = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
+    status = kernel.lib.sm_curve_specials(
+        *(curve, most, points.rows.ctypes.data, folds.ctypes.data, z.ctypes.data, found)
+    )
+    kernel.check(status, "curve")
+    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: found.value]]
+    return list(zip(kinds, z[: found.value], strict=True))

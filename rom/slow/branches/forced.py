@@ -14,21 +14,17 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.continuation import solutions_near
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
-from slipmode.rom.slow.steady import excitation_of
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
 LARGEST_STEP = 0.02  # of span and table, between two points
-_CELLS = {1: 100, 2: 32}  # of the moduli of each forced mode, in which steady states are searched
 _NAMES = get_args(Varied)
 _VARIED = "force", "frequency", "limit_scale"
-_NEIGHBOURS = slice(None, -1), slice(1, None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +42,7 @@ class ForcedSlowFlow:
     """
 
     model: Model
+    applied: AppliedForces
     flow: kernel.SlowFlow
     span: tuple[float, float]
     inputs: NDArray[np.void]
@@ -65,17 +62,18 @@ class ForcedSlowFlow:
         largest_step: float = LARGEST_STEP,
     ) -> ForcedSlowFlow:
         """Of arguments as `response_curve` has them, which it refuses where they do not fit."""
-        excitation = excitation_of(model, force, phase)
+        applied = AppliedForces.of(model.reduced, force)
+        excitation = applied.excitation(phase)
         allowed = [name for name in _NAMES if model.modes == 2 or name[-2:] != "_B"]
         if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
         ends = [np.asarray(end, dtype=float) for end in span]
         both = vary == "frequency"
         shape = (model.modes,) if both else ()
-        if len(ends) != 2 or any(end.shape != shape or not np.isfinite(end).all() for end in ends):
+        fits = len(ends) == 2 and all(end.shape == shape for end in ends)
+        if not fits or not np.isfinite(values := np.array(ends)).all():
             of_what = f"points of {model.modes} frequencies" if both else "numbers"
             raise SlipmodeError(f"span: must be two finite {of_what}, got {span}")
-        values = np.array(ends)
         if np.all(values[0] == values[1]) or (not vary.startswith("freq") and values.min() < 0.0):
             raise SlipmodeError(f"span: must be two different values, factors >= 0, got {span}")
         if vary == "limit" and (
@@ -102,7 +100,7 @@ class ForcedSlowFlow:
             inputs["limit_scale"] = values
         carriers = inputs["frequency"][:, : model.modes]
         check_carriers_along(model.reduced, carriers, excitation != 0.0)
-        flow = shifted_flow(model, off_resonance_shift(model.reduced, force))
+        flow = shifted_flow(model, applied.shift)
         forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
         forced.scale[: model.modes] = model.table.amplitude_range
         forced.owned = flow, inputs
@@ -112,7 +110,7 @@ class ForcedSlowFlow:
         )
         curve.owned = forced
         first, last = (0.0, 1.0) if both else values.tolist()
-        return cls(model, flow, (first, last), inputs, curve)
+        return cls(model, applied, flow, (first, last), inputs, curve)
 
     @property
     def scale(self) -> Floats:
@@ -133,42 +131,13 @@ class ForcedSlowFlow:
         size = np.multiply.outer(self.limit_scale(z[:, -1]), self.scale)
         return np.asarray((z[:, :-1] * size).view(complex))
 
-    def solutions(self, parts: Floats) -> Floats:
-        """Steady states at parts of the span, (found, k + 1), in the order of the parts.
-
-        Friction depends on the moduli of the effective amplitudes alone, so each mode says what
-        its modulus takes to be held, too much or too little: cells of the moduli are searched
-        where none of the modes has the same answer at all corners.
-        """
-        modes, cells = self.model.modes, _CELLS[self.model.modes]
-        forced = np.any(self.inputs["force"][:, :modes] != 0.0, axis=0)  # the others are at rest
-        largest = np.where(forced, self.model.table.amplitude_range, 0.0)
-        axes = [np.linspace(0.0, end, cells + 1 if end > 0.0 else 1) for end in largest]
-        at = np.stack(np.meshgrid(parts, *axes, indexing="ij"), axis=-1)
-        least = most = self._imbalance(at)
-        for axis in np.flatnonzero(forced) + 1:
-            below, above = (axis * (slice(None),) + (ends,) for ends in _NEIGHBOURS)
-            least = np.fmin(least[below], least[above])
-            most = np.fmax(most[below], most[above])
-        cell = np.nonzero(np.all((least <= 0.0) & (most >= 0.0), axis=-1))
-        middle = at[cell] + np.append(0.0, 0.5 * largest / cells)
-        balanced = np.empty((len(middle), 2 * modes + 1))
-        self._imbalance(middle, balanced)
-        return solutions_near(self.curve, balanced)
-
-    def _imbalance(self, at: Floats, balanced: Floats | None = None) -> Floats:
-        """What modes are out of balance by, (..., modes), at (part, moduli) (..., 1 + modes).
-
-        And the solutions that these would be in balance, (..., k + 1), if there is an array.
-        """
-        modes = self.model.modes
-        imbalance = np.empty((*at.shape[:-1], modes))
-        status = kernel.lib.sm_forced_imbalance(
-            *(self.curve.owned, imbalance.size // modes, at.ctypes.data, imbalance.ctypes.data),
-            None if balanced is None else balanced.ctypes.data,
-        )
+    def solutions(self, sections: int) -> Floats:
+        """Steady states at both ends of the span and parts of it between, (found, k + 1)."""
+        z = np.empty((sections * kernel.FORCED_CELLS, self.curve.unknowns + 1))
+        found = ctypes.c_size_t()
+        status = kernel.lib.sm_forced_search(self.curve.owned, sections, z.ctypes.data, found)
         kernel.check(status, "amplitude: slow flow")
-        return imbalance
+        return z[: found.value]
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Rates with a'' too, (points, k) at y (points, k); NaN outside the friction table.

@@ -44,8 +44,9 @@ class SlowCycles:
 
 def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     """Around steady states from which oscillations grow."""
-    growth, turns = points.eigenvalues.real, points.eigenvalues.imag
-    (growing,) = np.nonzero(np.any((growth > 0.0) & (turns != 0.0), axis=1))
+    (growing,) = np.nonzero(points.eigenvalues[:, 0].real > 0.0)
+    found = points.eigenvalues[growing]
+    growing = growing[np.any((found.real > 0.0) & (found.imag != 0.0), axis=1)]
     if not growing.size:
         return SlowCycles(np.zeros(0), *np.zeros((2, 0, problem.model.modes)))
     chosen = np.unique(np.linspace(0, growing.size - 1, _MOST).round().astype(int))

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 
 
 _SECTIONS = 9  # values of the parameter at which steady states are searched
-_SAME = 1e-6  # distance of solutions that are one, scaled
-_BEND = 0.05  # of the length of a chord: how far the branch may be from it
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,24 +221,22 @@ def response_curve(
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []
-    left = problem.solutions(np.linspace(0.0, 1.0, _SECTIONS))
+    left = problem.solutions(_SECTIONS)
     while left.size:
         branch = branch_through(problem.curve, left[0])
         left = left[1:]
-        if branch is not None and len(branch.points.z) > 1:
+        if branch is not None and len(branch.points.rows) > 1:
             branches.append(branch)
-            left = left[~_passes(branch, left)]
+            left = left[~branch.points.pass_by(left)]
     if not branches:
         raise SlipmodeError(
             f"span: no steady state inside the friction table, whose range is "
             f"{model.table.amplitude_range}, over the span {span}"
         )
-    z, tangent, eigenvalues = (
-        np.concatenate([getattr(branch.points, name) for branch in branches])
-        for name in ("z", "tangent", "eigenvalues")
-    )
-    amplitude = problem.amplitude(z)
-    warn(motion_findings(model.reduced, model.law, force, np.abs(amplitude).max(axis=0)))
+    rows = np.concatenate([branch.points.rows for branch in branches])
+    points = Points(rows, problem.curve.unknowns)
+    amplitude = problem.amplitude(points.z)
+    warn(motion_findings(model.law, problem.applied, np.abs(amplitude).max(axis=0)))
     frequencies, forces = (
         problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
     )
@@ -255,13 +251,13 @@ def response_curve(
     ]
     return ResponseCurve(
         vary,
-        problem.parameter(z[:, -1]),
+        problem.parameter(points.z[:, -1]),
         amplitude,
-        eigenvalues.real.max(axis=1),
-        np.repeat(np.arange(len(branches)), [len(branch.points.z) for branch in branches]),
+        points.eigenvalues[:, 0].real,
+        np.repeat(np.arange(len(branches)), [len(branch.points.rows) for branch in branches]),
         tuple(special),
         model.reduced.mode_shapes.copy(),
-        slow_cycles(problem, Points(z, tangent, eigenvalues)),
+        slow_cycles(problem, points),
         cut_off,
     )
 
@@ -272,7 +268,9 @@ def _cut_off(branches: list[Branch]) -> list[Floats]:
         end
         for branch in branches
         for end in branch.cut_off
-        if not any(_passes(other, end[np.newaxis])[0] for other in branches if other is not branch)
+        if not any(
+            other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
+        )
     ]
 
 
@@ -282,17 +280,3 @@ def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
     where = ", ".join(f"{value:.6g}" for value in cut_off)
     reason = f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
     return [Finding("curve", f"not followed beyond {vary} = {where}", reason, "warning")]
-
-
-def _passes(branch: Branch, z: Floats) -> Flags:
-    """Whether a branch goes through solutions (n, k + 1): near a chord, which bends little."""
-    start, chord = branch.points.z[:-1], np.diff(branch.points.z, axis=0)
-    length = np.linalg.norm(chord, axis=1)
-    away = _SAME + _BEND * length
-    at, near = np.nonzero(np.abs(z[:, -1:] - start[:, -1]) <= length + away)
-    apart, chord = z[at] - start[near], chord[near]
-    along = np.einsum("ck,ck->c", apart, chord) / length[near] ** 2
-    apart -= np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
-    passed = np.zeros(len(z), dtype=bool)
-    passed[at[np.linalg.norm(apart, axis=1) <= away[near]]] = True
-    return passed

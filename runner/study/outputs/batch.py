@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.scene.scene import Scene
 from slipmode.runner.study.outputs.runs import record, run_through
 from slipmode.runner.study.outputs.steady import Loads, curves, peaks, steady_states
-from slipmode.runner.study.scene_model import Samples, SceneModel, said
+from slipmode.runner.study.scene_model import Samples, SceneModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +59,7 @@ def compute(
     modes: Sequence[str],
     shared: SceneModel,
     model: Model,
-    rows: Sequence[tuple[Any, ...]],
+    read: Sequence[Scene | str],
     numbers: Sequence[int],
 ) -> Batch:
     """What is asked of some samples, each by itself: one that is refused leaves others alone.
@@ -73,22 +71,16 @@ def compute(
     shared : SceneModel
     model : Model
         One of `shared`.
-    rows : sequence of tuple
-        Values of the samples.
+    read : sequence of Scene or str
+        Of the samples, or why there is none.
     numbers : sequence of int
         Of the samples in the study: recordings are named by them.
     """
     asked = samples.asked
-    batch = Batch.empty(samples, modes, len(rows))
-    scenes: list[Scene] = []
-    places: list[int] = []
-    for k, content in enumerate(samples.contents(rows)):
-        try:
-            scenes.append(samples.scene(content))
-        except SlipmodeError as refusal:
-            batch.reason[k] = said(refusal)
-        else:
-            places.append(k)
+    batch = Batch.empty(samples, modes, len(read))
+    batch.reason[:] = [each if isinstance(each, str) else "" for each in read]
+    places = [k for k, why in enumerate(batch.reason) if not why]
+    scenes = [each for each in read if not isinstance(each, str)]
     if scenes and (asked.steady or asked.resonance or asked.curve):
         loads = Loads.of(scenes, shared.excited)
         columns = [modes.index(mode) for mode in shared.excited.modes]

@@ -36,6 +36,19 @@ peak = true
 """
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="each worker imports it by itself")
+def test_workers_are_copies_of_a_process_that_has_what_they_need_and_no_more():
+    cluster.prepare_workers()
+    with cluster.cluster(2, None) as client:
+        found = client.run(lambda: (os.getppid(), sorted(sys.modules))).values()
+    parents, modules = zip(*found, strict=True)
+    assert len(set(parents)) == 1
+    assert parents[0] != os.getpid()
+    for loaded in map(set, modules):
+        assert "slipmode.runner.study.cluster" in loaded
+        assert not loaded & {"pandas", "zarr", "xarray", "matplotlib", "rerun", "scipy.stats"}
+
+
 class NoWork:
     """A client whose futures are finished at once; samples need a table above `outside` others."""
 

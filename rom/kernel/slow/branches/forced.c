@@ -1,11 +1,8 @@
 /* Steady states of the slow flow along a line of inputs, as a curve. */
-#include <math.h>
-#include <string.h>
-
 #include "base/check.h"
+#include "slow/branches/forced.h"
 #include "slow/branches/points.h"
 #include "slow/slow_flow.h"
-#include "table/table.h"
 
 #define ALONG 0x1p-40 /* of the line: beside a fast change an amplitude would count as none */
 
@@ -20,7 +17,7 @@ static sm_inputs change_of(const sm_forced *forced) {
     return change;
 }
 
-static sm_inputs inputs_at(const sm_forced *forced, double p) {
+sm_inputs sm_forced_inputs(const sm_forced *forced, double p) {
     const sm_inputs change = change_of(forced);
     sm_inputs at = forced->inputs[0];
     for (int j = 0; j < SM_MODES; j++) {
@@ -61,7 +58,7 @@ static void change_by_inputs(const sm_forced *forced, const sm_instant *instant,
 static sm_status forced_rates(const void *of, const double *z, double *F, double *J) {
     const sm_forced *forced = of;
     const int modes = forced->flow->table.modes, k = 2 * modes;
-    const sm_inputs inputs = inputs_at(forced, z[k]);
+    const sm_inputs inputs = sm_forced_inputs(forced, z[k]);
     sm_status status = sm_inputs_check(&inputs, modes);
     if (status != SM_OK) return status;
     double size[2 * SM_MODES], y[2 * SM_MODES] = {0.0}, jacobian[4 * SM_MODES * SM_MODES];
@@ -102,54 +99,5 @@ sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve
     curve->largest_step = largest_step;
     curve->rates = forced_rates;
     curve->of = forced;
-    return SM_OK;
-}
-
-/* Of a mode (spring / ratio) (z - off) = forcing + rate_ratio S z / |z|, z its effective amplitude:
- * what |z| takes less what there is, and the amplitude that it has in the phase of what there is. */
-static sm_complex held_at(const sm_factors *by, int j, double modulus, sm_complex S,
-                          double *imbalance) {
-    const sm_complex ratio = sm_of(&by->amplitude_ratio, j), off = sm_of(&by->off_resonance, j);
-    const sm_complex spring = sm_cdiv(sm_of(&by->spring, j), ratio);
-    const sm_complex there = sm_cadd(sm_of(&by->forcing, j), sm_cmul(spring, off));
-    const sm_complex taken =
-        sm_csub(sm_cscale(spring, modulus), sm_cmul(sm_of(&by->rate_ratio, j), S));
-    const sm_complex along = sm_cmul(there, sm_conj(taken));
-    const double length = sqrt(sm_cabs2(along));
-    const sm_complex z = sm_cscale(along, length > 0.0 ? modulus / length : 0.0);
-    *imbalance = sqrt(sm_cabs2(taken)) - sqrt(sm_cabs2(there));
-    return sm_cdiv(sm_csub(z, off), ratio);
-}
-
-sm_status sm_forced_imbalance(const sm_forced *forced, size_t points, const double *at,
-                              double *imbalance, double *z) {
-    sm_status status = at && imbalance ? check(forced) : SM_BAD_ARGUMENT;
-    if (status != SM_OK) return status;
-    const sm_slow_flow *flow = forced->flow;
-    const int modes = flow->table.modes, k = 2 * modes;
-    sm_instant instant = {.known = 0};
-    for (size_t i = 0; i < points; i++, at += 1 + modes, imbalance += modes) {
-        double S[3 * SM_MOST_FIELDS], modulus[SM_MODES] = {0.0};
-        if (i == 0 || at[0] != at[-1 - modes]) {
-            const sm_inputs inputs = inputs_at(forced, at[0]);
-            if ((status = sm_inputs_check(&inputs, modes)) != SM_OK) return status;
-            sm_instant_set(&instant, flow, &inputs);
-        }
-        memcpy(modulus, at + 1, (size_t)modes * sizeof *at);
-        status = sm_table_slopes_from(&flow->table, modulus, 0, instant.cell, S, NULL);
-        if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
-        if (z) z[i * (size_t)(k + 1) + (size_t)k] = at[0];
-        for (int j = 0; j < modes; j++) {
-            sm_complex a = sm_cx(NAN, NAN);
-            imbalance[j] = NAN;
-            if (status == SM_OK)
-                a = held_at(&instant.factor, j, modulus[j], sm_pair(S + 2 * j), imbalance + j);
-            if (!z) continue;
-            const double scale = instant.inputs.limit_scale * forced->scale[j];
-            double *of = z + i * (size_t)(k + 1) + 2 * j;
-            of[0] = a.re / scale;
-            of[1] = a.im / scale;
-        }
-    }
     return SM_OK;
 }

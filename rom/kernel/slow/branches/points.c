@@ -29,26 +29,33 @@ static void put(const sm_modal *values, int modes, double *out) {
     }
 }
 
-/* Along a change that is slow for the amplitude there is, whatever units it has: beside a fast one
- * it would count as none. */
 void sm_steady_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
                         const sm_flow_state *state, double *jacobian) {
     const int modes = flow->table.modes, unknowns = 2 * modes;
-    const sm_coefficients still = {.mass = {{0.0}, {0.0}}};
-    const double combination_angle[SM_COMBINATIONS] = {0.0};
-    for (int column = 0; column < unknowns; column++) {
-        sm_modal along = {{0.0}, {0.0}};
-        sm_flow_change change;
-        double rate[2 * SM_MODES] = {0.0};
-        const int mode = column / 2;
-        const double slow = instant->inputs.frequency[mode] * state->effective.modulus[mode];
-        const double speed = slow > 0.0 ? slow : 1.0;
-        sm_put(&along, mode, sm_cscale(sm_cx(column % 2 == 0, column % 2), speed));
-        const sm_direction direction = {
-            .amplitude = &along, .now = &still, .combination_angle = combination_angle, .limit_scale = 0.0};
-        sm_first_order_change(flow, instant, state, &direction, &change);
-        put(&change.rate, modes, rate);
-        for (int row = 0; row < unknowns; row++) jacobian[row * unknowns + column] = rate[row] / speed;
+    const size_t fields = 2 * (size_t)(modes + flow->table.combinations + flow->table.power);
+    const sm_factors *by = &instant->factor;
+    for (int j = 0; j < modes; j++) {
+        const sm_complex gain = sm_cmul(sm_of(&by->rate_ratio, j), sm_of(&state->effective.unit, j));
+        double *re = jacobian + 2 * j * unknowns, *im = re + unknowns;
+        for (int k = 0; k < modes; k++) {
+            /* by how much the modulus grows and turns per amplitude that is real */
+            const sm_complex moved = sm_cmul(sm_conj(sm_of(&state->effective.unit, k)),
+                                             sm_of(&by->amplitude_ratio, k));
+            const double *S = state->slopes + 2 * j, *slope = S + (size_t)(k + 1) * fields;
+            const double modulus = state->effective.modulus[k];
+            const sm_complex grown = sm_cmul(gain, sm_pair(slope));
+            sm_complex turned = sm_cx(0.0, 0.0), spring = turned;
+            if (j == k) {
+                const double per = state->effective.per_modulus[k];
+                const sm_complex part = modulus > 0.0 ? sm_cscale(sm_pair(S), per) : sm_pair(slope);
+                turned = sm_cmul(gain, sm_cx(-part.im, part.re));
+                spring = sm_of(&by->spring, j);
+            }
+            re[2 * k] = grown.re * moved.re + turned.re * moved.im - spring.re;
+            im[2 * k] = grown.im * moved.re + turned.im * moved.im - spring.im;
+            re[2 * k + 1] = turned.re * moved.re - grown.re * moved.im + spring.im;
+            im[2 * k + 1] = turned.im * moved.re - grown.im * moved.im - spring.re;
+        }
     }
 }
 
