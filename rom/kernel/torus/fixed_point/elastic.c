@@ -29,6 +29,7 @@ typedef struct {
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
     double *x, *last_u;        /* (lines, N_c) */
+    double *last_y, *last_off; /* (lines, N_c) what the solver was left with */
     double *memory;            /* (lines, remembered) */
     double *before[2];         /* (lines, N_c) x one and two steps before */
     int follows;               /* the response is that of a point before */
@@ -48,6 +49,9 @@ typedef struct {
     sm_fixed_point search;
     double *block;
 } problem;
+
+/* What is known of the lines as they are marched, but for memory. */
+#define MOTION(t) {t->x, t->last_u, t->last_y, t->last_off, t->before[0], t->before[1]}
 
 static size_t per_point(const problem *t) { return t->lines.orders * t->n * 2; }
 
@@ -98,7 +102,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
-    const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
+    const size_t size = along + n * n + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
                         + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
@@ -107,6 +111,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->flexibility = sm_take(&memory, n * n);
     t->x = sm_take(&memory, n * lines);
     t->last_u = sm_take(&memory, n * lines);
+    t->last_y = sm_take(&memory, n * lines);
+    t->last_off = sm_take(&memory, n * lines);
     for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
@@ -154,11 +160,11 @@ static double find_change(problem *t) {
 /* Contacts at rest. */
 static void start_again(problem *t) {
     const size_t lines = t->lines.lines;
+    double *const motion[] = MOTION(t);
     sm_phase_lines_start(&t->lines);
     t->places.turned = 0;
-    memset(t->last_u, 0, t->n * lines * sizeof(double));
-    memset(t->x, 0, t->n * lines * sizeof(double));
-    for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * lines * sizeof(double));
+    for (size_t k = 0; k < sizeof motion / sizeof *motion; k++)
+        memset(motion[k], 0, t->n * lines * sizeof(double));
     memset(t->memory, 0, lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
 }
@@ -203,7 +209,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
         x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = t->own_u[i];
     }
-    const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
+    const sm_status status =
+        sm_elastic_follow(&t->solver, t->own_u, memory, x, t->last_y + p * n, t->last_off + p * n);
     if (status != SM_OK) return status;
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     const double *const steps[3] = {last_but_one, last, x};
@@ -270,7 +277,7 @@ static void negate(double *values, size_t count) {
 /* What the contacts come to half a period later begins the next half with another sign. */
 static void turn_round(problem *t) {
     const size_t all = t->n * t->lines.lines;
-    double *const motion[] = {t->x, t->last_u, t->before[0], t->before[1]};
+    double *const motion[] = MOTION(t);
     for (size_t k = 0; k < sizeof motion / sizeof *motion; k++) negate(motion[k], all);
     negate(t->memory, t->lines.lines * t->remembered);
     negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.stride));
