@@ -46,8 +46,8 @@ SM_INLINE int sm_find_reaction_of_sliders(sm_elastic_solver *s, size_t m, double
 
 /* step = R z - residual with z (N_c) = lack step / (1 + held), nothing where contacts stick; from
  * ((1 + held) I - R lack) step = -(1 + held) residual, Newton's step where held = 0. */
-SM_INLINE int sm_find_step(sm_elastic_solver *s, int active, double held) {
-    const size_t n = (size_t)s->contacts, m = (size_t)active;
+SM_INLINE int sm_find_step(sm_elastic_solver *s, double held) {
+    const size_t n = (size_t)s->contacts, m = (size_t)s->yielding;
     if (!(s->slides && sm_find_reaction_of_sliders(s, m, held)) && !sm_find_reaction(s, m, held))
         return 0;
     memset(s->z, 0, n * sizeof(double));

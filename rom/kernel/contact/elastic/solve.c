@@ -84,7 +84,6 @@ static double rounding_of(const sm_elastic *elastic, double scale) {
 
 /* What was found at displacements. */
 typedef struct {
-    int active;               /* contact DOFs that do not stick */
     double residual, allowed; /* largest entry, and what counts as none */
 } found;
 
@@ -100,10 +99,10 @@ SM_INLINE void begin(sm_elastic_solver *s, const double *u, const double *x) {
  * are on: from far away, differences of what they do would be as inexact as that is large. */
 SM_INLINE found look(sm_elastic_solver *s, const double *u, double given, const double *memory,
                      const double *x) {
-    const int active = sm_evaluate(s, memory, x);
+    s->yielding = sm_evaluate(s, memory, x);
     const double allowed = tolerated(s, given, x);
     if (!s->slides) begin(s, u, x);
-    return (found){active, sm_renew_residual(s, allowed), allowed};
+    return (found){sm_renew_residual(s, allowed), allowed};
 }
 
 /* A part of the step from x: `to`, and the residual there with the y that the step leads to. */
@@ -137,7 +136,7 @@ SM_HOT_ONE static sm_status newton(sm_elastic_solver *s, const double *u, const 
     for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {
         if (at.residual <= at.allowed) return SM_OK;
         if (!isfinite(at.residual)) return SM_NOT_FINITE;
-        if (!sm_find_step(s, at.active, 0.0)) return SM_NOT_CONVERGED;
+        if (!sm_find_step(s, 0.0)) return SM_NOT_CONVERGED;
         at = search(s, u, given, memory, x, at.residual);
     }
     return at.residual <= at.allowed ? SM_OK : SM_NOT_CONVERGED;
@@ -184,7 +183,7 @@ static sm_status creep(sm_elastic_solver *s, const double *u, const double *memo
     for (int iteration = 0; iteration < MOST_CREEP; iteration++) {
         if (at.residual <= at.allowed) return SM_OK;
         if (!isfinite(at.residual)) return SM_NOT_FINITE;
-        if (!sm_find_step(s, at.active, held)) return SM_NOT_CONVERGED;
+        if (!sm_find_step(s, held)) return SM_NOT_CONVERGED;
         take_part(s, 1.0 / (1.0 + held), x, x);
         const double before = at.residual;
         at = look(s, u, given, memory, x);

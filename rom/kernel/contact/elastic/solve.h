@@ -24,6 +24,7 @@ typedef struct {
     double rounding;           /* residual that is rounding [m] */
     double *f, *y, *next;      /* (N_c), (N_c), (memory) at the solution */
     int32_t *state;            /* (elements) sm_contact_state there */
+    int yielding;              /* contact DOFs that do not stick there */
     double *own, *own_residual, *taken_before, *residual_before; /* (N_c) */
     double *step, *z, *trial, *start; /* (N_c) */
     double *piece;             /* (2, N_c) u on the way, and where the way begins */

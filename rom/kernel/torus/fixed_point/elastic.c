@@ -32,6 +32,7 @@ typedef struct {
     double *last_y, *last_off; /* (lines, N_c) what the solver was left with */
     double *memory;            /* (lines, remembered) */
     double *before[2];         /* (lines, N_c) x one and two steps before */
+    int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
     int follows;               /* the response is that of a point before */
     double *begun;             /* (lines, remembered) memory as the period began */
     size_t taken;              /* steps of the point so far */
@@ -102,7 +103,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t along = sm_phase_lines_size(n, orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
-    const size_t size = along + n * n + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
+    const size_t flags = sm_doubles(lines * sizeof(int32_t));
+    const size_t size = along + flags + n * n + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
                         + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
                         + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
@@ -114,6 +116,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->last_y = sm_take(&memory, n * lines);
     t->last_off = sm_take(&memory, n * lines);
     for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
+    t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
     t->own_u = sm_take(&memory, n);
@@ -165,6 +168,7 @@ static void start_again(problem *t) {
     t->places.turned = 0;
     for (size_t k = 0; k < sizeof motion / sizeof *motion; k++)
         memset(motion[k], 0, t->n * lines * sizeof(double));
+    memset(t->yielded, 0, lines * sizeof(int32_t));
     memset(t->memory, 0, lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
 }
@@ -214,7 +218,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
     if (status != SM_OK) return status;
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     const double *const steps[3] = {last_but_one, last, x};
-    sm_elastic_reverse(t->contact->elastic, steps, memory);
+    if (t->yielded[p]) sm_elastic_reverse(t->contact->elastic, steps, memory);
+    t->yielded[p] = t->solver.yielding > 0;
     for (size_t i = 0; i < n; i++) {
         y[i * stride] = t->solver.y[i];
         t->square[i] += t->solver.y[i] * t->solver.y[i];
