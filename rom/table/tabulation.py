@@ -159,8 +159,9 @@ def tabulate(
         except UnsettledError:
             if not further:
                 raise
-            unanswered, further = max(further.values()), {}
-            resolution = task.resolution()
+            further, resolution = {}, task.resolution()
+            left_out = task.further_harmonics(resolution.grid)
+            unanswered = max(left_out.values(), default=0.0)
             found = task.refined(resolution)
         table = found.table
         off_carriers: float | None = 0.0

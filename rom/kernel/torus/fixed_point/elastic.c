@@ -100,7 +100,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
     t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
-    const size_t along = sm_phase_lines_size(n, orders, lines, steps);
+    const size_t along = sm_phase_lines_size(n, orders, task->orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t flags = sm_doubles(lines * sizeof(int32_t));
@@ -201,9 +201,9 @@ static void draw(problem *t, const double *amplitude) {
     sm_phase_lines_draw(&t->lines, t->drawing);
 }
 
-/* y of a line under the u of a step, both (N_c) with so many between them. */
-static sm_status react(problem *t, size_t p, const double *u, double *y, size_t stride) {
-    const size_t n = t->n;
+/* y of a line under the u of a step, both (N_c) with so many between them; y without, too. */
+static sm_status react(problem *t, size_t p, const double *u, double *y, double *y_of_line) {
+    const size_t n = t->n, stride = t->lines.stride;
     double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
     memcpy(last_but_one, last, n * sizeof(double));
@@ -220,6 +220,7 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
     const double *const steps[3] = {last_but_one, last, x};
     if (t->yielded[p]) sm_elastic_reverse(t->contact->elastic, steps, memory);
     t->yielded[p] = t->solver.yielding > 0;
+    memcpy(y_of_line, t->solver.y, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         y[i * stride] = t->solver.y[i];
         t->square[i] += t->solver.y[i] * t->solver.y[i];
@@ -229,12 +230,13 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
 
 /* y along the lines at some steps. */
 static sm_status react_along(problem *t, size_t count) {
-    const size_t stride = t->lines.stride, row = t->n * stride;
+    const size_t all = t->n * t->lines.stride, row = t->lines.row;
     for (size_t k = 0; k < count; k++) {
-        double *u = t->lines.u + k * row, *y = t->lines.y + k * row;
+        double *u = t->lines.u + k * all, *y = t->lines.y + k * all;
+        double *y_of_line = t->lines.y_of_line + k * t->lines.lines * row;
         sm_marched_displace(&t->marched, u);
         for (size_t p = 0; p < t->lines.lines; p++) {
-            const sm_status status = react(t, p, u + p, y + p, stride);
+            const sm_status status = react(t, p, u + p, y + p, y_of_line + p * row);
             if (status != SM_OK) return status;
         }
         sm_marched_advance(&t->marched, y);
