@@ -154,7 +154,7 @@ def tabulate(
         )
         further, unanswered = task.further_harmonics(), 0.0
         try:
-            resolution, further = task.resolved(further)
+            resolution = task.resolved(further)
             found = task.refined(resolution, list(further))
         except UnsettledError:
             if not further:
@@ -234,17 +234,17 @@ class _Task:
             *(self.combinations, self.mapped, list(further)),
         )
 
-    def resolved(self, further: dict[Order, float]) -> tuple[Resolution, dict[Order, float]]:
-        """The same for what was found at a first look; and that, or more if its lines hid it."""
+    def resolved(self, further: dict[Order, float]) -> Resolution:
+        """The same for what was found at a first look, to which it adds what its lines hid."""
         lines = trial_grid(self.reduced, self.combinations, self.tolerance).lines
         resolution = self.resolution(list(further))
         while resolution.grid.lines > lines:
             lines, seen = resolution.grid.lines, self.further_harmonics(resolution.grid)
             if seen.keys() <= further.keys():
                 break
-            further = seen
+            further.update(seen)
             resolution = self.resolution(list(further))
-        return resolution, further
+        return resolution
 
     def refined(self, resolution: Resolution, further: Sequence[Order] = ()) -> _Refined:
         """The table to the tolerance, or as near as it comes."""

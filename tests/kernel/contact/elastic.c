@@ -268,13 +268,17 @@ static int random_torus(void) {
                                         .held = random_below(2) ? held : NULL};
     double *amplitudes = new_doubles(points * modes), *P = new_doubles(points * 4 * n * 2);
     double *residual = new_doubles(points), *square = new_doubles(points * n);
+    double *near = new_doubles(points * 4 * n * 2);
     int32_t *marched = malloc((points + 1) * sizeof *marched);
     for (size_t k = 0; k < points * modes; k++) amplitudes[k] = 3.0 * random_number();
+    for (size_t k = 0; k < points * 4 * n * 2; k++) near[k] = random_number() - 0.5;
+    if (points > 0 && random_below(16) == 0) near[random_below((int)points)] = NAN;
     if (random_below(2)) j.contact.response = &response;
     spoil_joints(&j);
     const sm_status status = sm_torus_harmonics(
         &j.contact, rates, 4 + random_below(9), 1 << random_below(4), 1e-3, smallest,
-        1 + random_below(6), points, amplitudes, count, orders, P, square, residual, marched);
+        1 + random_below(6), points, amplitudes, count, orders,
+        random_below(2) ? near : NULL, P, square, residual, marched);
     check_response(status, P, points * 4 * n * 2);
     check_response(status, square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
@@ -291,6 +295,7 @@ static int random_torus(void) {
     free(P);
     free(residual);
     free(square);
+    free(near);
     free(marched);
     return status == SM_OK;
 }

@@ -16,9 +16,11 @@
 #include "contact/elastic/solve.h"
 #include "torus/fixed_point/marched.h"
 #include "torus/fixed_point/phase_lines.h"
+#include "torus/fixed_point/response.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
+#define MOTIONS 6
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
@@ -28,10 +30,11 @@ typedef struct {
     sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
-    double *x, *last_u;        /* (lines, N_c) */
-    double *last_y, *last_off; /* (lines, N_c) what the solver was left with */
+    double *motion;            /* (MOTIONS, lines, N_c): */
+    double *x, *last_u;
+    double *last_y, *last_off; /* what the solver was left with */
+    double *before[2];         /* x one and two steps before */
     double *memory;            /* (lines, remembered) */
-    double *before[2];         /* (lines, N_c) x one and two steps before */
     int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
     int follows;               /* the response is that of a point before */
     double *begun;             /* (lines, remembered) memory as the period began */
@@ -50,9 +53,6 @@ typedef struct {
     sm_fixed_point search;
     double *block;
 } problem;
-
-/* What is known of the lines as they are marched, but for memory. */
-#define MOTION(t) {t->x, t->last_u, t->last_y, t->last_off, t->before[0], t->before[1]}
 
 static size_t per_point(const problem *t) { return t->lines.orders * t->n * 2; }
 
@@ -104,18 +104,17 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t flags = sm_doubles(lines * sizeof(int32_t));
-    const size_t size = along + flags + n * n + 6 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
-                        + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
-                        + sm_elastic_solver_size(contact->elastic, contact->contacts);
+    const size_t size = along + flags + n * n + MOTIONS * n * lines + 2 * lines * t->remembered
+                        + 3 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
+                        + marched + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
-    t->x = sm_take(&memory, n * lines);
-    t->last_u = sm_take(&memory, n * lines);
-    t->last_y = sm_take(&memory, n * lines);
-    t->last_off = sm_take(&memory, n * lines);
-    for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
+    double **motion[MOTIONS] = {&t->x,        &t->last_u,    &t->last_y,
+                                &t->last_off, &t->before[0], &t->before[1]};
+    t->motion = memory;
+    for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
     t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
@@ -138,36 +137,24 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
 
 /* change = H Y + held - response; the largest of it [m]. */
 static double find_change(problem *t) {
-    const size_t n = t->n;
-    const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
+    const sm_modal_response *response = t->contact->response;
     double largest = 0.0;
-    if (!H) return 0.0;
-    const double *held = t->contact->response->held;
-    for (size_t q = 0; q < t->lines.orders; q++)
-        for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *Y = t->Y + 2 * q * n;
-            const size_t at = 2 * (q * n + i);
-            double re = -t->response[at] + (held ? held[at] : 0.0);
-            double im = -t->response[at + 1] + (held ? held[at + 1] : 0.0);
-            for (size_t k = 0; k < 2 * n; k += 2) {
-                re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
-                im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
-            }
-            t->change[at] = re;
-            t->change[at + 1] = im;
-            largest = fmax(largest, hypot(re, im));
-        }
+    if (!response || !response->dynamic_stiffness) return 0.0;
+    sm_respond(response, t->lines.orders, t->n, t->Y, t->change);
+    for (size_t k = 0; k < per_point(t); k += 2) {
+        t->change[k] -= t->response[k];
+        t->change[k + 1] -= t->response[k + 1];
+        largest = fmax(largest, hypot(t->change[k], t->change[k + 1]));
+    }
     return largest;
 }
 
 /* Contacts at rest. */
 static void start_again(problem *t) {
     const size_t lines = t->lines.lines;
-    double *const motion[] = MOTION(t);
     sm_phase_lines_start(&t->lines);
     t->places.turned = 0;
-    for (size_t k = 0; k < sizeof motion / sizeof *motion; k++)
-        memset(motion[k], 0, t->n * lines * sizeof(double));
+    memset(t->motion, 0, MOTIONS * t->n * lines * sizeof(double));
     memset(t->yielded, 0, lines * sizeof(int32_t));
     memset(t->memory, 0, lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
@@ -283,9 +270,7 @@ static void negate(double *values, size_t count) {
 
 /* What the contacts come to half a period later begins the next half with another sign. */
 static void turn_round(problem *t) {
-    const size_t all = t->n * t->lines.lines;
-    double *const motion[] = MOTION(t);
-    for (size_t k = 0; k < sizeof motion / sizeof *motion; k++) negate(motion[k], all);
+    negate(t->motion, MOTIONS * t->n * t->lines.lines);
     negate(t->memory, t->lines.lines * t->remembered);
     negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.stride));
 }
@@ -412,7 +397,7 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
     const double *begun = response ? response->start : NULL;
-    const double *near = response ? response->near : NULL;
+    const double *near = t->task->near;
     sm_status status = SM_OK;
     march_by(t, half);
     if (near || t->follows) {
