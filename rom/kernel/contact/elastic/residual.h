@@ -10,6 +10,7 @@
 #include "contact/elastic/solve.h"
 
 #define SM_STICKING 1e-14 /* of the reference stiffness: what the tangent may lack of it */
+#define SM_ROWS 4         /* of R whose sums are formed together */
 #define SM_SLIGHT 1e-3    /* of the residual that is tolerated: y that is as it was */
 
 /* fmax, but for NaN: a call costs more than the comparison. */
@@ -105,6 +106,34 @@ SM_INLINE int sm_evaluate(sm_elastic_solver *s, const double *memory, const doub
         next += remembered;
     }
     return active;
+}
+
+/* residual = x - R y - u; its largest entry. R is symmetric: its rows are its columns. */
+SM_INLINE double sm_find_residual(sm_elastic_solver *s, const double *u, const double *x) {
+    const size_t n = (size_t)s->contacts;
+    size_t first = 0;
+    for (size_t i = 0; i < n; i++) {
+        s->residual[i] = x[i] - u[i];
+        s->changed[i] = (int32_t)i;
+    }
+    if (n >= SM_MANY_EQUATIONS)
+        first = sm_subtract_many(n, s->flexibility, s->changed, n, s->y, s->residual);
+    for (; first < n; first += SM_ROWS) {
+        const size_t count = n - first < SM_ROWS ? n - first : SM_ROWS;
+        const double *restrict row = s->flexibility + first;
+        double sum[SM_ROWS] = {0.0}; /* stays in registers */
+        if (count == SM_ROWS) {
+            for (size_t k = 0; k < n; k++, row += n) {
+                SM_SIMD
+                for (size_t i = 0; i < SM_ROWS; i++) sum[i] += row[i] * s->y[k];
+            }
+        } else {
+            for (size_t k = 0; k < n; k++, row += n)
+                for (size_t i = 0; i < count; i++) sum[i] += row[i] * s->y[k];
+        }
+        for (size_t i = 0; i < count; i++) s->residual[first + i] -= sum[i];
+    }
+    return sm_largest(0.0, s->residual, n);
 }
 
 /* From x - R taken - u to x - R y - u; its largest entry. Differences of y that are rounding, beside

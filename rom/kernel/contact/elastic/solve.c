@@ -95,20 +95,19 @@ SM_INLINE void begin(sm_elastic_solver *s, const double *u, const double *x) {
     }
 }
 
-/* Of sliders from where the residual was found last. Contacts that open are stiffer than what they
- * are on: from far away, differences of what they do would be as inexact as that is large. */
+/* Of sliders the residual is that of the last x, renewed. Contacts that open are stiffer than what
+ * they are on: from far away, differences of what they do would be as inexact as that is large. */
 SM_INLINE found look(sm_elastic_solver *s, const double *u, double given, const double *memory,
                      const double *x) {
     s->yielding = sm_evaluate(s, memory, x);
     const double allowed = tolerated(s, given, x);
-    if (!s->slides) begin(s, u, x);
-    return (found){sm_renew_residual(s, allowed), allowed};
+    return (found){s->slides ? sm_renew_residual(s, allowed) : sm_find_residual(s, u, x), allowed};
 }
 
-/* A part of the step from x: `to`, and the residual there with the y that the step leads to. */
+/* A part of the step from x: `to`, and of sliders the residual there with the y that it leads to. */
 SM_INLINE void take_part(sm_elastic_solver *s, double part, const double *x, double *to) {
-    for (int i = 0; i < s->contacts; i++) {
-        to[i] = x[i] + part * s->step[i];
+    for (int i = 0; i < s->contacts; i++) to[i] = x[i] + part * s->step[i];
+    for (int i = 0; i < s->contacts && s->slides; i++) {
         s->taken[i] = s->taken_before[i] + part * s->z[i];
         s->residual[i] = (1.0 - part) * s->residual_before[i];
     }
