@@ -1,4 +1,4 @@
-/* Gauss's elimination with row exchanges; what many contacts do otherwise, to the same bits. */
+/* Gauss's elimination, with row exchanges or of symmetric matrices; products with the flexibility. */
 #ifndef SLIPMODE_EQUATIONS_H
 #define SLIPMODE_EQUATIONS_H
 

@@ -4,8 +4,7 @@
 
 #include "base/block.h"
 #include "base/check.h"
-#include "contact/elastic/newton_step.h"
-#include "contact/elastic/residual.h"
+#include "contact/elastic/newton.h"
 
 #define MOST_NEWTON 40
 #define HALVINGS 6

@@ -16,7 +16,6 @@
 #include "contact/elastic/solve.h"
 #include "torus/fixed_point/marched.h"
 #include "torus/fixed_point/phase_lines.h"
-#include "torus/fixed_point/response.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
