@@ -25,6 +25,7 @@ from slipmode.rom.representable import round_up
 # strong over a weak one, and both near the slip threshold.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
 _LEAST_STEPS = 32
+_STEPS = 40.0  # squared, times a tolerance: of second order, 64 were seen to do for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into; fixed, whatever the number of threads
 # Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
@@ -121,6 +122,17 @@ def choose_resolution(
             f"tolerance: the contact problem needs more than {failure.count} steps or phase lines "
             f"per period; {advice}"
         ) from None
+
+
+def trial_grid(
+    reduced: Reduced, combinations: Sequence[CombinationResonance], tolerance: float
+) -> Discretisation:
+    """About as many steps as a tolerance of S takes, and the fewest lines: of a first look."""
+    counts = step_counts(reduced.carrier, _LEAST_STEPS)
+    steps = next((count for count in counts if count**2 * tolerance >= _STEPS), counts[-1])
+    if len(reduced.modes) == 1:
+        return Discretisation(steps, 1)
+    return Discretisation(steps, _enough_lines(contact_orders(reduced, combinations))[0])
 
 
 def resolved_terms(
@@ -225,11 +237,8 @@ def _resolution(
 
     counts, lines, by_lines = step_counts(reduced.carrier, _LEAST_STEPS), 1, 0.0
     if modes == 2:
-        # fewer lines would take one harmonic m for another, and the modes respond to both
-        highest = max(abs(m) for _, m in contact_orders(reduced, combinations, 1, further))
-        enough = [count for count in _LINES if count > 2 * highest]
         lines, by_lines = _settled(
-            enough,
+            _enough_lines(contact_orders(reduced, combinations, 1, further)),
             lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
@@ -248,6 +257,15 @@ def _resolution(
     share = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
     march = max(budget.march * float(share), _FINEST_MARCH)
     return Resolution(Discretisation(steps, lines), by_steps + by_lines, march)
+
+
+def _enough_lines(orders: Sequence[Order]) -> list[int]:
+    """Numbers of phase lines to try.
+
+    Fewer would take one harmonic m for another, and the modes respond to both.
+    """
+    highest = max(abs(m) for _, m in orders)
+    return [count for count in _LINES if count > 2 * highest]
 
 
 def _settled(

@@ -34,7 +34,7 @@ _SIGNATURES: dict[str, list[Any]] = {
     ],
     "sm_torus_harmonics": [
         *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
-        *(c_size_t, c_void_p, c_int32, c_void_p),
+        *(c_size_t, c_void_p, c_int32, c_void_p, c_void_p),
         *(c_void_p, c_void_p, c_void_p, c_void_p),
     ],
     "sm_torus_growing": [

@@ -113,9 +113,6 @@ typedef struct {
     /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
      * torus begins with, and the motion of marched modes; NULL: of none. */
     const double *start;
-    /* (points, orders_count, N_c, 2) of elastic contacts: others to begin with, those of points
-     * nearby. From there it goes on to `start`, and from rest, if need be. NULL: the point before. */
-    const double *near;
     /* (orders_count, N_c, 2) force on the contacts beside; NULL: none. Only the torus reads it. */
     const double *held;
 } sm_modal_response;
@@ -148,6 +145,9 @@ SM_API sm_status sm_contact_check(const sm_contact *contact);
  *   amplitudes (points, modes), >= 0
  *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m);
  *              contact->response, if there is one, is for the same harmonics
+ *   near       (points, orders_count, N_c, 2) of elastic contacts: harmonics to begin with, those
+ *              of points nearby. From there it goes on to `start`, and from rest, if need be.
+ *              NULL: those of the point before
  *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
  *              contact displacement by its mode at the point, or at smallest_scale (modes) if
  *              that is larger
@@ -163,8 +163,8 @@ SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rat
                                     int32_t lines, double tolerance, const double *smallest_scale,
                                     int32_t max_periods, size_t points, const double *amplitudes,
                                     int32_t orders_count, const int32_t *orders,
-                                    double *harmonics, double *mean_square, double *residual,
-                                    int32_t *marched);
+                                    const double *near, double *harmonics, double *mean_square,
+                                    double *residual, int32_t *marched);
 
 /* The rate correction: how far friction is behind while amplitudes grow: harmonics P_nm of the
  * contact motion over two periods of mode A, from rest through `amplitudes` in their middle.

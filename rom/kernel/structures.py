@@ -65,7 +65,6 @@ class ModalResponse(Structure):
         ("advance", c_void_p),
         ("periodic", c_void_p),
         ("start", c_void_p),
-        ("near", c_void_p),
         ("held", c_void_p),
     )
 

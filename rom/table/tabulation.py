@@ -22,9 +22,11 @@ from slipmode.rom.contact.resolution import (
     choose_resolution,
     least_force,
     resolved_terms,
+    trial_grid,
 )
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -150,24 +152,21 @@ def tabulate(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
             *(region, beyond, map if quick else pool.map, bar),
         )
-        resolution = task.resolution()
-        further = further_harmonics(
-            *(reduced, law, amplitude_range, resolution.grid, combinations), task.budget.response
-        )
-        unanswered, answered = 0.0, list(further)
+        further, unanswered = task.further_harmonics(), 0.0
         try:
-            finer = task.resolution(answered) if further else resolution
-            found = task.refined(finer, answered)
-            resolution = finer
+            resolution = task.resolved(further)
+            found = task.refined(resolution, list(further))
         except UnsettledError:
             if not further:
                 raise
-            unanswered, answered = max(further.values()), []
-            found = task.refined(resolution, answered)
+            further, resolution = {}, task.resolution()
+            left_out = task.further_harmonics(resolution.grid)
+            unanswered = max(left_out.values(), default=0.0)
+            found = task.refined(resolution)
         table = found.table
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, resolution, answered, detuning)
+            table, off_carriers = task.corrected(found, resolution, list(further), detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -221,6 +220,13 @@ class _Task:
         """What each part may be off by."""
         return ErrorBudget(self.tolerance)
 
+    def further_harmonics(self, grid: Discretisation | None = None) -> dict[Order, float]:
+        """Those that modes respond to beside what they always do; default: at a first look."""
+        known = self.reduced, self.law, self.amplitude_range
+        if grid is None:
+            grid = trial_grid(self.reduced, self.combinations, self.tolerance)
+        return further_harmonics(*known, grid, self.combinations, self.budget.response)
+
     def resolution(self, further: Sequence[Order] = ()) -> Resolution:
         """Grid and march for these harmonics beside those that modes always respond to."""
         return choose_resolution(
@@ -228,7 +234,19 @@ class _Task:
             *(self.combinations, self.mapped, list(further)),
         )
 
-    def refined(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
+    def resolved(self, further: dict[Order, float]) -> Resolution:
+        """The same for what was found at a first look, to which it adds what its lines hid."""
+        lines = trial_grid(self.reduced, self.combinations, self.tolerance).lines
+        resolution = self.resolution(list(further))
+        while resolution.grid.lines > lines:
+            lines, seen = resolution.grid.lines, self.further_harmonics(resolution.grid)
+            if seen.keys() <= further.keys():
+                break
+            further.update(seen)
+            resolution = self.resolution(list(further))
+        return resolution
+
+    def refined(self, resolution: Resolution, further: Sequence[Order] = ()) -> _Refined:
         """The table to the tolerance, or as near as it comes."""
         found = self._refined_on(resolution, further)
         if found.error <= self.budget.interpolation or self.reduced.contacts is None:

@@ -108,7 +108,6 @@ class TorusProblem:
         tolerance: float,
         held: Complexes | None = None,
         start: Complexes | None = None,
-        near: Complexes | None = None,
     ) -> Self:
         """Of arguments as `torus_harmonics` has them."""
         rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
@@ -125,12 +124,16 @@ class TorusProblem:
             reaction = reaction - response
         contact = torus_problem(
             *(reduced, law, coupling, orders, reaction),
-            *(stepped, held, start, near, periodic),
+            *(stepped, held, start, periodic),
         )
         return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
 
     def harmonics(
-        self, amplitudes: ArrayLike, tolerance: float, smallest_scale: ArrayLike
+        self,
+        amplitudes: ArrayLike,
+        tolerance: float,
+        smallest_scale: ArrayLike,
+        near: Complexes | None,
     ) -> ContactHarmonics:
         """See `contact_harmonics`."""
         points, smallest = kernel.contiguous(amplitudes), kernel.contiguous(smallest_scale)
@@ -138,12 +141,16 @@ class TorusProblem:
             raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
         count, contacts = len(points), self.contact.contacts
         P = np.empty((count, len(self.orders), contacts), dtype=complex)
+        begun = None if near is None else np.ascontiguousarray(near)
+        if begun is not None and begun.shape != P.shape:
+            raise SlipmodeError(f"near: must have shape {P.shape}, got {begun.shape}")
         mean_square, residual = np.empty((count, contacts)), np.empty(count)
         marched = np.empty(count, dtype=np.int32)
         status = kernel.lib.sm_torus_harmonics(
             *(self.contact, self.rates.ctypes.data, self.steps, self.lines, tolerance),
             *(smallest.ctypes.data, _MAX_PERIODS, count, points.ctypes.data),
-            *(len(self.orders), self.orders.ctypes.data, P.ctypes.data),
+            *(len(self.orders), self.orders.ctypes.data),
+            *(None if begun is None else begun.ctypes.data, P.ctypes.data),
             *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
         )
         kernel.check(status, "contact problem on the torus")
@@ -184,18 +191,10 @@ def contact_harmonics(
     Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
-    if near is None:
-        problem = _steady_problem(
-            reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
-        )
-        return problem.harmonics(amplitudes, tolerance, smallest_scale)
-    reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
-    return torus_harmonics(
-        *(reduced, law, steady_coupling(reduced), reaction, amplitudes, grid, orders),
-        tolerance=tolerance,
-        smallest_scale=smallest_scale,
-        near=near,
+    problem = _steady_problem(
+        reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
     )
+    return problem.harmonics(amplitudes, tolerance, smallest_scale, near)
 
 
 @lru_cache(maxsize=8)
@@ -245,6 +244,6 @@ def torus_harmonics(
         does by default, when it begins with those of the point before.
     """
     problem = TorusProblem.of(
-        reduced, law, coupling, reaction, grid, orders, tolerance, held, start, near
+        reduced, law, coupling, reaction, grid, orders, tolerance, held, start
     )
-    return problem.harmonics(amplitudes, tolerance, smallest_scale)
+    return problem.harmonics(amplitudes, tolerance, smallest_scale, near)

@@ -37,7 +37,6 @@ def torus_problem(
     marched: MarchedModes | None = None,
     held: Complexes | None = None,
     start: Complexes | None = None,
-    near: Complexes | None = None,
     periodic: Complexes | None = None,
 ) -> kernel.Contact:
     """The contact problem on the torus; it keeps the arrays alive.
@@ -47,7 +46,7 @@ def torus_problem(
     `torus_harmonics`.
     """
     response, stiffness = _response(orders), reduced.stiffness
-    _give(response, dynamic_stiffness=reaction, held=held, start=start, near=near)
+    _give(response, dynamic_stiffness=reaction, held=held, start=start)
     if marched is not None:
         stiffness = -marched.flexibility(reduced)
         response.marched = len(marched.drawn)

@@ -44,7 +44,6 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_modal_response, advance),
     FIELD(sm_modal_response, periodic),
     FIELD(sm_modal_response, start),
-    FIELD(sm_modal_response, near),
     FIELD(sm_modal_response, held),
     WHOLE(sm_table),
     FIELD(sm_table, modes),

@@ -42,9 +42,8 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
     if (task->points == 0 || status != SM_OK) return status;
     const sm_modal_response *response = contact->response;
     const size_t each = 2 * (size_t)contact->contacts * (size_t)orders_count;
-    if (response && response->near && !sm_all_finite(response->near, each * task->points))
-        return SM_NOT_FINITE;
-    if (response && (response->start || response->near) && response->marched > 0
+    if (task->near && !sm_all_finite(task->near, each * task->points)) return SM_NOT_FINITE;
+    if (response && (response->start || task->near) && response->marched > 0
         && !response->periodic)
         return SM_BAD_ARGUMENT;
     return task->harmonics && task->mean_square && task->residual && task->marched
@@ -124,11 +123,12 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
 sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
                              int32_t lines, double tolerance, const double *smallest_scale,
                              int32_t max_periods, size_t points, const double *amplitudes,
-                             int32_t orders_count, const int32_t *orders, double *harmonics,
-                             double *mean_square, double *residual, int32_t *marched) {
+                             int32_t orders_count, const int32_t *orders, const double *near,
+                             double *harmonics, double *mean_square, double *residual,
+                             int32_t *marched) {
     const sm_torus_task task = {rates,        steps,  lines,     tolerance,   smallest_scale,
                                 max_periods,  points, amplitudes, orders_count, orders,
-                                harmonics,    mean_square, residual, marched};
+                                near,         harmonics, mean_square, residual, marched};
     sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
     if (status == SM_OK && contact->response
         && !responds_to(contact->response, orders_count, orders))

@@ -65,7 +65,9 @@ static int unsolved_steps(const joints *j) {
     double *block = new_doubles(sm_elastic_solver_size(&j->elastic, (int)n));
     double *u = new_doubles(n), *last = new_doubles(n), *x = new_doubles(n);
     double *before = new_doubles(n), *memory = new_doubles(remembered), constant = 0.0;
+    double *taken = new_doubles(n), *residual = new_doubles(n);
     const double size = pow(10.0, 3.0 * random_number() - 2.5), turn = 0.02 + random_number();
+    const int follows = random_below(2);
     int unsolved = 0;
     sm_elastic_solver solver;
     sm_elastic_solver_place(&solver, &j->elastic, (int)n, j->flexibility, block);
@@ -75,6 +77,7 @@ static int unsolved_steps(const joints *j) {
             constant = fmax(constant,
                             fmax(element->preload / element->normal_stiffness, element->gap));
     }
+    solver.least = follows ? 1e-3 * size : 0.0; /* rounding of all steps so far stays */
     for (int k = 0; k < STEPS; k++) {
         const int leap = random_below(40);
         for (size_t i = 0; i < n; i++) {
@@ -85,10 +88,17 @@ static int unsolved_steps(const joints *j) {
             x[i] += u[i] - last[i];
         }
         if (leap == 2) move_sliders(j, size, memory);
-        const double scale = fmax(largest(u, n), largest(x, n));
-        if (sm_elastic_solve(&solver, u, memory, x) != SM_OK) {
+        const double scale = fmax(solver.least, fmax(largest(u, n), largest(x, n)));
+        const sm_status status =
+            follows ? sm_elastic_follow(&solver, u, memory, x, taken, residual)
+                    : sm_elastic_solve(&solver, u, memory, x);
+        if (status != SM_OK) {
             unsolved++;
             memcpy(x, before, n * sizeof(double));
+            for (size_t i = 0; i < n; i++) {
+                taken[i] = 0.0;
+                residual[i] = x[i] - last[i];
+            }
             continue;
         }
         const double allowed = 1e-10 * fmax(scale, largest(x, n)) + 1e-14 * constant;
@@ -102,6 +112,8 @@ static int unsolved_steps(const joints *j) {
     free(x);
     free(before);
     free(memory);
+    free(taken);
+    free(residual);
     return unsolved;
 }
 
@@ -256,13 +268,17 @@ static int random_torus(void) {
                                         .held = random_below(2) ? held : NULL};
     double *amplitudes = new_doubles(points * modes), *P = new_doubles(points * 4 * n * 2);
     double *residual = new_doubles(points), *square = new_doubles(points * n);
+    double *near = new_doubles(points * 4 * n * 2);
     int32_t *marched = malloc((points + 1) * sizeof *marched);
     for (size_t k = 0; k < points * modes; k++) amplitudes[k] = 3.0 * random_number();
+    for (size_t k = 0; k < points * 4 * n * 2; k++) near[k] = random_number() - 0.5;
+    if (points > 0 && random_below(16) == 0) near[random_below((int)points)] = NAN;
     if (random_below(2)) j.contact.response = &response;
     spoil_joints(&j);
     const sm_status status = sm_torus_harmonics(
         &j.contact, rates, 4 + random_below(9), 1 << random_below(4), 1e-3, smallest,
-        1 + random_below(6), points, amplitudes, count, orders, P, square, residual, marched);
+        1 + random_below(6), points, amplitudes, count, orders,
+        random_below(2) ? near : NULL, P, square, residual, marched);
     check_response(status, P, points * 4 * n * 2);
     check_response(status, square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
@@ -279,6 +295,7 @@ static int random_torus(void) {
     free(P);
     free(residual);
     free(square);
+    free(near);
     free(marched);
     return status == SM_OK;
 }

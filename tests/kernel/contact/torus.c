@@ -55,8 +55,8 @@ static sm_status solve(void *arguments) {
     torus_call *c = arguments;
     return sm_torus_harmonics(&c->p.contact, c->rates, c->steps, c->lines, c->tolerance,
                               c->smallest_scale, c->max_periods, c->points, c->amplitudes,
-                              c->orders_count, c->orders, c->harmonics, c->mean_square, c->residual,
-                              c->marched);
+                              c->orders_count, c->orders, NULL, c->harmonics, c->mean_square,
+                              c->residual, c->marched);
 }
 
 /* P_nm of contact i, the q-th order at a point. */
@@ -277,13 +277,13 @@ static void check_bad_pointers(torus_call *c) {
     CHECK_REFUSES(int32_t *, c->marched, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->orders, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(NULL, c->rates, 16, 8, 1e-6, c->smallest_scale, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL, NULL),
+                                    c->orders, NULL, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(&c->p.contact, NULL, 16, 8, 1e-6, c->smallest_scale, 9, 0,
-                                    NULL, 1, c->orders, NULL, NULL, NULL, NULL),
+                                    NULL, 1, c->orders, NULL, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_torus_harmonics(&c->p.contact, c->rates, 16, 8, 1e-6, NULL, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL, NULL),
+                                    c->orders, NULL, NULL, NULL, NULL, NULL),
                  SM_BAD_ARGUMENT);
 }
 

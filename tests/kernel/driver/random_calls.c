@@ -56,7 +56,7 @@ static void random_torus(void) {
     if (random_below(8) == 0) spoil(&tolerance, 1);
     const sm_status status =
         sm_torus_harmonics(&p.contact, rates, 4 + random_below(5), 1 << random_below(6), tolerance,
-                           smallest, 1 + random_below(3), points, amplitudes, 2, orders, P,
+                           smallest, 1 + random_below(3), points, amplitudes, 2, orders, NULL, P,
                            mean_square, residual, marched);
     check_response(status, P, points * 2 * n * 2);
     check_response(status, mean_square, points * n);

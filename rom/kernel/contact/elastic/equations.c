@@ -9,7 +9,7 @@ SM_INLINE void subtract(const size_t vectors, size_t n, const double *R, const i
     double sum[TOGETHER][SM_VECTOR]; /* stays in registers */
     for (size_t j = 0; j < vectors; j++) memcpy(sum[j], to + j * SM_VECTOR, sizeof sum[j]);
     for (size_t b = 0; b < columns; b++) {
-        const double *restrict from = R + (column ? (size_t)column[b] : b) * n;
+        const double *restrict from = R + (size_t)column[b] * n;
         const double times = by[b];
         for (size_t j = 0; j < vectors; j++) {
             SM_SIMD
@@ -58,5 +58,12 @@ SM_HOT size_t sm_eliminate_many(size_t n, double *matrix, double *right) {
         if (!sm_eliminate_panel(n, c, c + SM_PANEL, matrix, right)) return 0;
         follow(n, c, matrix);
     }
+    return c;
+}
+
+SM_HOT size_t sm_eliminate_many_rows(size_t n, double *matrix, double *right) {
+    size_t c = 0;
+    for (; n - c >= SM_MANY_EQUATIONS; c += SM_PANEL)
+        if (!sm_eliminate_rows(SM_PANEL, n, c, matrix, right)) return 0;
     return c;
 }

@@ -19,6 +19,7 @@
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
+#define MOTIONS 6
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
@@ -28,9 +29,12 @@ typedef struct {
     sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
-    double *x, *last_u;        /* (lines, N_c) */
+    double *motion;            /* (MOTIONS, lines, N_c): */
+    double *x, *last_u;
+    double *last_y, *last_off; /* what the solver was left with */
+    double *before[2];         /* x one and two steps before */
     double *memory;            /* (lines, remembered) */
-    double *before[2];         /* (lines, N_c) x one and two steps before */
+    int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
     int follows;               /* the response is that of a point before */
     double *begun;             /* (lines, remembered) memory as the period began */
     size_t taken;              /* steps of the point so far */
@@ -95,19 +99,22 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
     t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
-    const size_t along = sm_phase_lines_size(n, orders, lines, steps);
+    const size_t along = sm_phase_lines_size(n, orders, task->orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
-    const size_t size = along + n * n + 4 * n * lines + 2 * lines * t->remembered + 3 * n + 4 * all
-                        + 2 * unknowns + sm_fixed_point_size(unknowns) + marched
-                        + sm_elastic_solver_size(contact->elastic, contact->contacts);
+    const size_t flags = sm_doubles(lines * sizeof(int32_t));
+    const size_t size = along + flags + n * n + MOTIONS * n * lines + 2 * lines * t->remembered
+                        + 3 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
+                        + marched + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
-    t->x = sm_take(&memory, n * lines);
-    t->last_u = sm_take(&memory, n * lines);
-    for (int k = 0; k < 2; k++) t->before[k] = sm_take(&memory, n * lines);
+    double **motion[MOTIONS] = {&t->x,        &t->last_u,    &t->last_y,
+                                &t->last_off, &t->before[0], &t->before[1]};
+    t->motion = memory;
+    for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
+    t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
     t->own_u = sm_take(&memory, n);
@@ -129,25 +136,15 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
 
 /* change = H Y + held - response; the largest of it [m]. */
 static double find_change(problem *t) {
-    const size_t n = t->n;
-    const double *H = t->contact->response ? t->contact->response->dynamic_stiffness : NULL;
+    const sm_modal_response *response = t->contact->response;
     double largest = 0.0;
-    if (!H) return 0.0;
-    const double *held = t->contact->response->held;
-    for (size_t q = 0; q < t->lines.orders; q++)
-        for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *Y = t->Y + 2 * q * n;
-            const size_t at = 2 * (q * n + i);
-            double re = -t->response[at] + (held ? held[at] : 0.0);
-            double im = -t->response[at + 1] + (held ? held[at + 1] : 0.0);
-            for (size_t k = 0; k < 2 * n; k += 2) {
-                re += H[k] * Y[k] - H[k + 1] * Y[k + 1];
-                im += H[k] * Y[k + 1] + H[k + 1] * Y[k];
-            }
-            t->change[at] = re;
-            t->change[at + 1] = im;
-            largest = fmax(largest, hypot(re, im));
-        }
+    if (!response || !response->dynamic_stiffness) return 0.0;
+    sm_respond(response, t->lines.orders, t->n, t->Y, t->change);
+    for (size_t k = 0; k < per_point(t); k += 2) {
+        t->change[k] -= t->response[k];
+        t->change[k + 1] -= t->response[k + 1];
+        largest = fmax(largest, hypot(t->change[k], t->change[k + 1]));
+    }
     return largest;
 }
 
@@ -156,9 +153,8 @@ static void start_again(problem *t) {
     const size_t lines = t->lines.lines;
     sm_phase_lines_start(&t->lines);
     t->places.turned = 0;
-    memset(t->last_u, 0, t->n * lines * sizeof(double));
-    memset(t->x, 0, t->n * lines * sizeof(double));
-    for (int k = 0; k < 2; k++) memset(t->before[k], 0, t->n * lines * sizeof(double));
+    memset(t->motion, 0, MOTIONS * t->n * lines * sizeof(double));
+    memset(t->yielded, 0, lines * sizeof(int32_t));
     memset(t->memory, 0, lines * t->remembered * sizeof(double));
     sm_marched_start(&t->marched);
 }
@@ -191,9 +187,9 @@ static void draw(problem *t, const double *amplitude) {
     sm_phase_lines_draw(&t->lines, t->drawing);
 }
 
-/* y of a line under the u of a step, both (N_c) with so many between them. */
-static sm_status react(problem *t, size_t p, const double *u, double *y, size_t stride) {
-    const size_t n = t->n;
+/* y of a line under the u of a step, both (N_c) with so many between them; y without, too. */
+static sm_status react(problem *t, size_t p, const double *u, double *y, double *y_of_line) {
+    const size_t n = t->n, stride = t->lines.stride;
     double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
     memcpy(last_but_one, last, n * sizeof(double));
@@ -203,11 +199,14 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
         x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = t->own_u[i];
     }
-    const sm_status status = sm_elastic_solve(&t->solver, t->own_u, memory, x);
+    const sm_status status =
+        sm_elastic_follow(&t->solver, t->own_u, memory, x, t->last_y + p * n, t->last_off + p * n);
     if (status != SM_OK) return status;
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     const double *const steps[3] = {last_but_one, last, x};
-    sm_elastic_reverse(t->contact->elastic, steps, memory);
+    if (t->yielded[p]) sm_elastic_reverse(t->contact->elastic, steps, memory);
+    t->yielded[p] = t->solver.yielding > 0;
+    memcpy(y_of_line, t->solver.y, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         y[i * stride] = t->solver.y[i];
         t->square[i] += t->solver.y[i] * t->solver.y[i];
@@ -217,12 +216,13 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, size_t 
 
 /* y along the lines at some steps. */
 static sm_status react_along(problem *t, size_t count) {
-    const size_t stride = t->lines.stride, row = t->n * stride;
+    const size_t all = t->n * t->lines.stride, row = t->lines.row;
     for (size_t k = 0; k < count; k++) {
-        double *u = t->lines.u + k * row, *y = t->lines.y + k * row;
+        double *u = t->lines.u + k * all, *y = t->lines.y + k * all;
+        double *y_of_line = t->lines.y_of_line + k * t->lines.lines * row;
         sm_marched_displace(&t->marched, u);
         for (size_t p = 0; p < t->lines.lines; p++) {
-            const sm_status status = react(t, p, u + p, y + p, stride);
+            const sm_status status = react(t, p, u + p, y + p, y_of_line + p * row);
             if (status != SM_OK) return status;
         }
         sm_marched_advance(&t->marched, y);
@@ -269,9 +269,7 @@ static void negate(double *values, size_t count) {
 
 /* What the contacts come to half a period later begins the next half with another sign. */
 static void turn_round(problem *t) {
-    const size_t all = t->n * t->lines.lines;
-    double *const motion[] = {t->x, t->last_u, t->before[0], t->before[1]};
-    for (size_t k = 0; k < sizeof motion / sizeof *motion; k++) negate(motion[k], all);
+    negate(t->motion, MOTIONS * t->n * t->lines.lines);
     negate(t->memory, t->lines.lines * t->remembered);
     negate(t->marched.state, sm_marched_size(t->contact->response, t->lines.stride));
 }
@@ -398,7 +396,7 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
     const double *begun = response ? response->start : NULL;
-    const double *near = response ? response->near : NULL;
+    const double *near = t->task->near;
     sm_status status = SM_OK;
     march_by(t, half);
     if (near || t->follows) {

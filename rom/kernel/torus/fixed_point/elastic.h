@@ -14,6 +14,7 @@ typedef struct {
     const double *amplitudes;
     int32_t orders_count;
     const int32_t *orders;
+    const double *near;
     double *harmonics, *mean_square, *residual;
     int32_t *marched;
 } sm_torus_task;

@@ -1,4 +1,5 @@
-/* Modes that are marched along the phase lines with the contacts; see sm_modal_response. */
+/* Modes that are marched along the phase lines with the contacts, and what they respond beside; see
+ * sm_modal_response. */
 #ifndef SLIPMODE_MARCHED_H
 #define SLIPMODE_MARCHED_H
 
@@ -30,5 +31,9 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
 void sm_marched_displace(const sm_marched *m, double *u);
 /* To the end of the step, where the contacts have y (N_c, stride). */
 void sm_marched_advance(sm_marched *m, const double *y);
+
+/* to = H Y + held, of so many harmonics Y (orders, N_c, 2); the response has an H. */
+void sm_respond(const sm_modal_response *response, size_t orders, size_t contacts,
+                const double *Y, double *to);
 
 #endif

@@ -1,6 +1,7 @@
 #include "torus/fixed_point/phase_lines.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/block.h"
@@ -10,23 +11,42 @@
 
 #define WIDTH SM_VECTOR
 #define TOGETHER SM_STEPS_TOGETHER
+#define TURNS 4 /* m whose sums over the lines are formed together */
 
-size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps) {
-    const size_t row = contacts * sm_whole_lines(lines);
-    return 2 * steps * orders + 2 * lines + 4 * orders * row + 2 * TOGETHER * row;
+static size_t turns_of(size_t orders, const int32_t *order) {
+    int highest = 0;
+    for (size_t q = 0; q < orders; q++)
+        if (abs(order[2 * q + 1]) > highest) highest = abs(order[2 * q + 1]);
+    return ((size_t)highest + TURNS) / TURNS * TURNS;
+}
+
+size_t sm_phase_lines_size(size_t contacts, size_t orders, const int32_t *order, size_t lines,
+                           size_t steps) {
+    const size_t stride = sm_whole_lines(lines), row = sm_whole_lines(contacts);
+    const size_t turns = turns_of(orders, order);
+    return 2 * steps * orders + 2 * lines + 2 * turns * stride + 4 * orders * row
+           + TOGETHER * (2 * turns * row + 2 * contacts * stride + lines * row);
 }
 
 void sm_phase_lines_place(sm_phase_lines *l, double *memory) {
     l->stride = sm_whole_lines(l->lines);
-    const size_t row = l->contacts * l->stride;
+    l->row = sm_whole_lines(l->contacts);
+    l->turns = turns_of(l->orders, l->order);
+    const size_t all = l->contacts * l->stride;
     l->turn = sm_take(&memory, 2 * l->steps * l->orders);
     l->phase = sm_take(&memory, 2 * l->lines);
-    l->drawn = sm_take(&memory, 2 * l->orders * row);
-    l->sums = sm_take(&memory, 2 * l->orders * row);
-    l->u = sm_take(&memory, TOGETHER * row);
-    l->y = sm_take(&memory, TOGETHER * row);
-    memset(l->y, 0, TOGETHER * row * sizeof(double)); /* of lanes without a line */
-    memset(l->drawn, 0, 2 * l->orders * row * sizeof(double));
+    l->across = sm_take(&memory, 2 * l->turns * l->stride);
+    l->drawn = sm_take(&memory, 2 * l->orders * l->row);
+    l->sums = sm_take(&memory, 2 * l->orders * l->row);
+    l->by_turn = sm_take(&memory, TOGETHER * 2 * l->turns * l->row);
+    l->u = sm_take(&memory, TOGETHER * all);
+    l->y = sm_take(&memory, TOGETHER * all);
+    l->y_of_line = sm_take(&memory, TOGETHER * l->lines * l->row);
+    /* lanes without a line or contact */
+    memset(l->across, 0, 2 * l->turns * l->stride * sizeof(double));
+    memset(l->drawn, 0, 2 * l->orders * l->row * sizeof(double));
+    memset(l->y, 0, TOGETHER * all * sizeof(double));
+    memset(l->y_of_line, 0, TOGETHER * l->lines * l->row * sizeof(double));
     for (size_t k = 0; k < l->steps; k++)
         for (size_t q = 0; q < l->orders; q++) {
             const double angle = SM_TWO_PI * (double)(k + 1) / (double)l->steps
@@ -36,11 +56,20 @@ void sm_phase_lines_place(sm_phase_lines *l, double *memory) {
         }
 }
 
+static void set_across(sm_phase_lines *l) {
+    for (size_t m = 0; m < l->turns; m++)
+        for (size_t p = 0; p < l->lines; p++) {
+            double *to = l->across + 2 * m * l->stride + p;
+            sm_torus_power(l->phase[p], l->phase[l->lines + p], (int)m, to, to + l->stride);
+        }
+}
+
 void sm_phase_lines_start(sm_phase_lines *l) {
     for (size_t p = 0; p < l->lines; p++) {
         l->phase[p] = cos(SM_TWO_PI * (double)p / (double)l->lines);
         l->phase[l->lines + p] = sin(SM_TWO_PI * (double)p / (double)l->lines);
     }
+    set_across(l);
 }
 
 void sm_phase_lines_turn(sm_phase_lines *l, int half) {
@@ -51,111 +80,142 @@ void sm_phase_lines_turn(sm_phase_lines *l, int half) {
         l->phase[p] = re * c - im * s;
         l->phase[l->lines + p] = re * s + im * c;
     }
+    set_across(l);
 }
 
 void sm_phase_lines_draw(sm_phase_lines *l, const double *harmonics) {
-    for (size_t q = 0; q < l->orders; q++)
-        for (size_t p = 0; p < l->lines; p++) {
-            double c, s;
-            sm_torus_power(l->phase[p], l->phase[l->lines + p], l->order[2 * q + 1], &c, &s);
-            for (size_t i = 0; i < l->contacts; i++) {
-                const double *h = harmonics + 2 * (q * l->contacts + i);
-                double *to = l->drawn + 2 * (i * l->orders + q) * l->stride + p;
-                to[0] = h[0] * c - h[1] * s;
-                to[l->stride] = h[0] * s + h[1] * c;
-            }
+    for (size_t q = 0; q < l->orders; q++, harmonics += 2 * l->contacts)
+        for (size_t i = 0; i < l->contacts; i++) {
+            double *to = l->drawn + 2 * q * l->row + i;
+            to[0] = harmonics[2 * i];
+            to[l->row] = harmonics[2 * i + 1];
         }
 }
 
-/* u of WIDTH lines of a contact at `count` steps, a literal; u[k] is a row after u[k - 1]. */
-SM_INLINE void displace(const size_t count, const sm_phase_lines *l, const double *turn,
-                        const double *drawn, double *u) {
-    const size_t row = l->contacts * l->stride, column = 2 * l->orders;
-    double sum[TOGETHER][WIDTH] = {{0.0}}; /* stays in registers */
+/* Of a step, sums over the harmonics of each |m|: u = Re sum_m by_turn_m exp(i m t_B0). */
+SM_INLINE void add_harmonics(const sm_phase_lines *l, const double *turn, double *by_turn) {
+    memset(by_turn, 0, 2 * l->turns * l->row * sizeof(double));
     for (size_t q = 0; q < l->orders; q++, turn += 2) {
-        const double *restrict re = drawn + 2 * q * l->stride, *restrict im = re + l->stride;
-        for (size_t k = 0; k < count; k++) {
-            const double c = turn[k * column], s = turn[k * column + 1];
+        const int m = l->order[2 * q + 1];
+        const double c = turn[0], s = turn[1], back = m < 0 ? -1.0 : 1.0; /* its conjugate */
+        const double *restrict re = l->drawn + 2 * q * l->row, *restrict im = re + l->row;
+        double *restrict to = by_turn + 2 * (size_t)abs(m) * l->row, *restrict im_to = to + l->row;
+        for (size_t first = 0; first < l->row; first += WIDTH) {
             SM_SIMD
-            for (int p = 0; p < WIDTH; p++) sum[k][p] = (sum[k][p] + re[p] * c) - im[p] * s;
+            for (size_t i = first; i < first + WIDTH; i++) {
+                to[i] += re[i] * c - im[i] * s;
+                im_to[i] += back * (re[i] * s + im[i] * c);
+            }
         }
     }
-    for (size_t k = 0; k < count; k++) memcpy(u + k * row, sum[k], sizeof sum[k]);
+}
+
+/* u of WIDTH lines of a contact at `count` steps, a literal; u[k] is `all` after u[k - 1]. */
+SM_INLINE void displace(const size_t count, const sm_phase_lines *l, const double *by_turn,
+                        const double *across, double *u) {
+    const size_t all = l->contacts * l->stride, step = 2 * l->turns * l->row;
+    double sum[TOGETHER][WIDTH] = {{0.0}}; /* stays in registers */
+    for (size_t m = 0; m < l->turns; m++, across += 2 * l->stride, by_turn += 2 * l->row) {
+        for (size_t k = 0; k < count; k++) {
+            const double re = by_turn[k * step], im = by_turn[k * step + l->row];
+            SM_SIMD
+            for (size_t p = 0; p < WIDTH; p++)
+                sum[k][p] = (sum[k][p] + re * across[p]) - im * across[l->stride + p];
+        }
+    }
+    for (size_t k = 0; k < count; k++) memcpy(u + k * all, sum[k], sizeof sum[k]);
 }
 
 SM_HOT void sm_phase_lines_displace(sm_phase_lines *l, size_t first, size_t count) {
-    const double *turn = l->turn + 2 * first * l->orders;
-    const size_t row = l->contacts * l->stride, column = 2 * l->orders;
+    const size_t all = l->contacts * l->stride, step = 2 * l->turns * l->row;
+    for (size_t k = 0; k < count; k++)
+        add_harmonics(l, l->turn + 2 * (first + k) * l->orders, l->by_turn + k * step);
     for (size_t i = 0; i < l->contacts; i++)
         for (size_t p = 0; p < l->stride; p += WIDTH) {
-            const double *drawn = l->drawn + 2 * i * l->orders * l->stride + p;
+            const double *by_turn = l->by_turn + i, *across = l->across + p;
             double *u = l->u + i * l->stride + p;
             if (count == TOGETHER)
-                displace(TOGETHER, l, turn, drawn, u);
+                displace(TOGETHER, l, by_turn, across, u);
             else
                 for (size_t k = 0; k < count; k++)
-                    displace(1, l, turn + k * column, drawn, u + k * row);
+                    displace(1, l, by_turn + k * step, across, u + k * all);
         }
 }
 
 void sm_phase_lines_clear(sm_phase_lines *l) {
-    memset(l->sums, 0, 2 * l->orders * l->contacts * l->stride * sizeof(double));
+    memset(l->sums, 0, 2 * l->orders * l->row * sizeof(double));
 }
 
-/* Adds y of WIDTH lines of a contact at `count` steps, a literal, to sums. */
-SM_INLINE void add(const size_t count, const sm_phase_lines *l, const double *turn,
-                   const double *weights, const double *y, double *sums) {
-    const size_t row = l->contacts * l->stride, column = 2 * l->orders;
-    double now[TOGETHER][WIDTH]; /* stays in registers */
-    for (size_t k = 0; k < count; k++)
-        for (int p = 0; p < WIDTH; p++) now[k][p] = weights[k] * y[k * row + (size_t)p];
-    for (size_t q = 0; q < l->orders; q++, turn += 2) {
-        double *restrict re = sums + 2 * q * l->stride, *restrict im = re + l->stride;
-        SM_SIMD
-        for (int p = 0; p < WIDTH; p++) {
-            double a = re[p], b = im[p];
-            for (size_t k = 0; k < count; k++) {
-                a += now[k][p] * turn[k * column];
-                b -= now[k][p] * turn[k * column + 1];
+/* Of WIDTH contacts at a step, sums of y exp(-i m t_B0) over the lines for TURNS m from m on. */
+SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, double *by_turn) {
+    double re[TURNS][WIDTH] = {{0.0}}, im[TURNS][WIDTH] = {{0.0}}; /* stay in registers */
+    for (size_t p = 0; p < l->lines; p++, y += l->row)
+        for (size_t j = 0; j < TURNS; j++) {
+            const double *from = l->across + 2 * (m + j) * l->stride + p;
+            const double c = from[0], s = from[l->stride];
+            SM_SIMD
+            for (size_t i = 0; i < WIDTH; i++) {
+                re[j][i] += y[i] * c;
+                im[j][i] -= y[i] * s;
             }
-            re[p] = a;
-            im[p] = b;
         }
+    for (size_t j = 0; j < TURNS; j++) {
+        memcpy(by_turn + 2 * (m + j) * l->row, re[j], sizeof re[j]);
+        memcpy(by_turn + (2 * (m + j) + 1) * l->row, im[j], sizeof im[j]);
+    }
+}
+
+/* Adds what WIDTH contacts have at `count` steps, a literal, to their sums of each harmonic. */
+SM_INLINE void add_steps(const size_t count, const sm_phase_lines *l, const double *turn,
+                         const double *weights, const double *by_turn, double *sums) {
+    const size_t step = 2 * l->turns * l->row;
+    for (size_t q = 0; q < l->orders; q++, turn += 2, sums += 2 * l->row) {
+        const int m = l->order[2 * q + 1];
+        const double *from = by_turn + 2 * (size_t)abs(m) * l->row;
+        const double back = m < 0 ? -1.0 : 1.0; /* its conjugate */
+        double re[WIDTH], im[WIDTH]; /* stay in registers */
+        memcpy(re, sums, sizeof re);
+        memcpy(im, sums + l->row, sizeof im);
+        for (size_t k = 0; k < count; k++) {
+            const double c = weights[k] * turn[2 * k * l->orders];
+            const double s = weights[k] * turn[2 * k * l->orders + 1];
+            const double *restrict y = from + k * step;
+            SM_SIMD
+            for (size_t i = 0; i < WIDTH; i++) {
+                re[i] += y[i] * c + back * y[l->row + i] * s;
+                im[i] += back * y[l->row + i] * c - y[i] * s;
+            }
+        }
+        memcpy(sums, re, sizeof re);
+        memcpy(sums + l->row, im, sizeof im);
     }
 }
 
 SM_HOT void sm_phase_lines_add(sm_phase_lines *l, size_t first, size_t count,
                                const double *weights) {
     const double *turn = l->turn + 2 * first * l->orders;
-    const size_t row = l->contacts * l->stride, column = 2 * l->orders;
-    for (size_t i = 0; i < l->contacts; i++)
-        for (size_t p = 0; p < l->stride; p += WIDTH) {
-            const double *y = l->y + i * l->stride + p;
-            double *sums = l->sums + 2 * i * l->orders * l->stride + p;
-            if (count == TOGETHER)
-                add(TOGETHER, l, turn, weights, y, sums);
-            else
-                for (size_t k = 0; k < count; k++)
-                    add(1, l, turn + k * column, weights + k, y + k * row, sums);
-        }
+    const size_t step = 2 * l->turns * l->row;
+    for (size_t i = 0; i < l->row; i += WIDTH) {
+        double *by_turn = l->by_turn + i, *sums = l->sums + i;
+        for (size_t k = 0; k < count; k++)
+            for (size_t m = 0; m < l->turns; m += TURNS)
+                add_lines(l, m, l->y_of_line + k * l->lines * l->row + i, by_turn + k * step);
+        if (count == TOGETHER)
+            add_steps(TOGETHER, l, turn, weights, by_turn, sums);
+        else
+            for (size_t k = 0; k < count; k++)
+                add_steps(1, l, turn + 2 * k * l->orders, weights + k, by_turn + k * step, sums);
+    }
 }
 
 void sm_phase_lines_collect(const sm_phase_lines *l, size_t steps, double *Y) {
-    for (size_t q = 0; q < l->orders; q++) {
+    for (size_t q = 0; q < l->orders; q++, Y += 2 * l->contacts) {
         const int32_t *order = l->order + 2 * q;
         const double weight = (order[0] == 0 && order[1] == 0 ? 0.5 : 1.0)
                               / ((double)steps * (double)l->lines);
-        double *own = Y + 2 * q * l->contacts;
-        memset(own, 0, 2 * l->contacts * sizeof(double));
-        for (size_t p = 0; p < l->lines; p++) {
-            double c, s;
-            sm_torus_power(l->phase[p], l->phase[l->lines + p], -order[1], &c, &s);
-            for (size_t i = 0; i < l->contacts; i++) {
-                const double *sums = l->sums + 2 * (i * l->orders + q) * l->stride + p;
-                const double re = sums[0], im = sums[l->stride];
-                own[2 * i] += weight * (re * c - im * s);
-                own[2 * i + 1] += weight * (re * s + im * c);
-            }
+        for (size_t i = 0; i < l->contacts; i++) {
+            Y[2 * i] = weight * l->sums[2 * q * l->row + i];
+            Y[2 * i + 1] = weight * l->sums[(2 * q + 1) * l->row + i];
         }
     }
 }

@@ -1,5 +1,8 @@
 /* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: what draws the contacts
  * at the steps of a period, and the means of what they do then.
+ *
+ * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over harmonics of one |m| are
+ * formed once a step, for all lines.
  */
 #ifndef SLIPMODE_PHASE_LINES_H
 #define SLIPMODE_PHASE_LINES_H
@@ -14,16 +17,22 @@ typedef struct {
     size_t contacts, orders, lines;
     size_t steps;         /* of a period of mode A */
     size_t stride;        /* lines, and lanes that only fill vectors up: sm_whole_lines */
+    size_t row;           /* the same of contacts */
+    size_t turns;         /* m = 0, 1, ... up to the highest, and some that fill groups up */
     const int32_t *order; /* (orders, 2): n, m */
     double ratio;         /* omega_B / omega_A */
     double *turn;         /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
     double *phase;        /* (2, lines): cos and sin of t_B0 */
-    double *drawn;        /* (N_c, orders, 2, stride): harmonics of u along the lines */
-    double *sums;         /* (N_c, orders, 2, stride): of y exp(-i (n + m ratio) t_A) */
+    double *across;       /* (turns, 2, stride): cos and sin of m t_B0 */
+    double *drawn;        /* (orders, 2, row): harmonics of u */
+    double *sums;         /* (orders, 2, row): of y exp(-i (n t_A + m t_B)) over steps and lines */
+    double *by_turn;      /* (SM_STEPS_TOGETHER, turns, 2, row): sums over harmonics, or lines */
     double *u, *y;        /* (SM_STEPS_TOGETHER, N_c, stride), at some steps */
+    double *y_of_line;    /* (SM_STEPS_TOGETHER, lines, row): y once more */
 } sm_phase_lines;
 
-size_t sm_phase_lines_size(size_t contacts, size_t orders, size_t lines, size_t steps);
+size_t sm_phase_lines_size(size_t contacts, size_t orders, const int32_t *order, size_t lines,
+                           size_t steps);
 /* Takes the memory; sizes, orders and ratio are set. */
 void sm_phase_lines_place(sm_phase_lines *lines, double *memory);
 /* t_B0 = 2 pi p / lines. */
@@ -35,7 +44,7 @@ void sm_phase_lines_turn(sm_phase_lines *lines, int half);
 void sm_phase_lines_draw(sm_phase_lines *lines, const double *harmonics);
 /* u at the ends of up to SM_STEPS_TOGETHER steps from `first` on. */
 void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
-/* Sums begin at nothing; y at the ends of steps adds to them by weights (count). */
+/* Sums begin at nothing; y_of_line at the ends of steps adds to them by weights (count). */
 void sm_phase_lines_clear(sm_phase_lines *lines);
 void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, const double *weights);
 /* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0, 0):
