@@ -29,7 +29,7 @@ from slipmode.rom.slow.direct.forced_balance import SteadyHarmonics
 from slipmode.rom.slow.direct.receptance import Receptance
 
 _HIGHEST = {1: 31, 2: 13}  # |n| + |m| of the harmonics that are told
-_STEPS = (64, 128, 256)  # per period of the fastest carrier, and where these do not reach the tolerance
+_STEPS = (64, 128, 256)  # per period of the fastest carrier, till these reach the tolerance
 # Windows: periods of the slowest carrier, and how many. Contacts draw lines of high order near the
 # carriers, which shorter windows do not tell from them.
 _WINDOWS = ((200.0, 20), (1000.0, 8))
