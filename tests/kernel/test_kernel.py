@@ -17,6 +17,7 @@ GROUPS = (
     "harmonics",
     "table",
     "between",
+    "curves",
     "slow-flow",
     "directional",
     "component",

@@ -16,6 +16,7 @@ void check_harmonics(void);
 void check_motion(void);
 void check_table(void);
 void check_between(void);
+void check_curves(void);
 void check_slow_flow(void);
 void check_directional(void);
 void check_component(void);
@@ -43,6 +44,7 @@ static const struct {
               {"harmonics", check_harmonics},
               {"table", check_table},
               {"between", check_between},
+              {"curves", check_curves},
               {"slow-flow", check_slow_flow},
               {"directional", check_directional},
               {"component", check_component},
