@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -39,13 +39,14 @@ _LOGGED = 10  # messages that Dask keeps for its developers, tasks and results i
 # What workers import, and that BLAS has a thread in each, as Dask has it.
 _PRELOADED = ["distributed.nanny", "slipmode.runner.study.cluster"]
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-_FORKSERVER = "forkserver" in multiprocessing.get_all_start_methods()
+# Elsewhere there is none, or system libraries (macOS) that may not be copied once they are loaded.
+_FORKSERVER = sys.platform == "linux"
 
 
 def prepare_workers() -> None:
     """Start to import what workers need, once for all of them, while the client does other things.
 
-    In a process of its own that is copied for each (not on Windows, where each imports it).
+    In a process of its own that is copied for each (on Linux; elsewhere each imports it).
     """
     if not _FORKSERVER:
         return
