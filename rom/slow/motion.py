@@ -30,6 +30,7 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0
+_STEPS, _ELASTIC_STEPS = 128, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ def reconstruct(
     trajectory: SlowTrajectory,
     times: ArrayLike,
     *,
-    steps_per_period: int = 64,
+    steps_per_period: int | None = None,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
     """Contact and modal motion at increasing times inside a slow trajectory, marched.
@@ -90,8 +91,9 @@ def reconstruct(
         Of that model.
     times : (n,) array_like
         [s]
-    steps_per_period : int
-        Least number of time steps per period of the faster carrier.
+    steps_per_period : int, optional
+        Least number of time steps per period of the faster carrier. Default: 128, of elastic
+        contacts, which have no motion of their own within a step, 64.
     spin_up : float
         Periods of the slower carrier, as it is at the times, marched before the first of them, at
         most from the trajectory's start, where the contacts rest.
@@ -112,6 +114,8 @@ def reconstruct(
     shape = (sample.size, model.reduced.n_contacts)
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, response.orders)
+    if steps_per_period is None:
+        steps_per_period = _STEPS if model.reduced.contacts is None else _ELASTIC_STEPS
     status = kernel.lib.sm_contact_motion(
         *(ctypes.byref(problem), len(effective), effective.ctypes.data, None, steps_per_period),
         *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
