@@ -144,8 +144,8 @@ class SlowTrajectory:
 
         As beside a combination resonance, in whose beat they go round within a long step.
         """
-        allowed = _BENT * np.abs(self.amplitude).max()
-        bend = self._bend(model)
+        flow, allowed = shifted_flow(model, self.shift), _BENT * np.abs(self.amplitude).max()
+        bend = self._bend(flow)
         (bent,) = np.nonzero(bend > allowed)
         if not bent.size:
             return self
@@ -153,20 +153,19 @@ class SlowTrajectory:
         parts = 2 ** max(1, round(np.log2(off) / _ORDER))
         while parts <= _MOST_PARTS:
             try:
-                found = self._divided(model, bent, parts)
+                found = self._divided(flow, bent, parts)
             except SlipmodeError:  # steps that are far too long leave the friction table
                 off = np.inf
             else:
-                off = float(found._bend(model).max())
+                off = float(found._bend(flow).max())
             if off <= allowed:
                 break
             parts *= 2
         return found
 
-    def _bend(self, model: Model) -> Floats:
+    def _bend(self, flow: kernel.SlowFlow) -> Floats:
         """By how much each step's cubic leaves the slow flow, were it as far off all along."""
-        flow, bend = shifted_flow(model, self.shift), np.empty(self.time.size - 1)
-        steps = self._steps()
+        steps, bend = self._steps(), np.empty(self.time.size - 1)
         status = kernel.lib.sm_trajectory_bend(
             *(ctypes.byref(flow), bend.size, *(array.ctypes.data for array in steps)),
             bend.ctypes.data,
@@ -180,9 +179,11 @@ class SlowTrajectory:
         rows = self._start_inputs(), np.diff(self.time), start, end
         return tuple(np.ascontiguousarray(row) for row in rows)
 
-    def _divided(self, model: Model, steps: NDArray[np.intp], parts: int) -> SlowTrajectory:
+    def _divided(
+        self, flow: kernel.SlowFlow, steps: NDArray[np.intp], parts: int
+    ) -> SlowTrajectory:
         """Some steps in so many parts."""
-        flow, modes = shifted_flow(model, self.shift), self.amplitude.shape[1]
+        modes = self.amplitude.shape[1]
         whole = [array[steps] for array in self._steps()]
         between = np.empty((steps.size, parts - 1, modes), dtype=complex)
         status = kernel.lib.sm_trajectory_divide(

@@ -5,6 +5,8 @@
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
+#define AMPLITUDES (2 * SM_MODES)
+
 /* Where in a step, of its length; no multiples of each other, which a beat could hide behind. */
 #define LOOKED_AT 2
 static const double INSIDE[LOOKED_AT] = {0.25, 0.6};
@@ -13,33 +15,21 @@ static const double INSIDE[LOOKED_AT] = {0.25, 0.6};
 typedef struct {
     const sm_slow_flow *flow;
     const sm_inputs *inputs;
-    sm_instant *instant;
 } step_flow;
 
-static sm_status check_step(const sm_slow_flow *flow, const sm_inputs *inputs, double duration) {
-    sm_inputs now;
-    sm_status status = sm_check_positive(duration);
-    if (status == SM_OK) status = sm_slow_flow_check_at(flow, inputs, 0.0, &now);
-    return status == SM_OK ? sm_slow_flow_check_at(flow, inputs, duration, &now) : status;
-}
-
-/* dy/dt, all unknowns, so many seconds into the step. */
+/* dy/dt so many seconds into the step. */
 static sm_status rate_at(const step_flow *step, double elapsed, const double *y, double *dy) {
-    const sm_inputs now = sm_inputs_after(step->inputs, step->flow->table.modes, elapsed);
-    const sm_status status = sm_slow_flow_derivative(step->flow, &now, step->instant, y, dy);
-    if (status != SM_OK) return status;
-    return sm_all_finite(dy, SM_UNKNOWNS) ? SM_OK : SM_NOT_FINITE;
+    double powers[2];
+    return sm_slow_flow_rate(step->flow, step->inputs, elapsed, y, dy, &powers[0], &powers[1]);
 }
 
 /* The largest difference of the cubic's slope from the slow flow, times the duration. */
 static sm_status bend_of(const step_flow *step, double duration, const double *start,
                          const double *end, double *bend) {
     const int count = 2 * step->flow->table.modes;
-    double y[SM_UNKNOWNS] = {0.0}, leaving[SM_UNKNOWNS], arriving[SM_UNKNOWNS], rate[SM_UNKNOWNS];
-    for (int u = 0; u < count; u++) y[u] = start[u];
-    sm_status status = rate_at(step, 0.0, y, leaving);
-    for (int u = 0; u < count; u++) y[u] = end[u];
-    if (status == SM_OK) status = rate_at(step, duration, y, arriving);
+    double y[AMPLITUDES], leaving[AMPLITUDES], arriving[AMPLITUDES], rate[AMPLITUDES];
+    sm_status status = rate_at(step, 0.0, start, leaving);
+    if (status == SM_OK) status = rate_at(step, duration, end, arriving);
     *bend = 0.0;
     for (int k = 0; k < LOOKED_AT && status == SM_OK; k++) {
         const double r = INSIDE[k], rest = 1.0 - r, moved = r * r * (3.0 - 2.0 * r);
@@ -62,26 +52,25 @@ sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_in
                              const double *duration, const double *start, const double *end,
                              double *bend) {
     if (!flow || !inputs || !duration || !start || !end || !bend) return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < steps; k++) {
-        sm_status status = check_step(flow, inputs + k, duration[k]);
-        if (status != SM_OK) return status;
+    sm_status status = sm_slow_flow_check(flow);
+    for (size_t k = 0; k < steps && status == SM_OK; k++) {
         const size_t at = k * 2 * (size_t)flow->table.modes;
-        sm_instant instant = {.known = 0};
-        const step_flow step = {flow, inputs + k, &instant};
+        const step_flow step = {flow, inputs + k};
+        status = sm_check_positive(duration[k]);
+        if (status != SM_OK) break;
         status = bend_of(&step, duration[k], start + at, end + at, bend + k);
-        if (status == SM_OUTSIDE_TABLE)
-            bend[k] = INFINITY;
-        else if (status != SM_OK)
-            return status;
+        if (status != SM_OUTSIDE_TABLE) continue;
+        bend[k] = INFINITY;
+        status = SM_OK;
     }
-    return SM_OK;
+    return status;
 }
 
 /* The classical Runge-Kutta method, y after h seconds. */
 static sm_status runge_kutta(const step_flow *step, double elapsed, double h, double *y) {
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
     const int count = 2 * step->flow->table.modes;
-    double trial[SM_UNKNOWNS] = {0.0}, k[SM_UNKNOWNS] = {0.0}, sum[SM_UNKNOWNS] = {0.0};
+    double trial[AMPLITUDES], k[AMPLITUDES] = {0.0}, sum[AMPLITUDES] = {0.0};
     for (int stage = 0; stage < 4; stage++) {
         for (int u = 0; u < count; u++) trial[u] = y[u] + node[stage] * h * k[u];
         const sm_status status = rate_at(step, elapsed + node[stage] * h, trial, k);
@@ -97,26 +86,25 @@ sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps, const sm_
                                int32_t parts, double *between) {
     if (!flow || !inputs || !duration || !start || !end || !between || parts < 2)
         return SM_BAD_ARGUMENT;
-    for (size_t k = 0; k < steps; k++) {
-        sm_status status = check_step(flow, inputs + k, duration[k]);
-        if (status != SM_OK) return status;
-        const size_t count = 2 * (size_t)flow->table.modes, inner = (size_t)parts - 1;
-        double *own = between + k * inner * count, y[SM_UNKNOWNS] = {0.0};
-        sm_instant instant = {.known = 0};
-        const step_flow step = {flow, inputs + k, &instant};
+    sm_status status = sm_slow_flow_check(flow);
+    const size_t count = 2 * (size_t)flow->table.modes, inner = (size_t)parts - 1;
+    for (size_t k = 0; k < steps && status == SM_OK; k++) {
+        double *own = between + k * inner * count, y[AMPLITUDES];
+        const step_flow step = {flow, inputs + k};
         const double h = duration[k] / (double)parts;
-        for (size_t u = 0; u < count; u++) y[u] = start[k * count + u];
-        for (size_t part = 0; part < (size_t)parts; part++) {
+        status = sm_check_positive(duration[k]);
+        memcpy(y, start + k * count, count * sizeof(double));
+        for (size_t part = 0; part < (size_t)parts && status == SM_OK; part++) {
             if (part > 0) memcpy(own + (part - 1) * count, y, count * sizeof(double));
             status = runge_kutta(&step, h * (double)part, h, y);
-            if (status != SM_OK) return status;
         }
+        if (status != SM_OK) break;
         /* it ends where the trajectory does */
         for (size_t part = 1; part < (size_t)parts; part++)
             for (size_t u = 0; u < count; u++)
                 own[(part - 1) * count + u] +=
                     (double)part / (double)parts * (end[k * count + u] - y[u]);
-        if (!sm_all_finite(own, inner * count)) return SM_NOT_FINITE;
+        if (!sm_all_finite(own, inner * count)) status = SM_NOT_FINITE;
     }
-    return SM_OK;
+    return status;
 }
