@@ -105,7 +105,7 @@ class AppliedForces:
 
     def residual(self, on_contacts: Complexes | Floats) -> Complexes:
         """Such a force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
+        return _residual(on_contacts, self.shift, self.reduced)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,7 @@ class ForceResponse:
 
     def residual_force(self, reduced: Reduced) -> Complexes:
         """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
+        return _residual(self.contact, self.shift, reduced)
 
     def free_vibration(
         self,
@@ -195,6 +195,10 @@ class ForceResponse:
         own = (rotated / (gamma + 2j * (frequency + damped))).real
         left = -responded + 1j * (own + 0.5 * gamma * responded - moving) / damped
         return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
+
+
+def _residual(on_contacts: Complexes | Floats, shift: Complexes, reduced: Reduced) -> Complexes:
+    return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
 
 
 def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:

@@ -110,8 +110,8 @@ def _harmonics(
     """Of the motion from where the amplitudes were found on."""
     assert reduced.contacts is not None
     carrier, modes = reduced.carrier, len(reduced.modes)
-    rows = np.eye(small.shapes.shape[1])[:modes]
-    integrator = Integrator(small.structure, law, excitation, rows, 2 * steps)
+    nothing_but_contacts = np.zeros((0, small.structure.n_dofs))
+    integrator = Integrator(small.structure, law, excitation, nothing_but_contacts, 2 * steps)
     motion, beside = beside_harmonics(integrator, found.end)
     if beside.share > OFF_LATTICE:
         raise SlipmodeError(

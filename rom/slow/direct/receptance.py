@@ -66,9 +66,10 @@ class Receptance:
 
     def modal(self, P: Complexes) -> Complexes:
         """Displacement of all modes (orders, modes + nonresonant) by forces and contacts P."""
-        return self.stepped_modal(P, np.zeros_like(self.kappa), self.loads[self.resonant])
+        still = np.zeros_like(self.kappa)
+        return self.stepped_modal(P, still, still)
 
-    def stepped_modal(self, P: Complexes, kappa: Floats, target: Complexes) -> Complexes:
+    def stepped_modal(self, P: Complexes, kappa: Floats, target: Complexes | Floats) -> Complexes:
         """That in a step from a displacement `target` (pairs,)."""
         D, loads = self.D.copy(), self.loads - np.einsum("qkc,qc->qk", self.B, P)
         q, k = self.resonant

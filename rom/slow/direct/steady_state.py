@@ -13,9 +13,9 @@ from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
-from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.reduction.reduced import Reduced, force_vector
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.direct.forced_balance import (
     LINES,
@@ -127,8 +127,7 @@ def steady_state(
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
     modes = len(reduced.modes)
-    if len(force) != modes:
-        raise SlipmodeError(f"force: needs one entry per mode ({modes}), got {len(force)}")
+    f = AppliedForces.of(reduced, force).force
     if reduced.formulation == "paper":
         raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")
     reference = None if reduced.contacts is None else reduced.contacts.reference
@@ -137,7 +136,6 @@ def steady_state(
     if Omega.shape != (modes,):
         raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")
     reduced = reduced.at_carrier(Omega.tolist())
-    f = np.array([force_vector(pattern, reduced.n_dofs) for pattern in force])
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
     integrable = start is None and reduced.contacts is not None
