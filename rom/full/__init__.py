@@ -9,6 +9,7 @@ steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
 rom/kernel/full/elastic_step.h for elastic contacts), bases/ what large structures run on;
 convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
+harmonic_fit.py takes all harmonics out of a few periods of it;
 aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
 """
 

@@ -33,12 +33,13 @@ class ReducedStructure:
 
     @classmethod
     def of(cls, reduced: Reduced) -> Self:
-        """Of a reduced model about elastic contacts.
+        """Of a consistent reduced model.
 
-        x = Phi q + X y is the model's own; M, K_s and C on (Phi, X) are in its coupling, because
-        X is what the structure with stuck contacts, K_s, does statically under forces on them.
+        x = Phi q + X y is the model's own; M, K and C on (Phi, X) are in its coupling. Of elastic
+        contacts K is K_s, with their springs, and X what it does statically under forces on them.
         """
-        assert reduced.contacts is not None
+        if reduced.contacts is None:
+            return cls._bonded(reduced)
         omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
         inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
         damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
@@ -54,3 +55,22 @@ class ReducedStructure:
         K -= (W * reduced.contacts.reference) @ W.T
         structure = Structure(np.eye(len(W)), 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
         return cls(structure, np.hstack((reduced.all_shapes, reduced.contact_shapes)) @ basis)
+
+    @classmethod
+    def _bonded(cls, reduced: Reduced) -> Self:
+        """About rigid contacts: y are their displacements."""
+        omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
+        inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
+        spring = np.vstack((reduced.spring, reduced.nonresonant_spring))
+        damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
+        own = np.diag(np.append(reduced.modal_damping, reduced.nonresonant_damping))
+        modal_damping = own + reduced.damping_coupling
+        structure = Structure(
+            np.block(
+                [[np.eye(omega.size), inertia], [inertia.T, reduced.mass + reduced.carried_mass]]
+            ),
+            np.block([[np.diag(omega**2), spring], [spring.T, reduced.stiffness]]),
+            np.block([[modal_damping, damper], [damper.T, reduced.damping]]),
+            contact=list(range(omega.size, omega.size + reduced.n_contacts)),
+        )
+        return cls(structure, np.hstack((reduced.all_shapes, reduced.contact_shapes)))

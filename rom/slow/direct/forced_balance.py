@@ -28,6 +28,7 @@ from slipmode.rom.reduction.internal_resonance import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.direct.receptance import Receptance
+from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
 
 _UNSETTLED = 1e-2  # distance from periodicity from where a step was too long
 _STEPS = 60
@@ -40,36 +41,9 @@ _PRECISION = {1: 1e-3, 2: 0.03}
 _PATIENCE = 3
 _MOST_SECANTS = 12
 _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
-_WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
 _ONE_CONTACT = 20  # harmonics that cost as much as what else a contact takes in a step
 LINES = (16, 32, 64, 128)
-
-
-@dataclass(frozen=True, eq=False)
-class SteadyHarmonics:
-    """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first.
-
-    Attributes
-    ----------
-    amplitude : (modes,) complex ndarray
-        a_j of the retained modes at their carriers [kg^1/2 m].
-    orders : list of (n, m)
-    frequency : (orders,) ndarray
-        n Omega_A + m Omega_B [rad/s].
-    modal : (orders, modes + nonresonant) complex ndarray
-        Displacement of all modes [kg^1/2 m].
-    P : (orders, N_c) complex ndarray
-        Of the contact displacement [m].
-    """
-
-    amplitude: Complexes
-    orders: list[Order]
-    frequency: Floats
-    modal: Complexes
-    P: Complexes
-
-    __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +147,7 @@ class ForcedBalance:
             target = secants.next(found, imbalance)
             if secants.spanning:
                 off = np.abs(target - found) + secants.unresolved
-                far = self.relative(off[:modes], found[:modes])
+                far = relative_error(self.reduced, off[:modes], found[:modes])
                 drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
                 far = max(far, float((moves * off).max() / drawn))
             idle = 0 if far < 0.5 * least or not secants.own_suffice else idle + 1
@@ -251,13 +225,6 @@ class ForcedBalance:
         marched = float(solved.marched[0]) * grid.lines
         self.effort.spend(marched, self.reduced.n_contacts, len(orders))
         return solved
-
-    def relative(self, error: Complexes | Floats, amplitude: Complexes) -> float:
-        """The largest of errors (modes,) of amplitudes."""
-        moves = np.linalg.norm(self.reduced.coupling, axis=1)
-        motion = moves * np.abs(amplitude)
-        scale = np.maximum(motion, _WEAK * motion.max())
-        return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
 
     def _refusal(self, orders: Sequence[Order], solved: ContactHarmonics) -> SlipmodeError:
         met = strongest_resonance(self.reduced, orders)

@@ -22,10 +22,10 @@ from slipmode.rom.slow.direct.forced_balance import (
     Balanced,
     Effort,
     ForcedBalance,
-    SteadyHarmonics,
     enough_lines,
 )
-from slipmode.rom.slow.direct.integrated import integrated, integration_effort
+from slipmode.rom.slow.direct.integrated import integrated, integration_effort, settles_soon
+from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
 from slipmode.rom.structure.structure import Structure
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
@@ -36,6 +36,8 @@ _LEFT_BY_STEPS = 1 / 3  # of the change by twice as many: they are of second ord
 # often the first do.
 _TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
 _BESIDE = (-1e-3, 1e-3, 3e-4)  # of the frequencies, where no try settles from rest
+
+Method = Literal["balance", "integration"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,14 +54,14 @@ class SteadyState:
     force : (modes, n) ndarray
         [N]
     method : {"balance", "integration"}
-        Where no balance of harmonics is found, integration in time from rest.
+        Of harmonics, or in time from rest.
     """
 
     error: Floats
     harmonics: SteadyHarmonics
     reduced: Reduced
     force: Floats
-    method: Literal["balance", "integration"]
+    method: Method
 
     __repr__ = short_repr
 
@@ -97,9 +99,11 @@ def steady_state(
 ) -> SteadyState:
     """Solve for the steady state under constant forces, without a table.
 
-    Harmonics, phase lines and time steps are added until the amplitudes change by less than the
-    tolerance. Where elastic contacts stick, slip and part so abruptly that no balance is found,
-    the motion is integrated in time from rest; it may miss the tolerance, and states its error.
+    With two modes the motion is integrated in time from rest, in finer and finer steps until the
+    amplitudes change by less than the tolerance. With one, from a `start`, or where structural
+    damping would take thousands of periods to end a transient, contacts and modes are brought
+    into balance at harmonics; where that finds nothing, elastic contacts are integrated after
+    all. Where integration ends above the tolerance, it states its error.
     Where thousands of forcings are asked for, `steady` looks them up in a table.
 
     Parameters
@@ -138,21 +142,51 @@ def steady_state(
     reduced = reduced.at_carrier(Omega.tolist())
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
-    integrable = start is None and reduced.contacts is not None
-    effort = Effort(integration_effort(reduced) if integrable else np.inf)
+    error, found, method = _found(reduced, law, f, tolerance, start)
+    return SteadyState(error, found, reduced, f, method)
+
+
+def _found(
+    reduced: Reduced, law: Friction, f: Floats, tolerance: float, start: SteadyState | None
+) -> tuple[Floats, SteadyHarmonics, Method]:
+    """The error of its amplitudes, the steady state, and how it was found.
+
+    A transient of two modes takes fewer steps than a search for harmonics on many phase lines,
+    unless next to nothing damps it; of one mode there is one line.
+    """
+    if start is not None:
+        effort = Effort(np.inf)
+        return *_settled(reduced, law, f, tolerance, effort, start.harmonics), "balance"
+    if len(reduced.modes) == 2 and settles_soon(reduced):
+        try:
+            return *integrated(reduced, law, f, tolerance), "integration"
+        except SlipmodeError as refusal:
+            return *_balanced(reduced, law, f, tolerance, refusal), "balance"
+    if reduced.contacts is None:
+        return *_balanced(reduced, law, f, tolerance), "balance"
     try:
-        begin = None if start is None else start.harmonics
-        error, found = _settled(reduced, law, f, tolerance, effort, begin)
-    except SlipmodeError as refusal:
-        if integrable:
-            return SteadyState(*integrated(reduced, law, f, tolerance), reduced, f, "integration")
-        if start is not None:
-            raise
+        effort = Effort(integration_effort(reduced))
+        return *_settled(reduced, law, f, tolerance, effort, None), "balance"
+    except SlipmodeError:
+        return *integrated(reduced, law, f, tolerance), "integration"
+
+
+def _balanced(
+    reduced: Reduced,
+    law: Friction,
+    f: Floats,
+    tolerance: float,
+    refusal: SlipmodeError | None = None,
+) -> tuple[Floats, Balanced]:
+    """From rest, or from beside; `refusal` is raised where there is none, or the search's own."""
+    effort = Effort(np.inf)
+    try:
+        return _settled(reduced, law, f, tolerance, effort, None)
+    except SlipmodeError as own:
         beside = _from_beside(reduced, law, f, tolerance, effort)
         if beside is None:
-            raise refusal from None
-        error, found = beside
-    return SteadyState(error, found, reduced, f, "balance")
+            raise (refusal or own) from None
+        return beside
 
 
 def _from_beside(
@@ -235,7 +269,7 @@ def _resolved(
         grid = replace(found.grid, **{name: 2 * getattr(found.grid, name)})
         finer = balance.solve(found.orders, grid, found)
         changed, found = np.abs(finer.amplitude - found.amplitude), finer
-        least = min(least, balance.relative(changed, found.amplitude))
+        least = min(least, relative_error(balance.reduced, changed, found.amplitude))
         if least <= part * balance.tolerance:
             return found, changed
     raise SlipmodeError(

@@ -61,3 +61,16 @@ def test_a_motion_that_does_not_settle_says_what_else_is_in_it():
     excitation = full.Excitation.harmonic(case.structure, case.force, np.array(case.frequency))
     with pytest.raises(rom.SlipmodeError, match=r"0\.\d+ of the contacts' motion at frequencies"):
         full.steady_amplitude(case.structure, case.law, excitation, most_windows=4)
+
+
+@pytest.mark.parametrize("beta", [0.01, None])
+def test_a_model_of_bonded_contacts_has_its_structure(beta):
+    """Of all modes, so that nothing is left out: the mean and the response to a force."""
+    structure = rom.two_mass() if beta is None else rom.two_mass(beta=beta)
+    reduced = rom.reduce(structure, smallest_response=0.0)
+    small = ReducedStructure.of(reduced)
+    for name in ("mass", "stiffness", "damping"):
+        expected = small.shapes.T @ getattr(structure, name) @ small.shapes
+        assert getattr(small.structure, name) == pytest.approx(expected, abs=1e-12), name
+    W = structure.directions
+    assert small.structure.directions == pytest.approx(small.shapes.T @ W, abs=1e-12)

@@ -41,7 +41,7 @@ def test_modes_far_above_the_forcing_count_where_stiff_contacts_slip():
     assert off <= min(stated, 5e-3)
 
 
-def test_where_no_balance_is_found_the_motion_is_integrated():
+def test_two_modes_are_integrated_in_time():
     off, stated, state = off_and_stated(5)
     assert state.method == "integration"
     assert off <= min(stated, 5e-3)
