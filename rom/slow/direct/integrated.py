@@ -116,9 +116,10 @@ def integrated(
             found = _settled(reduced, march, fit, refined[1], tolerance, most)
             error = by_steps * np.abs(found.amplitude - before.amplitude) + found.left
             off = relative_error(reduced, error, found.amplitude)
-            still = relative_error(reduced, found.left, found.amplitude) <= _LEFT * tolerance
-            finest = len(refined) == 2
-            if off <= tolerance or (finest and still):
+            moving = relative_error(reduced, found.left, found.amplitude)
+            still, finest = moving <= _LEFT * tolerance, len(refined) == 2
+            steady = still or (times == _WINDOWS[-1][0] and moving <= _STEADY)
+            if off <= tolerance or (finest and steady):
                 return error, _harmonics(reduced, force, march, fit, found)
             of_steps = still or np.any(found.left <= _LESS * before.left)
             if finest or not of_steps:

@@ -157,15 +157,16 @@ def _found(
     if start is not None:
         effort = Effort(np.inf)
         return *_settled(reduced, law, f, tolerance, effort, start.harmonics), "balance"
+    elastic = reduced.contacts is not None
+    effort = Effort(integration_effort(reduced) if elastic else np.inf)
     if len(reduced.modes) == 2 and settles_soon(reduced):
         try:
             return *integrated(reduced, law, f, tolerance), "integration"
         except SlipmodeError as refusal:
-            return *_balanced(reduced, law, f, tolerance, refusal), "balance"
-    if reduced.contacts is None:
-        return *_balanced(reduced, law, f, tolerance), "balance"
+            return *_balanced(reduced, law, f, tolerance, effort, refusal), "balance"
+    if not elastic:
+        return *_balanced(reduced, law, f, tolerance, effort), "balance"
     try:
-        effort = Effort(integration_effort(reduced))
         return *_settled(reduced, law, f, tolerance, effort, None), "balance"
     except SlipmodeError:
         return *integrated(reduced, law, f, tolerance), "integration"
@@ -176,10 +177,10 @@ def _balanced(
     law: Friction,
     f: Floats,
     tolerance: float,
+    effort: Effort,
     refusal: SlipmodeError | None = None,
 ) -> tuple[Floats, Balanced]:
     """From rest, or from beside; `refusal` is raised where there is none, or the search's own."""
-    effort = Effort(np.inf)
     try:
         return _settled(reduced, law, f, tolerance, effort, None)
     except SlipmodeError as own:
