@@ -25,7 +25,11 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.slow.direct.receptance import Receptance
 from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
 
-_SHORTEST = 20.0  # window, in periods of the slowest carrier
+_SHORTEST, _LONGER = 20.0, 200.0  # window, in periods of the slowest carrier
+_TOLD, _TURNS = (
+    5,
+    1.2,
+)  # |n| + |m| of lines that it tells from the carriers; turns they drift apart
 # To try: how many times the shortest, how many windows. Contacts draw lines of high order near the
 # carriers, which short windows do not tell from them.
 _WINDOWS = ((1.0, 30), (8.0, 12), (40.0, 8))
@@ -37,6 +41,7 @@ _STEADY = 0.01  # change of a motion that is steady all the same
 _PATIENCE, _LESS = 4, 0.5  # windows in which changes become so much less, or never do
 _SLOWEST = 0.95  # decay of a transient from window to window that is counted on
 _DECAYS, _MOST_PERIODS = 7.0, 1000.0  # e-folds of a transient, periods of the slowest carrier
+_ROUNDING = 1e-9  # distance of lines that coincide
 _FEW, _STAGES = 192, 6  # time steps in a period of the fastest carrier, stages of one
 _ONE_STAGE = 150.0  # what it takes beside its contacts
 
@@ -104,13 +109,13 @@ def integrated(
     SlipmodeError
         If it is not periodic in the phases of the carriers, or does not become steady.
     """
-    march, modes = _March(reduced, law, force), len(reduced.modes)
+    march, modes, shortest = _March(reduced, law, force), len(reduced.modes), _shortest(reduced)
     rigid = reduced.contacts is None
     refined, by_steps = (list(_RIGID), _LEFT_BY_STEPS) if rigid else (list(_ELASTIC), 1.0)
     for times, most in _WINDOWS:
         highest = (_HIGHEST if times == 1.0 else _MOST)[modes]
         orders = harmonic_orders(highest, modes, reduced.even)
-        fit = HarmonicFit.over(times * _SHORTEST, reduced.carrier, orders)
+        fit = HarmonicFit.over(times * shortest, reduced.carrier, orders)
         before = _settled(reduced, march, fit, refined[0], tolerance, most)
         while True:
             found = _settled(reduced, march, fit, refined[1], tolerance, most)
@@ -133,6 +138,16 @@ def integrated(
         f"{beside.frequency:.4g} rad/s; move the forcing, give damping to the modes near by, or "
         "integrate in time (rom.full)"
     )
+
+
+def _shortest(reduced: Reduced) -> float:
+    """Periods of the slowest carrier in which lines drift apart from the carriers."""
+    carrier, modes = reduced.carrier, len(reduced.modes)
+    orders = np.array(harmonic_orders(_TOLD, modes, reduced.even), dtype=float)[:, :modes]
+    apart = np.abs(np.abs(orders @ carrier)[:, np.newaxis] - carrier) / carrier.min()
+    needed = _TURNS / float(apart[apart > _ROUNDING].min(initial=1.0))
+    told = _TURNS / float(np.ptp(carrier) / carrier.min()) if modes == 2 else 0.0
+    return max(_SHORTEST, min(needed, _LONGER), told)
 
 
 def _settled(

@@ -54,3 +54,20 @@ def test_the_stated_error_is_not_below_the_true_one(seed):
         stated = relative_error(reduced, state.error, expected)
         assert stated <= tolerance
         assert off <= stated + relative_error(reduced, own, expected)
+
+
+@pytest.mark.parametrize("apart", [0.01, 0.2])
+def test_carriers_may_be_close_to_each_other(apart):
+    """Two masses that are about alike, on a third that rubs: windows are as long as that takes."""
+    K = np.array([[1.0, 0.0, -0.3], [0.0, 1.0 + 2.0 * apart, -0.25], [-0.3, -0.25, 2.0]])
+    structure = rom.Structure(np.diag([1.0, 1.0, 0.1]), K, 0.01, contact=[2])
+    law, force = rom.Tanh(0.5, 0.05), ({0: 0.03}, {1: 0.03})
+    reduced = rom.reduce(structure, smallest_response=0.0)
+    frequency = reduced.frequency * np.array([0.999, 1.001])
+    state = rom.steady_state(reduced, law, frequency, force)
+    excitation = full.Excitation.harmonic(structure, force, frequency)
+    rows = reduced.mode_shapes.T @ structure.mass
+    exact = full.steady_amplitude(structure, law, excitation, outputs=rows, tolerance=2e-4)
+    off = np.abs(state.amplitude / np.diagonal(exact.amplitude) - 1.0)
+    assert state.method == "integration"
+    assert off.max() <= 5e-4
