@@ -8,6 +8,15 @@ from dataclasses import dataclass
 #: steps add up over some ten relaxation times, and stay far below those of any table.
 SLOW_FLOW = 1e-6
 
+LARGEST_TOLERANCE = 0.1  # of a table
+
+
+def within_reach(tolerance: float) -> str:
+    """What a refusal says of a tolerance that was reached."""
+    if tolerance <= LARGEST_TOLERANCE:
+        return f"a tolerance of {tolerance:g} is within reach"
+    return "no tolerance that is allowed is within reach: use time integration (rom.full)"
+
 
 @dataclass(frozen=True)
 class ErrorBudget:

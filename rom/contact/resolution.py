@@ -14,12 +14,13 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
-from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import round_up
+from slipmode.rom.time_budget import TimeBudget
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.
@@ -34,7 +35,6 @@ _LEAST_SHARE = 1e-6
 _PART_OF_FREE = 0.25  # that S has at its largest: marches need not repeat better for it
 _CLOSER = 0.1
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
-_LARGEST_TOLERANCE = 0.1  # of a table
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
 
 
@@ -96,6 +96,7 @@ def choose_resolution(
     budget: ErrorBudget,
     combinations: Sequence[CombinationResonance],
     mapped: Mapped,
+    time_budget: TimeBudget,
     further: Sequence[Order] = (),
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by no more than its share when doubled.
@@ -105,11 +106,13 @@ def choose_resolution(
     Raises
     ------
     SlipmodeError
-        If the finest discretisation does not suffice; it names a tolerance that was tried.
+        If the finest discretisation does not suffice; it names a tolerance that was tried. If the
+        time budget is spent before one does.
     UnsettledError
         If contacts do not come to a periodic motion, or not with further harmonics.
     """
-    resolve = partial(_resolution, reduced, law, amplitude_range, combinations, further, mapped)
+    known = reduced, law, amplitude_range, combinations, further, mapped, time_budget
+    resolve = partial(_resolution, *known)
     try:
         return resolve(budget)
     except _UnresolvedError as failure:
@@ -186,14 +189,14 @@ def _advice(resolve: Callable[[ErrorBudget], Resolution], failure: _UnresolvedEr
     """Marches to a coarser tolerance settle less well, so one that would do has to be tried."""
     share = ErrorBudget(1.0).steps_or_lines
     tolerance = round_up(failure.change / share)
-    while tolerance <= _LARGEST_TOLERANCE:
+    while tolerance <= LARGEST_TOLERANCE:
         try:
             resolve(ErrorBudget(tolerance))
         except _UnresolvedError as again:
             tolerance = round_up(max(1.5 * tolerance, again.change / share))
         else:
-            return f"a tolerance of {tolerance:g} is within reach"
-    return "no tolerance that is allowed is within reach: use time integration (rom.full)"
+            break
+    return within_reach(tolerance)
 
 
 def _resolution(
@@ -203,6 +206,7 @@ def _resolution(
     combinations: Sequence[CombinationResonance],
     further: Sequence[Order],
     mapped: Mapped,
+    time_budget: TimeBudget,
     budget: ErrorBudget,
 ) -> Resolution:
     """As choose_resolution, but for the advice."""
@@ -242,6 +246,7 @@ def _resolution(
             lambda count: solve(counts[1], count),
             change,
             budget.steps_or_lines,
+            time_budget,
             finest=not further,
         )
     steps, by_steps = _settled(
@@ -249,6 +254,7 @@ def _resolution(
         lambda count: solve(count, lines),
         change,
         budget.steps_or_lines,
+        time_budget,
         finest=not further,
     )
     # what contacts that hardly slip do is a small part of what free ones would
@@ -273,6 +279,7 @@ def _settled(
     solve: Callable[[int], _Trial],
     change: Callable[[_Trial, _Trial], float],
     tolerance: float,
+    time_budget: TimeBudget,
     *,
     finest: bool,
 ) -> tuple[int, float]:
@@ -282,8 +289,15 @@ def _settled(
     is tried only where the first was less work already. Where the motion repeats on neither of two
     grids the `finest` are only tried if that is wanted.
     """
-    changes = []
+    changes: list[float] = []
     for k, (count, finer) in enumerate(pairwise(counts)):
+        if changes and time_budget.spent:
+            reached = round_up(min(changes) / ErrorBudget(1.0).steps_or_lines)
+            raise SlipmodeError(
+                f"budget: the contact problem takes more than {count} steps or phase lines per "
+                f"period, and longer than {time_budget.seconds:g} s to find how many; with these "
+                + within_reach(reached)
+            )
         changes.append(change(solve(count), solve(finer)))
         if changes[-1] <= tolerance:
             tried = [count, finer]

@@ -35,6 +35,7 @@ def cached_model(
     region: Region | None = None,
     headroom: float = 1.0,
     detuning: bool | None = None,
+    budget: float | None = None,
     progress: bool = False,
 ) -> tuple[Model, bool]:
     """`tabulate`, unless the cache has the model already.
@@ -64,6 +65,7 @@ def cached_model(
         region=region,
         headroom=headroom,
         detuning=detuning,
+        budget=budget,
         progress=progress,
         warned=False,
     )

@@ -47,6 +47,7 @@ from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tas
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
+from slipmode.rom.time_budget import TimeBudget
 from slipmode.rom.validity import model_findings, table_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
@@ -65,6 +66,7 @@ def tabulate(
     region: Region | None = None,
     headroom: float = 1.0,
     detuning: bool | None = None,
+    budget: float | None = None,
     threads: int | None = None,
     progress: bool = False,
     warned: bool = True,
@@ -98,6 +100,9 @@ def tabulate(
         order; `Model.accuracy.detuning` says what is left. False where they stay at the
         carriers: it is not looked at. Default: where the carriers are the natural frequencies;
         elsewhere what is left is stated alone. Not in the paper's formulation.
+    budget : float, optional
+        Seconds that it may take, about; the refusal says what can be in that time. Default: as
+        many as it takes.
     threads : int, optional
         Default: one per processor. The result does not depend on it.
     progress : bool
@@ -108,7 +113,7 @@ def tabulate(
     Raises
     ------
     SlipmodeError
-        If the tolerance cannot be reached.
+        If the tolerance cannot be reached, or not within the budget.
 
     Warns
     -----
@@ -129,6 +134,9 @@ def tabulate(
         raise SlipmodeError(
             f"region: must be a part of the same range, got {region.amplitude_range}"
         )
+    if budget is not None and not (np.isfinite(budget) and budget > 0.0):
+        raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
+    time_budget = TimeBudget(np.inf if budget is None else budget)
     beyond = headroom_intervals(headroom)
     if beyond and region is not None:
         raise SlipmodeError("headroom: must be 1 where only a region is tabulated")
@@ -150,7 +158,7 @@ def tabulate(
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= _FEW_CONTACTS
         task = _Task(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
-            *(region, beyond, map if quick else pool.map, bar),
+            *(region, beyond, time_budget, map if quick else pool.map, bar),
         )
         further, unanswered = task.further_harmonics(), 0.0
         try:
@@ -210,6 +218,7 @@ class _Task:
     harmonics: int
     region: Region | None
     beyond: int
+    time_budget: TimeBudget
     mapped: Mapped
     bar: tqdm[Any]
 
@@ -231,7 +240,7 @@ class _Task:
         """Grid and march for these harmonics beside those that modes always respond to."""
         return choose_resolution(
             *(self.reduced, self.law, self.amplitude_range, self.budget),
-            *(self.combinations, self.mapped, list(further)),
+            *(self.combinations, self.mapped, self.time_budget, list(further)),
         )
 
     def resolved(self, further: dict[Order, float]) -> Resolution:
@@ -286,7 +295,8 @@ class _Task:
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
             *(self.budget.march, self.region, self.beyond),
         )
-        return _Refined(orders, samples, *refine(sampling, self.budget.interpolation))
+        made = refine(sampling, self.budget.interpolation, self.time_budget)
+        return _Refined(orders, samples, *made)
 
     def corrected(
         self,

@@ -102,6 +102,7 @@ class Plan:
             region=self.region if region else None,
             headroom=headroom,
             detuning=self._frequencies_move,
+            budget=self.scene.model.budget,
             progress=progress,
         )
 

@@ -269,6 +269,10 @@ _WORDS: dict[str, dict[str, _Words]] = {
             *("string", '"slow", "hybrid"', "-", '"slow"'),
             "Stretches in which amplitudes change fast: slow flow too, or full order.",
         ),
+        "budget": (
+            *("number", "> 0", "s", _OPTIONAL),
+            "Longest that the friction table may take; a refusal says what can be made by then.",
+        ),
     },
     "output": {
         "elastic": ("list of integers", ">= 0", "-", _OPTIONAL, "DOFs, from 0."),

@@ -82,7 +82,7 @@ SECTIONS = {
     "initial": MODES,
     "aerodynamics": MODES,
     "run": ("duration", "step", "tolerance"),
-    "model": ("tolerance", "formulation", "amplitude", "table", "transients"),
+    "model": ("tolerance", "formulation", "amplitude", "table", "transients", "budget"),
     "output": ("elastic", "nodes"),
     "log": ("mcap", "rerun"),
     "units": ("frequency", "displacement"),
@@ -373,6 +373,7 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
         table=cast(Literal["whole", "region"], extent),
         transients=cast(Literal["slow", "hybrid"], transients),
+        budget=table.number("budget", POSITIVE) if "budget" in table else None,
     )
 
 

@@ -164,7 +164,8 @@ class ModelOptions:
     """How the reduced model is made; table range per mode, None to let the plan find it.
 
     The friction table holds in the whole range, or only where the scene goes. Stretches in which
-    amplitudes change fast are left to the slow flow, or integrated at full order (hybrid).
+    amplitudes change fast are left to the slow flow, or integrated at full order (hybrid). A
+    table is refused that takes longer than the budget [s].
     """
 
     tolerance: float
@@ -172,6 +173,7 @@ class ModelOptions:
     amplitude: tuple[float, ...] | None
     table: Literal["whole", "region"]
     transients: Literal["slow", "hybrid"] = "slow"
+    budget: float | None = None
 
 
 @dataclass(frozen=True)

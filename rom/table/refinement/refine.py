@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.error_budget import within_reach
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
@@ -36,6 +37,7 @@ from slipmode.rom.table.refinement.blocks import Blocks
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
+from slipmode.rom.time_budget import TimeBudget
 
 _FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
 _OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
@@ -128,13 +130,16 @@ class _Checks:
         return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
-def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, Complexes, float]:
+def refine(
+    sampling: Sampling, tolerance: float, time_budget: TimeBudget
+) -> tuple[Table, Table | None, Complexes, float]:
     """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
     ----------
     sampling : Sampling
     tolerance : float
+    time_budget : TimeBudget
 
     Returns
     -------
@@ -150,21 +155,23 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, C
     Raises
     ------
     SlipmodeError
-        If it takes too many nodes.
+        If it takes too many nodes, or too long.
     """
     ends = sampling.amplitude_range
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
     samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes), None)
     samples = samples.reshape(*grid.sampled.shape, -1)
     checks = _Checks(sampling)
-    grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
+    grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance, time_budget)
     inner = None
     if sampling.beyond:
         inner = table
         sampling = replace(sampling, inner=inner)
         grid, samples = _extended(sampling, grid, samples)
         checks.add_beyond()
-        grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
+        grid, samples, table, error = _refined(
+            sampling, grid, samples, checks, tolerance, time_budget
+        )
     if sampling.region is not None:
         table = replace(table, region=sampling.region.cells(*grid.nodes))
     return table, inner, sampling.carried(samples), error
@@ -176,6 +183,7 @@ def _refined(
     samples: Complexes,
     checks: _Checks,
     tolerance: float,
+    time_budget: TimeBudget,
 ) -> tuple[Grid, Complexes, Table, float]:
     """Halve cells until samples and check points agree with the table to the tolerance.
 
@@ -183,7 +191,7 @@ def _refined(
     """
     least, idle = np.inf, 0
     for _ in range(_MAX_ROUNDS):
-        if grid.sampled.size > _MOST_NODES:
+        if grid.sampled.size > _MOST_NODES or time_budget.spent:
             break
         for mode in range(grid.modes):
             grid, samples = _halve(sampling, grid, samples, mode, tolerance)
@@ -204,9 +212,15 @@ def _refined(
     errors = checks.errors(table, grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
+    nodes = f"{samples.shape[0]} x {samples.shape[1]} nodes"
+    if time_budget.spent:
+        raise SlipmodeError(
+            f"budget: a friction table to {tolerance:g} takes longer than {time_budget.seconds:g} "
+            f"s; with the {nodes} that it has by then {within_reach(reached)}"
+        )
     raise SlipmodeError(
-        f"tolerance: a friction table to {tolerance:g} needs more than {samples.shape[0]} x "
-        f"{samples.shape[1]} nodes; with these a tolerance of {reached:g} is within reach"
+        f"tolerance: a friction table to {tolerance:g} needs more than {nodes}; with these "
+        + within_reach(reached)
     )
 
 

@@ -30,6 +30,7 @@ from slipmode.rom.table.refinement.blocks import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
+from slipmode.rom.time_budget import TimeBudget
 
 IWAN = Contacts(
     [
@@ -230,7 +231,7 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
     one = np.ones(1)
     columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
     sampling = Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4)
-    table, _, _, error = refine(sampling, 1e-3)
+    table, _, _, error = refine(sampling, 1e-3, TimeBudget(np.inf))
     assert 3e-3 < error < 0.05  # of what differs by 6e-3 between any two
     assert np.diff(np.unique(np.concatenate(solved))).min() > 1e-7  # 1e-16 without a least width
     assert sum(map(len, solved)) < 2500
