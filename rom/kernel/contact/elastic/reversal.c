@@ -84,21 +84,29 @@ static void begin(const double slider[2], double soft, double stretch, double mo
     *now += direction * slider[1] * step / soft * (1.0 / 12.0 - 0.5 * part * (1.0 - part));
 }
 
-void sm_elastic_begin(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
-                      const double *x, const double *memory, const double *next, double *now) {
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const sm_element *element = &elastic->element[e];
-        if (element->law == SM_SLIDERS) {
-            const size_t i = (size_t)element->column[0];
-            const double *slider = elastic->slider + 2 * (size_t)element->first_slider;
-            double soft = 1.0;
-            for (int k = 0; k < element->sliders; k++)
-                if (next[k] != memory[k])
-                    soft -= flexibility[i * ((size_t)contacts + 1)] * slider[2 * k + 1];
-            for (int k = 0; k < element->sliders; k++)
-                begin(slider + 2 * k, soft, x[i] - memory[k], next[k] - memory[k], now + i);
-        }
-        memory += sm_element_memory(element);
-        next += sm_element_memory(element);
+static void sliders_begin(const sm_elastic_solver *s, const sm_element *element, const double *x,
+                          const double *memory, const double *next, double *now) {
+    const size_t i = (size_t)element->column[0], n = (size_t)s->contacts;
+    const double *slider = s->elastic->slider + 2 * (size_t)element->first_slider;
+    double soft = 1.0;
+    for (int k = 0; k < element->sliders; k++)
+        if (next[k] != memory[k]) soft -= s->flexibility[i * n + i] * slider[2 * k + 1];
+    for (int k = 0; k < element->sliders; k++)
+        begin(slider + 2 * k, soft, x[i] - memory[k], next[k] - memory[k], now + i);
+}
+
+void sm_elastic_begin(const sm_elastic_solver *s, const double *x, const double *memory,
+                      double *now) {
+    const sm_element *element = s->elastic->element;
+    const double *next = s->next;
+    for (int k = 0; k < s->yielding && s->jenkins; k++) {
+        const int32_t i = s->active[k];
+        sliders_begin(s, element + i, x, memory + i, next + i, now);
+    }
+    for (int32_t e = 0; e < s->elastic->elements && !s->jenkins; e++) {
+        const int remembered = sm_element_memory(element + e);
+        if (element[e].law == SM_SLIDERS) sliders_begin(s, element + e, x, memory, next, now);
+        memory += remembered;
+        next += remembered;
     }
 }

@@ -8,7 +8,7 @@
 #ifndef SLIPMODE_REVERSAL_H
 #define SLIPMODE_REVERSAL_H
 
-#include "contact/elastic/law.h"
+#include "contact/elastic/solve.h"
 
 typedef struct {
     const double *x;           /* (N_c) displacements at the middle one of three steps */
@@ -24,9 +24,9 @@ typedef struct {
 void sm_elastic_reverse(const sm_elastic *elastic, int32_t contacts, const sm_reversal *reversal,
                         double *memory);
 
-/* Adds to `now` (N_c) what y misses at the end of a step from displacements x (N_c), in which
- * sliders go from `memory` to `next`, of those that begin to slide in it. */
-void sm_elastic_begin(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
-                      const double *x, const double *memory, const double *next, double *now);
+/* Adds to `now` (N_c) what y misses at the end of a step that was solved, from displacements x (N_c)
+ * and `memory`, of sliders that begin to slide in it. */
+void sm_elastic_begin(const sm_elastic_solver *solver, const double *x, const double *memory,
+                      double *now);
 
 #endif

@@ -225,9 +225,7 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     if (status != SM_OK) return status;
     memcpy(t->own_y, t->solver.y, n * sizeof(double));
     memset(t->own_missed, 0, n * sizeof(double));
-    if (t->solver.yielding > 0)
-        sm_elastic_begin(t->contact->elastic, t->contact->contacts, t->flexibility, t->own_x,
-                         memory, t->solver.next, t->own_y);
+    if (t->solver.yielding > 0) sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     if (t->yielded[p]) reverse(t, p, x, memory);
     t->yielded[p] = t->solver.yielding > 0;
