@@ -257,9 +257,12 @@ def _halve(
         near = sampling.carried(fresh[taken.ravel()])
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
     error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
-    both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
-    return finer, np.take(both, order, axis=mode)
+    both = np.empty((*finer.sampled.shape, shape[-1]), dtype=complex)
+    lines = (new, slice(None)) if mode == 0 else (slice(None), new)
+    others = (~new, slice(None)) if mode == 0 else (slice(None), ~new)
+    both[lines], both[others] = fresh.reshape(shape), samples
+    return finer, both
 
 
 def _between(grid: Grid, samples: Complexes, mode: int, *, smooth: bool) -> Complexes:

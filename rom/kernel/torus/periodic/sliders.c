@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "torus/grid.h"
-
 static void carry_over(const sm_period *period, const double *begun, double *now) {
     const size_t lines = period->lines, stride = period->remembered;
     const double sign = period->half ? -1.0 : 1.0;
@@ -39,7 +37,7 @@ void sm_place_sliders(const sm_phase_lines *l, const double *reference, const do
     for (size_t q = 0; q < l->orders; q++, Y += 2 * n)
         for (size_t p = 0; p < l->lines; p++) {
             double c, s;
-            sm_torus_power(l->phase[p], l->phase[l->lines + p], l->order[2 * q + 1], &c, &s);
+            sm_phase_lines_across(l, l->order[2 * q + 1], p, &c, &s);
             for (size_t i = 0; i < n; i++)
                 memory[p * n + i] += 2.0 * (Y[2 * i] * c - Y[2 * i + 1] * s) / reference[i];
         }
