@@ -36,7 +36,8 @@ Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
 _COARSER = Discretisation(steps=4, lines=2)
 _COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
-_STRIDE, _DETUNING_STRIDE = 3, 4  # grid lines from one that is sampled to the next
+_STRIDE, _DETUNING_STRIDE = 3, 4  # grid lines from one that is sampled to the next, at least,
+_LINES = 16  # if it takes no fewer than so many: what is corrected is small
 _HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
@@ -166,8 +167,12 @@ def _surface(
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes)."""
     modes, axes = table.modes, (table.node_a, table.node_b)
-    lines = [np.unique(np.append(np.arange(0, node.size, stride), node.size - 1)) for node in axes]
-    wanted = _wanted(table, stride)[np.ix_(*lines)]
+    strides = [max(stride, node.size // _LINES) for node in axes]
+    lines = [
+        np.unique(np.append(np.arange(0, node.size, each), node.size - 1))
+        for node, each in zip(axes, strides, strict=True)
+    ]
+    wanted = _wanted(table, max(strides))[np.ix_(*lines)]
     some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
     points = amplitude_pairs(some[0], some[1], modes)[wanted.ravel()]
     samples = np.zeros((*wanted.shape, modes * modes), dtype=complex)

@@ -205,12 +205,12 @@ def _with_slopes(
     """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
     odd_a, odd_b = (np.array(orders) % 2 == 1).T
     f = np.stack((samples.real, samples.imag), axis=-1)
-    f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
+    f_a = _slopes(node_a, odd_a, f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:
-        weights = _slope_weights(node_b, odd_b)
-        f_b = np.einsum("kij,ajks->aiks", weights, f)
-        f_ab = np.einsum("kij,ajks->aiks", weights, f_a)
+        f_b, f_ab = (
+            _slopes(node_b, odd_b, along.swapaxes(0, 1)).swapaxes(0, 1) for along in (f, f_a)
+        )
     return f, f_a, f_b, f_ab
 
 
@@ -235,8 +235,8 @@ def _basis(node: Floats, at: Floats) -> Floats:
     return weights
 
 
-def _slope_weights(node: Floats, odd: Flags) -> Floats:
-    """Weights (k, n, n) of values in their slopes at the nodes, by cubic splines.
+def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:
+    """Slopes at the nodes of cubic splines along the first axis of values (n, ..., k, 2).
 
     The splines are odd (k,) or even about node = 0 and not-a-knot at the far end.
     """
@@ -244,20 +244,22 @@ def _slope_weights(node: Floats, odd: Flags) -> Floats:
     if n < 4:
         raise SlipmodeError("a friction table needs at least four amplitudes per mode")
     step = np.diff(node)
+    wide = step.reshape(-1, *(values.ndim - 1) * [1])
+    rise = np.diff(values, axis=0) / wide
     # continuous second derivative: row i holds for the slopes at i - 1, i and i + 1
-    below, above = step[1:], step[:-1]
-    lower, upper = np.append(below, 0.0), np.append(0.0, above)
-    diagonal = np.concatenate(([1.0], 2.0 * (below + above), [1.0]))
-    of_values = np.zeros((n, n))
-    i = np.arange(1, n - 1)
-    of_values[i, i - 1] = -3.0 * below / above
-    of_values[i, i + 1] = 3.0 * above / below
-    of_values[i, i] = -of_values[i, i - 1] - of_values[i, i + 1]
-    of_values[-1, -4:] = _end_weights(node[-4:])
-    *_, even, _ = dgtsv(lower, diagonal, upper, of_values)
-    upper[0], of_values[0, :2] = 0.5, np.array([-1.5, 1.5]) / step[0]
-    *_, uneven, _ = dgtsv(lower, diagonal, upper, of_values)
-    return np.asarray(np.stack((even, uneven))[odd.astype(int)])
+    right = np.zeros_like(values)
+    right[0, ..., odd, :] = 1.5 * rise[0, ..., odd, :]
+    right[1:-1] = 3.0 * (wide[1:] * rise[:-1] + wide[:-1] * rise[1:])
+    right[-1] = np.tensordot(_end_weights(node[-4:]), values[-4:], axes=1)
+    lower, upper = np.append(step[1:], 0.0), np.append(0.0, step[:-1])
+    diagonal = np.concatenate(([1.0], 2.0 * (step[1:] + step[:-1]), [1.0]))
+    found = np.empty_like(values)
+    for uneven in np.unique(odd):
+        some = right[..., odd == uneven, :]
+        upper[0] = 0.5 * uneven
+        *_, slopes, _ = dgtsv(lower, diagonal, upper, some.reshape(n, -1))
+        found[..., odd == uneven, :] = slopes.reshape(some.shape)
+    return found
 
 
 def _end_weights(node: Floats) -> Floats:

@@ -278,6 +278,7 @@ class _Task:
             loss=_structural_loss(reduced),
             # sliders begin with those of samples nearby
             carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or sliders else 0,
+            kept=self.harmonics > 0,
         )
 
         def solve(amplitudes: Floats, near: Complexes | None = None) -> ContactTerms:

@@ -264,26 +264,35 @@ def _halve(
         for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
     )
     shape = (*taken.shape, samples.shape[-1])
-    # what is not sampled is as it was: on the surface, or on cubics through the nodes
-    between = _between(grid.nodes[mode], sampling.carried(samples), grid.middles(mode), mode)
+    # what is not sampled is as it was: on the surface, or between the nodes
+    between = _between(grid, sampling.carried(samples), mode, smooth=sampling.columns.kept)
     fresh = np.hstack((surface, between.reshape(len(points), sampling.columns.carried)))
     if taken.any():
         near = sampling.carried(fresh[taken.ravel()])
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
     error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
-    both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
-    return finer, np.take(both, order, axis=mode)
+    both = np.empty((*finer.sampled.shape, shape[-1]), dtype=complex)
+    lines = (new, slice(None)) if mode == 0 else (slice(None), new)
+    others = (~new, slice(None)) if mode == 0 else (slice(None), ~new)
+    both[lines], both[others] = fresh.reshape(shape), samples
+    return finer, both
 
 
-def _between(node: Floats, samples: Complexes, at: Floats, axis: int) -> Complexes:
-    """Samples along an axis, by cubics that keep their signs and go no further than they do."""
+def _between(grid: Grid, samples: Complexes, mode: int, *, smooth: bool) -> Complexes:
+    """Samples at the midpoints of a mode's axis: the means of their neighbours.
+
+    Or smooth ones, by cubics that keep their signs and go no further than they do.
+    """
     if not samples.size:
         return np.empty(0, dtype=complex)
+    if not smooth:
+        (at,) = np.nonzero(grid.split(mode))
+        return np.asarray(0.5 * (samples.take(at, mode) + samples.take(at + 1, mode)))
     from scipy.interpolate import PchipInterpolator  # takes long to import
 
-    parts = PchipInterpolator(node, samples.view(float), axis=axis)(at)
-    return np.ascontiguousarray(parts).view(complex)
+    cubics = PchipInterpolator(grid.nodes[mode], samples.view(float), axis=mode)
+    return np.ascontiguousarray(cubics(grid.middles(mode))).view(complex)
 
 
 def _with_corners(

@@ -33,7 +33,9 @@ class Columns:
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
-        Further columns that are kept at the nodes but neither tabulated nor refined.
+        Further columns that are neither tabulated nor refined: samples nearby begin with them.
+    kept : bool
+        Whether these are wanted at the nodes of the finished table, too.
     """
 
     orders: tuple[Order, ...]
@@ -42,6 +44,7 @@ class Columns:
     least: Floats
     loss: Floats
     carried: int = 0
+    kept: bool = False
 
     __repr__ = short_repr
 

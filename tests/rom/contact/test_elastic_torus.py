@@ -68,12 +68,14 @@ def test_the_motion_repeats_as_closely_as_is_asked(row):
     assert found.marched.max() <= 40 * 64  # measured 19 and 9 periods
 
 
-def test_a_slider_that_turns_back_between_steps_is_of_third_order():
+def test_a_slider_that_moves_for_parts_of_steps_is_of_third_order():
+    """It begins to slide, and turns back, between them."""
     steps = np.array([64, 128, 256])
     exact = terms(SLIDER, Discretisation(1024, 16), 1e-8).S
     errors = [np.abs(terms(SLIDER, Discretisation(n, 16), 1e-8).S - exact).max() for n in steps]
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 2.6  # 2.0 from step to step
-    assert errors[1] < 3e-3 * np.abs(exact).max()
+    # measured: 1.3e-4; 1.4e-3 where the way of the contact itself told where it turned back
+    assert errors[1] < 3e-4 * np.abs(exact).max()
 
 
 def test_a_point_after_another_is_what_it_is_alone():
@@ -85,7 +87,7 @@ def test_a_point_after_another_is_what_it_is_alone():
 
 
 @pytest.mark.parametrize(
-    ("row", "part"), [(LIFT_OFF, 0.8), (SLIDER, 1.0)], ids=["lift-off", "slider"]
+    ("row", "part"), [(LIFT_OFF, 0.8), (SLIDER, 0.8)], ids=["lift-off", "slider"]
 )
 def test_a_point_that_begins_with_harmonics_nearby_is_what_it_is_alone(row, part):
     """And no later; harmonics that are nothing like its own do no harm."""

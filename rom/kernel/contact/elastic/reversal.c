@@ -15,47 +15,98 @@ static int slid(double stretch, double limit) {
     return fabs(fabs(stretch) - limit) <= SLID * limit;
 }
 
-/* How far the slider at s goes on that slid at x[1] with its stretch `limit` and sticks at x[2]. */
-static double further(const double x[3], const double limit[3], double s) {
-    const double direction = copysign(1.0, x[1] - s);
-    double z[3];
-    for (int k = 0; k < 3; k++) z[k] = direction * x[k] - limit[k];
-    return direction * rise(z);
+/* y misses as much at the last step and, if the contact was farthest before the middle one, at that
+ * too, which is over. */
+static void miss(const sm_reversal *r, int32_t i, double missed, int before) {
+    r->now[i] += missed;
+    r->before[i] += before ? missed : 0.0;
 }
 
-static void sliders(const sm_elastic *elastic, const sm_element *element, const double x[3],
-                    double *memory) {
+static void sliders(const sm_elastic *elastic, const sm_element *element, const sm_reversal *r,
+                    double flexibility, double *memory) {
+    const int32_t i = element->column[0];
+    const double *slider = elastic->slider + 2 * (size_t)element->first_slider;
+    double stiffness = 0.0, direction = 0.0, z[3];
     for (int k = 0; k < element->sliders; k++) {
-        const double *slider = elastic->slider + 2 * (size_t)(element->first_slider + k);
-        if (!slid(slider[1] * (x[1] - memory[k]), slider[0])) continue;
-        const double stretch = slider[0] / slider[1], limit[3] = {stretch, stretch, stretch};
-        memory[k] += further(x, limit, memory[k]);
+        const double stretch = r->x[i] - memory[k];
+        if (!slid(slider[2 * k + 1] * stretch, slider[2 * k])) continue;
+        stiffness += slider[2 * k + 1];
+        direction = copysign(1.0, stretch);
     }
+    if (stiffness == 0.0) return;
+    for (int k = 0; k < 3; k++) z[k] = direction * r->z[k][i];
+    const double further = direction * rise(z) / (1.0 - flexibility * stiffness);
+    for (int k = 0; k < element->sliders; k++)
+        if (slid(slider[2 * k + 1] * (r->x[i] - memory[k]), slider[2 * k])) memory[k] += further;
+    miss(r, i, stiffness * further, z[2] <= z[0]);
 }
 
-static void frictional(const sm_element *element, const double x[3], const double normal[3],
+static void frictional(const sm_element *element, const sm_reversal *r, double flexibility,
                        double *memory) {
-    double limit[3];
+    const int32_t i = element->column[0], normal = element->column[1];
+    const double stiffness = element->tangential_stiffness, stretch = r->x[i] - memory[0];
+    const double direction = copysign(1.0, stretch);
+    double limit[3], z[3];
     for (int k = 0; k < 3; k++) {
-        const double pressed =
-            element->preload + element->normal_stiffness * (normal[k] - element->gap);
+        const double pressed = element->preload
+                               + element->normal_stiffness * (r->z[k][normal] - element->gap);
         if (pressed <= 0.0) return; /* it touches down: sliders stop there */
-        limit[k] = element->friction / element->tangential_stiffness * pressed;
+        limit[k] = element->friction / stiffness * pressed;
+        z[k] = direction * r->z[k][i] - limit[k];
     }
-    if (slid(x[1] - memory[0], limit[1])) memory[0] += further(x, limit, memory[0]);
+    if (!slid(stretch, limit[1])) return;
+    const double further = direction * rise(z) / (1.0 - flexibility * stiffness);
+    memory[0] += further;
+    miss(r, i, stiffness * further, z[2] <= z[0]);
 }
 
-void sm_elastic_reverse(const sm_elastic *elastic, const double *const x[3], double *memory) {
+void sm_elastic_reverse(const sm_elastic *elastic, int32_t contacts, const sm_reversal *reversal,
+                        double *memory) {
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        const int32_t *column = element->column;
-        const double along[3] = {x[0][column[0]], x[1][column[0]], x[2][column[0]]};
-        if (element->law == SM_SLIDERS) {
-            sliders(elastic, element, along, memory);
-        } else if (element->tangents == 1) {
-            const double normal[3] = {x[0][column[1]], x[1][column[1]], x[2][column[1]]};
-            frictional(element, along, normal, memory);
-        }
+        const size_t i = (size_t)element->column[0];
+        const double flexibility = reversal->flexibility[i * (size_t)contacts + i];
+        if (element->law == SM_SLIDERS)
+            sliders(elastic, element, reversal, flexibility, memory);
+        else if (element->tangents == 1)
+            frictional(element, reversal, flexibility, memory);
         memory += sm_element_memory(element);
+    }
+}
+
+/* y is bent where its slider begins to slide, after a part of the step, by as much as it would move in
+ * a step. Means over steps are off by that times the second Bernoulli polynomial of the part. */
+static void begin(const double slider[2], double soft, double stretch, double moved, double *now) {
+    if (moved == 0.0 || slid(slider[1] * stretch, slider[0])) return;
+    const double direction = copysign(1.0, moved);
+    const double stuck = slider[0] / slider[1] - direction * stretch;
+    const double step = stuck + soft * fabs(moved), part = stuck / step;
+    *now += direction * slider[1] * step / soft * (1.0 / 12.0 - 0.5 * part * (1.0 - part));
+}
+
+static void sliders_begin(const sm_elastic_solver *s, const sm_element *element, const double *x,
+                          const double *memory, const double *next, double *now) {
+    const size_t i = (size_t)element->column[0], n = (size_t)s->contacts;
+    const double *slider = s->elastic->slider + 2 * (size_t)element->first_slider;
+    double soft = 1.0;
+    for (int k = 0; k < element->sliders; k++)
+        if (next[k] != memory[k]) soft -= s->flexibility[i * n + i] * slider[2 * k + 1];
+    for (int k = 0; k < element->sliders; k++)
+        begin(slider + 2 * k, soft, x[i] - memory[k], next[k] - memory[k], now + i);
+}
+
+void sm_elastic_begin(const sm_elastic_solver *s, const double *x, const double *memory,
+                      double *now) {
+    const sm_element *element = s->elastic->element;
+    const double *next = s->next;
+    for (int k = 0; k < s->yielding && s->jenkins; k++) {
+        const int32_t i = s->active[k];
+        sliders_begin(s, element + i, x, memory + i, next + i, now);
+    }
+    for (int32_t e = 0; e < s->elastic->elements && !s->jenkins; e++) {
+        const int remembered = sm_element_memory(element + e);
+        if (element[e].law == SM_SLIDERS) sliders_begin(s, element + e, x, memory, next, now);
+        memory += remembered;
+        next += remembered;
     }
 }

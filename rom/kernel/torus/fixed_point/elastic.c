@@ -17,9 +17,10 @@
 #include "torus/fixed_point/marched.h"
 #include "torus/fixed_point/phase_lines.h"
 #include "torus/fixed_point/search.h"
+#include "torus/periodic/sliders.h"
 
 #define MOST_AVERAGED 16
-#define MOTIONS 6
+#define MOTIONS 7
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
@@ -32,7 +33,9 @@ typedef struct {
     double *motion;            /* (MOTIONS, lines, N_c): */
     double *x, *last_u;
     double *last_y, *last_off; /* what the solver was left with */
-    double *before[2];         /* x one and two steps before */
+    double *before[2];         /* x without what the contact itself gives way, one and two steps
+                                  before */
+    double *missed;            /* what y missed two steps before: see reversal.h */
     double *memory;            /* (lines, remembered) */
     int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
     int follows;               /* the response is that of a point before */
@@ -41,7 +44,7 @@ typedef struct {
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
     sm_places places;          /* of what is remembered, where it `lingers` */
-    double *own_u;             /* (N_c) of one line */
+    double *own_u, *own_x, *own_z, *own_y, *own_missed; /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by; then
@@ -104,20 +107,22 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t flags = sm_doubles(lines * sizeof(int32_t));
     const size_t size = along + flags + n * n + MOTIONS * n * lines + 2 * lines * t->remembered
-                        + 3 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
+                        + 7 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
                         + marched + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
     double **motion[MOTIONS] = {&t->x,        &t->last_u,    &t->last_y,
-                                &t->last_off, &t->before[0], &t->before[1]};
+                                &t->last_off, &t->before[0], &t->before[1],
+                                &t->missed};
     t->motion = memory;
     for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
     t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
-    t->own_u = sm_take(&memory, n);
+    double **own[] = {&t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_missed};
+    for (size_t k = 0; k < sizeof own / sizeof *own; k++) *own[k] = sm_take(&memory, n);
     t->square = sm_take(&memory, n);
     t->drawing = sm_take(&memory, all);
     t->Y = sm_take(&memory, all);
@@ -168,6 +173,8 @@ static void start(problem *t, const double *Y) {
     if (!Y) return;
     memcpy(t->Y, Y, all * sizeof(double));
     sm_marched_begin(&t->marched, &t->lines, t->Y);
+    if (t->solver.jenkins)
+        sm_place_sliders(&t->lines, t->contact->elastic->reference, t->Y, t->memory);
     find_change(t);
     memcpy(t->response, t->change, all * sizeof(double));
 }
@@ -187,29 +194,48 @@ static void draw(problem *t, const double *amplitude) {
     sm_phase_lines_draw(&t->lines, t->drawing);
 }
 
+/* From where the contacts of a line were at the two steps before to where they are: sliders that
+ * turned back, and what y missed for it. */
+static void reverse(problem *t, size_t p, const double *x, double *memory) {
+    const size_t n = t->n;
+    const sm_reversal reversal = {
+        .x = t->own_x, .z = {t->before[1] + p * n, t->before[0] + p * n, t->own_z},
+        .flexibility = t->flexibility, .now = t->own_y, .before = t->own_missed};
+    for (size_t i = 0; i < n; i++)
+        t->own_z[i] = x[i] - t->flexibility[i * n + i] * t->solver.y[i];
+    sm_elastic_reverse(t->contact->elastic, t->contact->contacts, &reversal, memory);
+}
+
 /* y of a line under the u of a step, both (N_c) with so many between them; y without, too. */
 static sm_status react(problem *t, size_t p, const double *u, double *y, double *y_of_line) {
     const size_t n = t->n, stride = t->lines.stride;
     double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
+    double *last_y = t->last_y + p * n, *missed = t->missed + p * n;
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
     memcpy(last_but_one, last, n * sizeof(double));
-    memcpy(last, x, n * sizeof(double));
+    memcpy(t->own_x, x, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
+        last[i] = x[i] - t->flexibility[i * n + i] * last_y[i];
         t->own_u[i] = u[i * stride];
         x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = t->own_u[i];
     }
     const sm_status status =
-        sm_elastic_follow(&t->solver, t->own_u, memory, x, t->last_y + p * n, t->last_off + p * n);
+        sm_elastic_follow(&t->solver, t->own_u, memory, x, last_y, t->last_off + p * n);
     if (status != SM_OK) return status;
+    memcpy(t->own_y, t->solver.y, n * sizeof(double));
+    memset(t->own_missed, 0, n * sizeof(double));
+    if (t->solver.yielding > 0) sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
-    const double *const steps[3] = {last_but_one, last, x};
-    if (t->yielded[p]) sm_elastic_reverse(t->contact->elastic, steps, memory);
+    if (t->yielded[p]) reverse(t, p, x, memory);
     t->yielded[p] = t->solver.yielding > 0;
-    memcpy(y_of_line, t->solver.y, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
-        y[i * stride] = t->solver.y[i];
-        t->square[i] += t->solver.y[i] * t->solver.y[i];
+        /* what it missed at the step before is made up for: in modes by as much now; in means over
+         * steps, which have time for that, on the straight line through this step and the next */
+        y[i * stride] = t->own_y[i] + t->own_missed[i];
+        y_of_line[i] = t->own_y[i] + 2.0 * t->own_missed[i] - missed[i];
+        missed[i] = t->own_missed[i];
+        t->square[i] += y_of_line[i] * y_of_line[i];
     }
     return SM_OK;
 }
@@ -228,39 +254,6 @@ static sm_status react_along(problem *t, size_t count) {
         sm_marched_advance(&t->marched, y);
     }
     return SM_OK;
-}
-
-/* What line p remembers at the end is what line p + shift began with, once the motion is periodic;
- * with another sign after half a period. A slider that has not moved on a line brings that on at
- * once from the last line before on which it has, or else, as it could rest anywhere, from the mean
- * of them all, which is 0 of odd motion. */
-static void carry_over(problem *t, size_t slider) {
-    const size_t lines = t->lines.lines, stride = t->remembered;
-    const double sign = t->half ? -1.0 : 1.0;
-    double *now = t->memory + slider, mean = 0.0;
-    const double *begun = t->begun + slider;
-    for (size_t p = 0; p < lines && !t->half; p++) mean += now[p * stride] / (double)lines;
-    for (size_t p = 0; p < lines; p++) {
-        if (now[p * stride] != begun[p * stride]) continue;
-        size_t from = p;
-        double turned = 1.0;
-        do {
-            from = (from + lines - t->shift) % lines;
-            turned *= sign;
-        } while (from != p && now[from * stride] == begun[from * stride]);
-        now[p * stride] = from == p ? mean : turned * now[from * stride];
-    }
-}
-
-static void carry_sliders_over(problem *t) {
-    const sm_elastic *elastic = t->contact->elastic;
-    size_t at = 0;
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const sm_element *element = &elastic->element[e];
-        const int count = element->law == SM_SLIDERS ? element->sliders : element->tangents;
-        for (size_t k = 0; k < (size_t)count; k++) carry_over(t, at + k);
-        at += (size_t)sm_element_memory(element);
-    }
 }
 
 static void negate(double *values, size_t count) {
@@ -295,7 +288,10 @@ static sm_status march(problem *t, const double *amplitude) {
     t->taken += steps;
     sm_phase_lines_turn(&t->lines, t->half);
     t->places.turned = (t->places.turned + t->shift) % t->lines.lines;
-    if (t->half || t->shift > 0) carry_sliders_over(t);
+    if (t->half || t->shift > 0) {
+        const sm_period period = {t->lines.lines, t->remembered, t->shift, t->half, t->begun};
+        sm_carry_sliders_over(t->contact->elastic, &period, t->memory);
+    }
     if (t->half) turn_round(t);
     return sm_all_finite(t->Y, per_point(t)) && sm_all_finite(t->square, t->n) ? SM_OK
                                                                                : SM_NOT_FINITE;

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/lanes.h"
-#include "torus/grid.h"
 
 #define ENTRIES 8 /* of advance: (p, v, g_0, g_1) to p, and to v */
 #define WIDTH SM_VECTOR /* the stride is a multiple */
@@ -23,7 +22,7 @@ static void add_turned(const sm_phase_lines *l, int m, const double G[2], const 
     const double re = 2.0 * (G[0] * r[0] - G[1] * r[1]), im = 2.0 * (G[0] * r[1] + G[1] * r[0]);
     for (size_t p = 0; p < l->lines; p++) {
         double c, d;
-        sm_torus_power(l->phase[p], l->phase[l->lines + p], m, &c, &d);
+        sm_phase_lines_across(l, m, p, &c, &d);
         s[p] += re * c - im * d;
     }
 }

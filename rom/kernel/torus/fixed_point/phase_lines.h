@@ -31,6 +31,14 @@ typedef struct {
     double *y_of_line;    /* (SM_STEPS_TOGETHER, lines, row): y once more */
 } sm_phase_lines;
 
+/* exp(i m t_B0) of line p, for m of the orders. */
+static inline void sm_phase_lines_across(const sm_phase_lines *lines, int m, size_t p, double *re,
+                                         double *im) {
+    const double *from = lines->across + 2 * (size_t)(m < 0 ? -m : m) * lines->stride + p;
+    *re = from[0];
+    *im = m < 0 ? -from[lines->stride] : from[lines->stride];
+}
+
 size_t sm_phase_lines_size(size_t contacts, size_t orders, const int32_t *order, size_t lines,
                            size_t steps);
 /* Takes the memory; sizes, orders and ratio are set. */
