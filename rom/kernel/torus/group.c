@@ -96,13 +96,13 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
 }
 
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
-                                double *mean_square) {
+                                int one, int other, double *mean_square) {
     const int n = grid->contact->contacts, lines = grid->lines;
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
         for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
             const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
-            sum += g->squares[0][at] + g->squares[1][at];
+            sum += g->squares[one][at] + g->squares[other][at];
         }
         mean_square[i] = sum / ((double)grid->steps * lines);
     }

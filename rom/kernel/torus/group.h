@@ -40,8 +40,9 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size
 /* The amplitudes of the lanes, all of them times `part`. */
 void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
                                size_t points, const double *amplitudes, double part);
-/* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
+/* Mean square of x_c over two of the last halves, or one of them twice, and all lines of point p of
+ * the group, (N_c). */
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
-                                double *mean_square);
+                                int one, int other, double *mean_square);
 
 #endif
