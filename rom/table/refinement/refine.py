@@ -13,6 +13,7 @@ what the surface was before its grid lines were halved.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -58,11 +59,10 @@ class _Checks:
     that were not gone around, would grow by about as much.
     """
 
-    def __init__(self, sampling: Sampling) -> None:
+    def __init__(self, sampling: Sampling, points: Floats, exact: Complexes) -> None:
         self._sampling = sampling
         self.gain = 1.0
-        inside = None if sampling.region is None else sampling.region.holds
-        self.points, self._exact = self._sampled(spread_points(sampling.amplitude_range, inside))
+        self.points, self._exact = points, exact
 
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
@@ -78,7 +78,7 @@ class _Checks:
         away one comes to another one than from the nodes nearby. Not with what the table has:
         checks are to find a motion that it has missed.
         """
-        points = points[np.lexsort(points.T[::-1])]
+        points = _in_order(points)
         return points, self._sampling.at(points, None)
 
     def _add(self, points: Floats) -> None:
@@ -88,8 +88,11 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
-        """Relative error at the points, to which those are added that the table needs."""
+    def errors(self, table: Table, grid: Grid, tolerance: float) -> Iterator[Floats]:
+        """Relative error at the points, to which those are added that the table needs.
+
+        And then, should it be asked for, those around the largest errors.
+        """
         sampling, axes = self._sampling, table.axes
         doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
@@ -100,7 +103,8 @@ class _Checks:
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
             self._add(points[held[grid.cells(points)]])
-            return self._errors(table), grid.block[grid.cells(self.points)]
+            errors = sampling.error_of(table.terms(self.points), self._exact, table)
+            return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
         checked = np.concatenate((self.points, onset))
@@ -113,19 +117,17 @@ class _Checks:
             if not len(beside):
                 break
             errors, holding = add(beside)
+        yield errors
         first = errors.max()
         for share in AROUND:
             errors, holding = add(places_around(blocks, holding, self.points, errors, share))
         self.gain = float(errors.max() / first) if first > 0.0 else 1.0
-        return errors
+        yield errors
 
     def limit(self, errors: Floats, tolerance: float) -> float:
         """What the largest error found may be if none at all is to be above the tolerance."""
         worst = float(errors.max())
         return tolerance * worst / max(largest_error(errors, self._sampling.noise), tolerance)
-
-    def _errors(self, table: Table) -> Floats:
-        return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
 def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, Complexes, float]:
@@ -152,11 +154,7 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, C
     SlipmodeError
         If it takes too many nodes.
     """
-    ends = sampling.amplitude_range
-    grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
-    samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes), None)
-    samples = samples.reshape(*grid.sampled.shape, -1)
-    checks = _Checks(sampling)
+    grid, samples, checks = _begun(sampling, tolerance)
     grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance)
     inner = None
     if sampling.beyond:
@@ -168,6 +166,25 @@ def refine(sampling: Sampling, tolerance: float) -> tuple[Table, Table | None, C
     if sampling.region is not None:
         table = replace(table, region=sampling.region.cells(*grid.nodes))
     return table, inner, sampling.carried(samples), error
+
+
+def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, Complexes, _Checks]:
+    """The first grid with its samples, and check points all over; samples are taken at once."""
+    ends = sampling.amplitude_range
+    inside = None if sampling.region is None else sampling.region.holds
+    spread = _in_order(spread_points(ends, inside))
+    grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
+    nodes = amplitude_pairs(*grid.nodes, grid.modes)
+    if grid.modes == 2:
+        samples = sampling.at(nodes, None).reshape(*grid.sampled.shape, -1)
+        return grid, samples, _Checks(sampling, spread, sampling.at(spread, None))
+    middles = grid.middles(0)[:, np.newaxis]  # that are sampled next whatever the nodes tell
+    points = np.concatenate((nodes, middles, spread))
+    order = np.argsort(points[:, 0], kind="stable")
+    exact = sampling.at(points[order], None)[np.argsort(order)]
+    of_nodes, of_middles, of_spread = np.split(exact, np.cumsum([len(nodes), len(middles)]))
+    checks = _Checks(sampling, spread, of_spread)
+    return *_halve(sampling, grid, of_nodes[:, np.newaxis], 0, tolerance, of_middles), checks
 
 
 def _refined(
@@ -189,19 +206,21 @@ def _refined(
             grid, samples = _halve(sampling, grid, samples, mode, tolerance)
         if grid.poor.any():
             continue
-        table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid, tolerance)
-        error = largest_error(errors, sampling.noise)
-        idle = 0 if error < _LESS * least else idle + 1
-        least = min(least, error)
-        if error > tolerance and idle < _IDLE_ROUNDS:
-            # what lies beyond the largest error may be at any of those that are nearly as large
-            missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
-            grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
-        if not grid.poor.any():
+        table, stalled = sampling.table(grid.nodes, samples), 0
+        for errors in checks.errors(table, grid, tolerance):
+            error = largest_error(errors, sampling.noise)
+            stalled = 0 if error < _LESS * least else idle + 1
+            if error > tolerance and stalled < _IDLE_ROUNDS:
+                # what lies beyond the largest may be at any of those that are nearly as large
+                missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
+                grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
+            if grid.poor.any():
+                break
+        else:
             return grid, samples, table, error
+        idle, least = stalled, min(least, error)
     table = sampling.table(grid.nodes, samples)
-    errors = checks.errors(table, grid, tolerance)
+    *_, errors = checks.errors(table, grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
@@ -232,10 +251,19 @@ def least_further(table: Table) -> int:
     return int(left[np.ix_(*first)].sum())
 
 
+def _in_order(points: Floats) -> Floats:
+    return np.asarray(points[np.lexsort(points.T[::-1])])
+
+
 def _halve(
-    sampling: Sampling, grid: Grid, samples: Complexes, mode: int, tolerance: float
+    sampling: Sampling,
+    grid: Grid,
+    samples: Complexes,
+    mode: int,
+    tolerance: float,
+    known: Complexes | None = None,
 ) -> tuple[Grid, Complexes]:
-    """Halve the poor cells along one axis."""
+    """Halve the poor cells along one axis; `known` are samples at their middles."""
     if not grid.poor[mode].any():
         return grid, samples
     grid, samples = _with_corners(sampling, grid, samples, mode)
@@ -253,7 +281,9 @@ def _halve(
     # what is not sampled is as it was: on the surface, or on cubics through the nodes
     between = _between(grid.nodes[mode], sampling.carried(samples), grid.middles(mode), mode)
     fresh = np.hstack((surface, between.reshape(len(points), sampling.columns.carried)))
-    if taken.any():
+    if known is not None:
+        fresh = known
+    elif taken.any():
         near = sampling.carried(fresh[taken.ravel()])
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
     error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
