@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,6 +52,11 @@ def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]
     Friction under constant load is odd, so that P_nm = 0 where n + m is even: these, the mean
     among them, are there if `even`.
     """
+    return list(_harmonic_orders(highest, modes, even))
+
+
+@lru_cache(maxsize=64)
+def _harmonic_orders(highest: int, modes: int, even: bool) -> tuple[Order, ...]:
     span = range(-highest, highest + 1)
     half_plane = [
         (n, m)
@@ -61,7 +67,7 @@ def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]
     wanted = [
         (n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)
     ]
-    return sorted(wanted, key=_rank)
+    return tuple(sorted(wanted, key=_rank))
 
 
 def _rank(order: Order) -> tuple[int, bool, int, int]:

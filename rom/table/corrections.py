@@ -101,9 +101,11 @@ def with_detuning(
     largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
     scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
     scale[scale == 0.0] = 1.0  # modes that touch no contact
-    at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
-    known = at_carriers.terms(solve, points)
-    held, near = at_carriers.settled(known), known.P if reduced.contacts is not None else None
+    held, near = table(points), None
+    if reduced.contacts is not None:
+        at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
+        known = at_carriers.terms(solve, points)
+        held, near = at_carriers.settled(known), known.P
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
     changes = [Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts]
 

@@ -88,13 +88,15 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid, tolerance: float) -> Iterator[Floats]:
+    def errors(
+        self, table: Table, doubts: Floats, grid: Grid, tolerance: float
+    ) -> Iterator[Floats]:
         """Relative error at the points, to which those are added that the table needs.
 
         And then, should it be asked for, those around the largest errors.
         """
         sampling, axes = self._sampling, table.axes
-        doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
+        doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
             held = sampling.region.cells(*grid.nodes)
@@ -207,20 +209,21 @@ def _refined(
         if grid.poor.any():
             continue
         table, stalled = sampling.table(grid.nodes, samples), 0
-        for errors in checks.errors(table, grid, tolerance):
+        doubts = sampling.doubts(table)
+        for errors in checks.errors(table, doubts, grid, tolerance):
             error = largest_error(errors, sampling.noise)
             stalled = 0 if error < _LESS * least else idle + 1
             if error > tolerance and stalled < _IDLE_ROUNDS:
                 # what lies beyond the largest may be at any of those that are nearly as large
                 missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
-                grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
+                grid = grid.poor_at(missed, doubts, _LESS_IN_DOUBT)
             if grid.poor.any():
                 break
         else:
             return grid, samples, table, error
         idle, least = stalled, min(least, error)
     table = sampling.table(grid.nodes, samples)
-    *_, errors = checks.errors(table, grid, tolerance)
+    *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     raise SlipmodeError(
