@@ -204,7 +204,7 @@ def _with_slopes(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
     odd_a, odd_b = (np.array(orders) % 2 == 1).T
-    f = np.stack((samples.real, samples.imag), axis=-1)
+    f = np.ascontiguousarray(samples).view(float).reshape(*samples.shape, 2)
     f_a = np.einsum("kij,jbks->ibks", _slope_weights(node_a, odd_a), f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:

@@ -19,7 +19,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
@@ -96,6 +96,7 @@ class _Checks:
         And then, should it be asked for, those around the largest errors.
         """
         sampling, axes = self._sampling, table.axes
+        scale = sampling.scale(table)
         doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
@@ -105,7 +106,7 @@ class _Checks:
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
             self._add(points[held[grid.cells(points)]])
-            errors = sampling.error_of(table.terms(self.points), self._exact, table)
+            errors = sampling.error_of(table.terms(self.points), self._exact, scale)
             return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
@@ -186,7 +187,8 @@ def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, Complexes, _Chec
     exact = sampling.at(points[order], None)[np.argsort(order)]
     of_nodes, of_middles, of_spread = np.split(exact, np.cumsum([len(nodes), len(middles)]))
     checks = _Checks(sampling, spread, of_spread)
-    return *_halve(sampling, grid, of_nodes[:, np.newaxis], 0, tolerance, of_middles), checks
+    samples = of_nodes[:, np.newaxis]
+    return *_halve(sampling, grid, samples, None, 0, tolerance, of_middles), checks
 
 
 def _refined(
@@ -201,11 +203,14 @@ def _refined(
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
     least, idle = np.inf, 0
+    table: Table | None = None
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.size > _MOST_NODES:
             break
         for mode in range(grid.modes):
-            grid, samples = _halve(sampling, grid, samples, mode, tolerance)
+            if grid.poor[mode].any():
+                grid, samples = _halve(sampling, grid, samples, table, mode, tolerance)
+                table = None
         if grid.poor.any():
             continue
         table, stalled = sampling.table(grid.nodes, samples), 0
@@ -262,18 +267,23 @@ def _halve(
     sampling: Sampling,
     grid: Grid,
     samples: Complexes,
+    table: Table | None,
     mode: int,
     tolerance: float,
     known: Complexes | None = None,
 ) -> tuple[Grid, Complexes]:
-    """Halve the poor cells along one axis; `known` are samples at their middles."""
-    if not grid.poor[mode].any():
-        return grid, samples
-    grid, samples = _with_corners(sampling, grid, samples, mode)
+    """Halve the poor cells along one axis; `known` are samples at their middles.
+
+    `table` is that through the samples, where there is one.
+    """
+    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
+    if lacking.any():
+        grid, samples = _with_corners(sampling, grid, samples, lacking)
+        table = None
     order = grid.order(mode)
     node = np.append(grid.nodes[mode], grid.middles(mode))
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
-    table = sampling.table(grid.nodes, samples)
+    table = table or sampling.table(grid.nodes, samples)
     surface = table.terms(points)
     new = order >= grid.nodes[mode].size
     counts, taken = (
@@ -289,7 +299,7 @@ def _halve(
     elif taken.any():
         near = sampling.carried(fresh[taken.ravel()])
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
-    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
+    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, sampling.scale(table)), 0.0)
     both = np.concatenate((samples, fresh.reshape(shape)), axis=mode)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
     return finer, np.take(both, order, axis=mode)
@@ -306,12 +316,9 @@ def _between(node: Floats, samples: Complexes, at: Floats, axis: int) -> Complex
 
 
 def _with_corners(
-    sampling: Sampling, grid: Grid, samples: Complexes, mode: int
+    sampling: Sampling, grid: Grid, samples: Complexes, lacking: Flags
 ) -> tuple[Grid, Complexes]:
-    """With samples at the corners of cells that are to be halved."""
-    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
-    if not lacking.any():
-        return grid, samples
+    """With samples at the nodes that are lacking: corners of cells that are to be halved."""
     samples = samples.copy()
     near = sampling.carried(samples[lacking])
     points = amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()]
