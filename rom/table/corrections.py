@@ -98,12 +98,12 @@ def with_detuning(
     tolerance : float or None
         Error that needs no slope; None: none is wanted whatever the error.
     """
-    probes, carrier, known_S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
+    probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
     points = np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
-    largest = np.abs(known_S).max(axis=(0, 1))
+    largest = np.abs(S).max(axis=(0, 1))
     scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
     scale[scale == 0.0] = 1.0  # modes that touch no contact
-    held, near = known_S[probes if table.modes == 2 else (*probes, 0)], None
+    held, near = S[probes if table.modes == 2 else (*probes, 0)], None
     if reduced.contacts is not None:
         at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
         known = at_carriers.terms(solve, points)
