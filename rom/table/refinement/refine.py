@@ -215,7 +215,9 @@ def _refined(
             continue
         table, stalled = sampling.table(grid.nodes, samples), 0
         doubts = sampling.doubts(table)
-        for errors in checks.errors(table, doubts, grid, tolerance):
+        for gone_around, errors in enumerate(checks.errors(table, doubts, grid, tolerance)):
+            if idle and not gone_around:
+                continue  # the last halving was no use: more is to be seen before the next
             error = largest_error(errors, sampling.noise)
             stalled = 0 if error < _LESS * least else idle + 1
             if error > tolerance and stalled < _IDLE_ROUNDS:
