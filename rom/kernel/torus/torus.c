@@ -18,6 +18,7 @@
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
+#define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
 
 /* The modes must respond to the harmonics that are computed. */
 static int responds_to(const sm_modal_response *response, int32_t orders_count,
@@ -80,11 +81,15 @@ static double by_halves(const sm_torus_grid *grid, const sm_torus_group *g, size
                                                    grid->orders_count, grid->orders,
                                                    g->half[0] + at, g->half[1] + at);
     const double distance = sm_distance_by_halves(&g->track[p], turn);
-    return fine > 0 && halves > 2 ? distance : INFINITY; /* the first one began at rest */
+    if (fine < 2 || halves < 3) return INFINITY; /* the first half began at rest */
+    if (grid->lines == 1) return distance;
+    /* lines drift against the grid, and harmonics move by its error, which does not fall: the mean
+     * of two halves counts, the earlier of them not that after another grid */
+    return fine < 3 ? INFINITY : fmax(distance, DRIFT * turn);
 }
 
 /* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on.
- * Where halves repeat one another the last stands for both. */
+ * Where halves of one line repeat one another the last, which is nearer, stands for both. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
                  size_t first, size_t count, int halves, int fine, int marched) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
@@ -108,7 +113,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(harmonics, fresh, sizeof(double) * per_point);
         const int last_half = (halves - 1) % 2;
-        const int repeats = of_halves <= task->tolerance;
+        const int repeats = grid->lines == 1 && of_halves <= task->tolerance;
         for (size_t k = 0; k < per_point && repeats; k++)
             harmonics[k] = 2.0 * g->half[last_half][p * per_point + k];
         sm_torus_group_mean_square(grid, g, p, repeats ? last_half : 1 - last_half, last_half,
