@@ -33,16 +33,14 @@ class ContactTerms:
         exactly 0 where |a_j| = 0.
     T : (points, combinations) complex ndarray
         -L_j^T P_nm of the combination resonances.
+    amplitudes : (points, modes) ndarray
+        [kg^1/2 m]
     orders : list of (n, m)
         Harmonics in P.
     P : (points, orders, N_c) complex ndarray
         Of the contact displacement [m].
-    left_out : (points, N_c) ndarray
-        RMS of the contact displacement beyond these harmonics [m].
-    power : (points,) ndarray
-        Mean power that friction dissipates [W].
-    leaving : (points,) ndarray
-        Mean power that leaves the modes at the contacts [W]; dampers share it with friction.
+    mean_square : (points, N_c) ndarray
+        Of the contact displacement [m^2].
     residual : (points,) ndarray
         Distance from periodicity.
     marched : (points,) ndarray of int
@@ -51,15 +49,35 @@ class ContactTerms:
 
     S: Complexes
     T: Complexes
-    power: Floats
-    leaving: Floats
+    amplitudes: Floats
     orders: list[Order]
     P: Complexes
-    left_out: Floats
+    mean_square: Floats
     residual: Floats
     marched: NDArray[np.int32]
+    _of: _Projection
 
     __repr__ = short_repr
+
+    @property
+    def left_out(self) -> Floats:
+        """RMS of the contact displacement beyond these harmonics [m], (points, N_c)."""
+        return left_out(self.orders, self.P, self.mean_square)
+
+    @property
+    def power(self) -> Floats:
+        """Mean power that friction dissipates [W], (points,)."""
+        return self._of.friction_power(self.amplitudes, self.P)
+
+    @property
+    def leaving(self) -> Floats:
+        """Mean power that leaves the modes at the contacts [W]; dampers share it with friction."""
+        return np.asarray(-2.0 * (self.amplitudes * self.S.imag) @ self._of.carrier)
+
+    def replace(self, points: NDArray[np.intp], other: ContactTerms) -> None:
+        """Take those at some points from elsewhere."""
+        for name in ("S", "T", "P", "mean_square", "residual", "marched"):
+            getattr(self, name)[points] = getattr(other, name)
 
 
 def contact_orders(
@@ -101,10 +119,9 @@ def contact_terms(
     a, P = kernel.contiguous(amplitudes), solved.P
     projection = _projection(reduced, tuple(orders), tuple(combinations))
     S = np.where(a == 0.0, 0.0, projection.forces(P) - reduced.indirect_damping * a)
-    leaving = -2.0 * (a * S.imag) @ reduced.carrier
     return ContactTerms(
-        *(S, projection.combined(P), projection.friction_power(a, P), leaving, orders, P),
-        *(left_out(orders, P, solved.mean_square), solved.residual, solved.marched),
+        *(S, projection.combined(P), a, orders, P),
+        *(solved.mean_square, solved.residual, solved.marched, projection),
     )
 
 
@@ -114,6 +131,8 @@ class _Projection:
 
     Attributes
     ----------
+    carrier : (modes,) ndarray
+        [rad/s]
     coupling : (modes, N_c) ndarray
         L_j.
     drawn : (modes, N_c) ndarray
@@ -129,6 +148,7 @@ class _Projection:
         L_j of the modes that they drive.
     """
 
+    carrier: Floats
     coupling: Complexes
     drawn: Complexes
     lost: Complexes
@@ -172,6 +192,7 @@ def _projection(
     if reduced.contacts is None:
         force = force + 0.5 * backwards[:, np.newaxis, np.newaxis] * reduced.damping
     return _Projection(
+        reduced.carrier,
         reduced.coupling,
         backwards[:modes, np.newaxis] * steady_coupling(reduced),
         backwards[:, np.newaxis, np.newaxis] * force,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise
 from typing import Any
@@ -169,10 +169,7 @@ def resolved_terms(
         if not moving.size:
             break
         grid = replace(grid, lines=2 * grid.lines)
-        finer = solve(amplitudes[moving], grid)
-        for field in fields(terms):
-            if field.name != "orders":
-                getattr(terms, field.name)[moving] = getattr(finer, field.name)
+        terms.replace(moving, solve(amplitudes[moving], grid))
     return terms
 
 

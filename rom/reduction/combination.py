@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,6 +52,11 @@ def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]
     Friction under constant load is odd, so that P_nm = 0 where n + m is even: these, the mean
     among them, are there if `even`.
     """
+    return list(_harmonic_orders(highest, modes, even))
+
+
+@lru_cache(maxsize=64)
+def _harmonic_orders(highest: int, modes: int, even: bool) -> tuple[Order, ...]:
     span = range(-highest, highest + 1)
     half_plane = [
         (n, m)
@@ -61,7 +67,7 @@ def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]
     wanted = [
         (n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)
     ]
-    return sorted(wanted, key=_rank)
+    return tuple(sorted(wanted, key=_rank))
 
 
 def _rank(order: Order) -> tuple[int, bool, int, int]:
@@ -100,16 +106,21 @@ def combination_resonances(
     if start.shape[1] == 1:
         return ()
     ends = np.unique(np.stack((start, end), axis=1), axis=0)  # (sweeps, 2, modes)
-    found = []
-    for order in harmonic_orders(max(SEPARATION), 2, even):
-        for n, m in (order, (-order[0], -order[1])):
-            nu = n * ends[..., 0] + m * ends[..., 1]
-            for mode in range(2):
-                apart = nu - ends[..., mode]
-                close = np.abs(apart) < separation(order) * ends[..., mode]
-                passed = apart[:, 0] * apart[:, 1] < 0.0
-                if (close.any() or passed.any()) and (n, m) != CARRIERS[mode]:
-                    found.append(CombinationResonance(mode, n, m))
+    orders = [
+        (sign * n, sign * m)
+        for n, m in harmonic_orders(max(SEPARATION), 2, even)
+        for sign in (1, -1)
+    ]
+    nu = ends @ np.array(orders).T  # (sweeps, 2, orders)
+    apart = nu[..., np.newaxis] - ends[:, :, np.newaxis]  # (sweeps, 2, orders, modes)
+    within = np.array([separation(order) for order in orders])[:, np.newaxis]
+    close = (np.abs(apart) < within * ends[:, :, np.newaxis]).any(axis=(0, 1))
+    passed = (apart[:, 0] * apart[:, 1] < 0.0).any(axis=0)
+    found = [
+        CombinationResonance(int(mode), *orders[k])
+        for k, mode in np.argwhere(close | passed)
+        if orders[k] != CARRIERS[mode]
+    ]
     return tuple(found[:MOST])
 
 

@@ -110,15 +110,15 @@ def doubtful_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
     modes = checked.shape[1]
     count = max(_DOUBTS[modes - 1], len(blocks.doubt) // _BLOCKS_PER_DOUBT[modes - 1])
     all_over = np.stack(np.meshgrid(*modes * [_ALL_OVER]), axis=-1).reshape(-1, modes)
+    ranked = np.argsort(-blocks.doubt, kind="stable")
+    most, others = ranked[:_BLOCKS_ALL_OVER], ranked[_BLOCKS_ALL_OVER:]
     places = np.stack((blocks.middle, _on_kink(blocks, lines)), axis=1)
-    found = checked
-    for rank, k in enumerate(np.argsort(-blocks.doubt, kind="stable")):
-        if len(found) >= len(checked) + count:
-            break
-        low, width = blocks.low[k], blocks.width[k]
-        tried = low + width * all_over if rank < _BLOCKS_ALL_OVER else places[k]
-        found = _with_new(found, tried, width)
-    return found[len(checked) :]
+    low, width = blocks.low[most, np.newaxis], blocks.width[most, np.newaxis]
+    tried = np.concatenate(
+        ((low + width * all_over).reshape(-1, modes), places[others].reshape(-1, modes))
+    )
+    of_block = np.append(np.repeat(most, len(all_over)), np.repeat(others, 2))
+    return _new(tried, blocks.width[of_block], checked, count)
 
 
 def places_around(
@@ -162,18 +162,25 @@ def largest_error(errors: Floats, noise: float) -> float:
 
 def _new_middles(blocks: Blocks, chosen: Flags, checked: Floats) -> Floats:
     """Middles of chosen blocks that are next to no `checked` point, nor to each other."""
-    found = checked
-    for place, width in zip(blocks.middle[chosen], blocks.width[chosen], strict=True):
-        found = _with_new(found, place[np.newaxis], width)
-    return found[len(checked) :]
+    return _new(blocks.middle[chosen], blocks.width[chosen], checked, len(blocks.number))
 
 
-def _with_new(points: Floats, places: Floats, width: Floats) -> Floats:
-    """Points (points, modes) and those of the places that are next to none of them."""
-    for place in places:
-        if (np.abs(points - place) > _NEARBY * width).any(axis=1).all():
-            points = np.concatenate((points, place[np.newaxis]))
-    return points
+def _new(places: Floats, width: Floats, checked: Floats, count: int) -> Floats:
+    """The first `count` places (places, modes), in blocks of a `width`, that are next to no other.
+
+    Neither to a `checked` point nor to a place before.
+    """
+    reach = _NEARBY * width
+    near = np.ones((len(places), len(checked)), dtype=bool)
+    for place, point, within in zip(places.T, checked.T, reach.T, strict=True):
+        near &= np.abs(place[:, np.newaxis] - point) <= within[:, np.newaxis]
+    left = ~near.any(axis=1)
+    found: list[int] = []
+    while left.any() and len(found) < count:
+        found.append(int(left.argmax()))
+        left &= (np.abs(places - places[found[-1]]) > reach).any(axis=1)
+        left[found[-1]] = False
+    return np.asarray(places[found])
 
 
 def _on_kink(blocks: Blocks, lines: Floats) -> Floats:

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.detuning import (
@@ -98,13 +99,16 @@ def with_detuning(
     tolerance : float or None
         Error that needs no slope; None: none is wanted whatever the error.
     """
-    points, carrier = _probes(table), reduced.carrier
-    largest = np.abs(table.nodes()[..., : table.modes]).max(axis=(0, 1))
+    probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
+    points = np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
+    largest = np.abs(S).max(axis=(0, 1))
     scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
     scale[scale == 0.0] = 1.0  # modes that touch no contact
-    at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
-    known = at_carriers.terms(solve, points)
-    held, near = at_carriers.settled(known), known.P if reduced.contacts is not None else None
+    held, near = S[probes if table.modes == 2 else (*probes, 0)], None
+    if reduced.contacts is not None:
+        at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
+        known = at_carriers.terms(solve, points)
+        held, near = at_carriers.settled(known), known.P
     aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
     changes = [Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts]
 
@@ -138,8 +142,8 @@ def with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -
     return replace(table, detuning=surface)
 
 
-def _probes(table: Table) -> Floats:
-    """Nodes (points, modes) that show what detuning does."""
+def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:
+    """Nodes that show what detuning does: indices along each axis."""
     fractions = np.unique(_PROBES[:, : table.modes], axis=0)
     nearest = {
         tuple(
@@ -153,9 +157,7 @@ def _probes(table: Table) -> Floats:
         held = corners(table.region)
         inside = [pair for pair in chosen if held[pair]]
         chosen = inside or [tuple(np.argwhere(held)[-1].tolist())]
-    return np.array(
-        [[node[k] for node, k in zip(table.axes, pair, strict=True)] for pair in chosen]
-    )
+    return tuple(np.array(chosen).T)
 
 
 def _surface(

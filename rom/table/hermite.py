@@ -204,7 +204,7 @@ def _with_slopes(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
     odd_a, odd_b = (np.array(orders) % 2 == 1).T
-    f = np.stack((samples.real, samples.imag), axis=-1)
+    f = np.ascontiguousarray(samples).view(float).reshape(*samples.shape, 2)
     f_a = _slopes(node_a, odd_a, f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:
@@ -283,12 +283,12 @@ def _limit_slopes(
     (with the signs of the quadrant). Half of f pays for each of f_a and f_b, what is left over
     for f_ab.
     """
-    f = np.minimum(f, 0.0)
-    steps_a, steps_b = _neighbour_steps(node_a), _neighbour_steps(node_b)
+    f, steps_a = np.minimum(f, 0.0), _neighbour_steps(node_a)
     f_a = _clip(f_a, f, steps_a[:, :, np.newaxis])
-    f_b = _clip(f_b, f, steps_b[:, np.newaxis, :])
     if node_b.size == 1:
         return f_a, f_b, f_ab
+    steps_b = _neighbour_steps(node_b)
+    f_b = _clip(f_b, f, steps_b[:, np.newaxis, :])
     h_a, h_b = steps_a[:, np.newaxis, :, np.newaxis], steps_b[:, np.newaxis]  # the quadrants
     room = np.minimum(f + h_a * f_a / 3.0 + h_b * f_b / 3.0, 0.0)
     area = h_a * h_b / 9.0

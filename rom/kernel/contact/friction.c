@@ -8,9 +8,11 @@ static double transition_width(double c) {
 }
 
 sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha) {
-    sm_resolvent f = {law, s, limit, alpha, 0.0, 0.0};
+    sm_resolvent f = {law, s, limit, alpha, 0.0, 0.0, 0.0, 0.0};
     if (law == SM_TANH && limit > 0.0) {
         f.c = s * alpha / limit;
+        f.slip = 1.0 / f.c;
+        f.stick = 1.0 / (1.0 + f.c);
         f.knee = transition_width(f.c);
     }
     return f;

@@ -15,6 +15,7 @@ typedef struct {
     double limit; /* mu N [N] */
     double alpha; /* [m/s] */
     double c;     /* s alpha / limit: scaled form c w + tanh w = eta */
+    double slip, stick; /* 1 / c and 1 / (1 + c): dw / deta where it slips, and where it sticks */
     double knee;  /* 1 - tanh w at eta = 1: width of the stick-slip transition */
 } sm_resolvent;
 
@@ -29,19 +30,19 @@ SM_INLINE double sm_tanh_from(double w, double e, double inv) {
 
 /* The w >= 0 where c w + tanh w = eta >= 0 lies between these. */
 SM_INLINE double sm_tanh_low(const sm_resolvent *f, double eta) {
-    const double slip_bound = (eta - 1.0) / f->c, stick_bound = eta / (1.0 + f->c);
+    const double slip_bound = (eta - 1.0) * f->slip, stick_bound = eta * f->stick;
     return slip_bound > stick_bound ? slip_bound : stick_bound;
 }
-SM_INLINE double sm_tanh_high(const sm_resolvent *f, double eta) { return eta / f->c; }
+SM_INLINE double sm_tanh_high(const sm_resolvent *f, double eta) { return eta * f->slip; }
 
 /* About the w >= 0 where c w + tanh w = eta >= 0. */
 SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
-    const double inv_c = 1.0 / f->c, knee = f->knee, delta = 1.0 - eta;
+    const double knee = f->knee, delta = 1.0 - eta;
     /* 1 - tanh w, joined smoothly between stick (delta) and slip (0) */
     double gap = 0.5 * (delta + sqrt(delta * delta + 4.0 * knee * knee));
     gap = gap > 1.999 ? 1.999 : gap;
     const double from_stick = 0.5 * sm_log_rough((2.0 - gap) / gap);
-    const double from_slip = (gap - delta) * inv_c;
+    const double from_slip = (gap - delta) * f->slip;
     const double w = delta > 0.0 ? from_stick : from_slip;
     const double low = sm_tanh_low(f, eta), high = sm_tanh_high(f, eta);
     const double raised = w < low ? low : w;

@@ -85,6 +85,9 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, con
     grid->lanes = points * (size_t)lines <= SM_FEW_LANES ? SM_FEW_LANES : SM_LANES;
     grid->points_per_group = lines > grid->lanes ? 1 : grid->lanes / lines;
     grid->orders_count = orders_count;
+    grid->highest = 0;
+    for (int q = 0; q < orders_count; q++)
+        if (abs(orders[2 * q + 1]) > grid->highest) grid->highest = abs(orders[2 * q + 1]);
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;

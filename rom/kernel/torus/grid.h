@@ -11,6 +11,7 @@ typedef struct {
     const sm_contact *contact;
     int steps, lines, orders_count;
     int lanes, points_per_group; /* of a block; of a group, which is a block or more */
+    int highest;             /* |m| of the orders */
     size_t per_point;        /* doubles: orders, N_c, 2 */
     const int32_t *orders;
     double ratio;            /* omega_B / omega_A */

@@ -15,11 +15,12 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     const size_t lanes = sm_whole_lines(sm_lanes_size(n, grid->lanes)) * (size_t)g->blocks;
     const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
     const size_t reaction = grid->dynamic_stiffness ? sums : 0;
+    const size_t turns = 2 * wide * (size_t)(grid->highest + 1);
     const size_t harmonics = sm_whole_lines(points * grid->per_point);
     const size_t speed = sm_whole_lines(sm_acceleration_size(n, grid->lines));
     const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
     const size_t row = (size_t)n * (size_t)grid->lanes;
-    g->memory = calloc(lanes + 6 * wide + sums + reaction + 2 * squares + 3 * SM_TOGETHER * row
+    g->memory = calloc(lanes + 6 * wide + turns + sums + reaction + 2 * squares + 3 * SM_TOGETHER * row
                            + 8 * harmonics + points * speed + line_state + points * (size_t)n,
                        sizeof(double));
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
@@ -34,7 +35,8 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->a_step = g->b + wide;
     g->b_step = g->a_step + wide;
     g->phase = g->b_step + wide;
-    g->sums = g->phase + 2 * wide;
+    g->turn = g->phase + 2 * wide;
+    g->sums = g->turn + turns;
     g->reaction = grid->dynamic_stiffness ? g->sums + sums : NULL;
     g->squares[0] = g->sums + sums + reaction;
     g->squares[1] = g->squares[0] + squares;
@@ -88,6 +90,7 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
         g->phase[block * 2 * grid->lanes + l] = cos(t_b0);
         g->phase[(block * 2 + 1) * grid->lanes + l] = sin(t_b0);
     }
+    sm_torus_group_turn(grid, g);
     sm_torus_group_amplitudes(grid, g, first, points, amplitudes, 1.0);
     for (int p = 0; p < grid->points_per_group; p++) {
         sm_progress_start(&g->track[p]);
@@ -95,14 +98,32 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     }
 }
 
+void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *g) {
+    const size_t lanes = (size_t)grid->lanes;
+    double *turn = g->turn;
+    for (int block = 0; block < g->blocks; block++, turn += 2 * lanes) {
+        const double *c = g->phase + (size_t)block * 2 * lanes, *s = c + lanes;
+        for (size_t l = 0; l < lanes; l++) {
+            turn[l] = 1.0;
+            turn[lanes + l] = 0.0;
+        }
+        for (int m = 0; m < grid->highest; m++, turn += 2 * lanes)
+            for (size_t l = 0; l < lanes; l++) {
+                const double re = turn[l], im = turn[lanes + l];
+                turn[2 * lanes + l] = re * c[l] - im * s[l];
+                turn[3 * lanes + l] = re * s[l] + im * c[l];
+            }
+    }
+}
+
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
-                                double *mean_square) {
+                                int one, int other, double *mean_square) {
     const int n = grid->contact->contacts, lines = grid->lines;
     for (int i = 0; i < n; i++) {
         double sum = 0.0;
         for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
             const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
-            sum += g->squares[0][at] + g->squares[1][at];
+            sum += g->squares[one][at] + g->squares[other][at];
         }
         mean_square[i] = sum / ((double)grid->steps * lines);
     }

@@ -13,6 +13,7 @@ typedef struct {
     double *a, *b;           /* (blocks * lanes) amplitudes of each lane as the period starts */
     double *a_step, *b_step; /* the same shape: what they grow by in a step */
     double *phase;           /* (blocks, 2, lanes) cos and sin of t_B at t_A = 0 */
+    double *turn;            /* (blocks, highest + 1, 2, lanes) the same of m t_B */
     double *sums;            /* (blocks, orders, N_c, 2, lanes) */
     double *reaction;            /* the same shape: modal response on the contacts at t_A = 0 */
     double *squares[2];      /* (blocks, N_c, lanes): sum of x^2 over the steps of each half */
@@ -37,11 +38,14 @@ void sm_torus_group_release(sm_torus_group *group);
 /* Contacts at rest, for points `first` on of `points`. */
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
                           size_t points, const double *amplitudes);
+/* `turn`, where the phases have changed. */
+void sm_torus_group_turn(const sm_torus_grid *grid, sm_torus_group *group);
 /* The amplitudes of the lanes, all of them times `part`. */
 void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *group, size_t first,
                                size_t points, const double *amplitudes, double part);
-/* Mean square of x_c over the last period and all lines of point p of the group, (N_c). */
+/* Mean square of x_c over two of the last halves, or one of them twice, and all lines of point p of
+ * the group, (N_c). */
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *group, size_t p,
-                                double *mean_square);
+                                int one, int other, double *mean_square);
 
 #endif

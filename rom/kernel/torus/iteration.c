@@ -1,29 +1,54 @@
 #include "torus/iteration.h"
 
+#include <stdlib.h>
+
 #include "base/check.h"
 #include "base/exact_sum.h"
 #include "torus/march.h"
 
+/* cos and sin of |m| t_B in the lanes of a block. */
+static const double *turn_of(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                             int m) {
+    return g->turn + (size_t)(block * (grid->highest + 1) + abs(m)) * 2 * (size_t)grid->lanes;
+}
+
+/* Sum of `count`, a power of two: by halves, in the same order whatever the vectors. */
+SM_INLINE double sum_of(size_t count, double *restrict x) {
+    for (size_t half = count / 2; half > 0; half /= 2) {
+        SM_SIMD
+        for (size_t l = 0; l < half; l++) x[l] += x[half + l];
+    }
+    return x[0];
+}
+
 /* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
-static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double *harmonics) {
+SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
+                           double *harmonics) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
+    const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
     memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
-    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
-        const size_t block = (size_t)lane / lanes, l = (size_t)lane % lanes;
-        double *point = harmonics + (size_t)(lane / grid->lines) * grid->per_point;
-        const double *phase = g->phase + block * 2 * lanes;
-        const double *sums = g->sums + block * lanes * grid->per_point;
+    for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
-            double re, im;
-            sm_torus_power(phase[l], phase[lanes + l], -grid->orders[2 * q + 1], &re, &im);
-            for (size_t i = 0; i < n; i++) {
-                const size_t at = ((size_t)q * n + i) * 2;
-                const double *sum = sums + at * lanes + l;
-                point[at] += (re * sum[0] - im * sum[lanes]) / grid->lines;
-                point[at + 1] += (re * sum[lanes] + im * sum[0]) / grid->lines;
+            const int m = grid->orders[2 * q + 1];
+            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
+                const double *restrict sum =
+                    g->sums + (size_t)block * lanes * grid->per_point + at * lanes;
+                double re[SM_LANES], im[SM_LANES];
+                SM_SIMD
+                for (size_t l = 0; l < lanes; l++) {
+                    const double s = back * c[lanes + l];
+                    re[l] = c[l] * sum[l] + s * sum[lanes + l];
+                    im[l] = c[l] * sum[lanes + l] - s * sum[l];
+                }
+                for (size_t l = 0; l < lanes; l += own) {
+                    double *point =
+                        harmonics + ((size_t)block * lanes + l) / lines * grid->per_point;
+                    point[at] += sum_of(own, re + l) / (double)lines;
+                    point[at + 1] += sum_of(own, im + l) / (double)lines;
+                }
             }
         }
-    }
 }
 
 sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
@@ -52,6 +77,7 @@ void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
             pc[l] = t;
         }
     }
+    sm_torus_group_turn(grid, g);
 }
 
 /* Copies the lanes of point p of the group into line_state, or back. */
@@ -113,23 +139,29 @@ static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
 }
 
 /* reaction = response exp(i m t_B0) */
-static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
+SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
-    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
-        const size_t block = (size_t)lane / lanes, l = (size_t)lane % lanes;
-        const double *point = g->response + (size_t)(lane / grid->lines) * grid->per_point;
-        const double *phase = g->phase + block * 2 * lanes;
-        double *reaction = g->reaction + block * lanes * grid->per_point;
+    const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
+    for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
-            double re, im;
-            sm_torus_power(phase[l], phase[lanes + l], grid->orders[2 * q + 1], &re, &im);
-            for (size_t i = 0; i < n; i++) {
-                const size_t at = ((size_t)q * n + i) * 2;
-                reaction[at * lanes + l] = point[at] * re - point[at + 1] * im;
-                reaction[(at + 1) * lanes + l] = point[at] * im + point[at + 1] * re;
+            const int m = grid->orders[2 * q + 1];
+            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
+                double *restrict reaction =
+                    g->reaction + (size_t)block * lanes * grid->per_point + at * lanes;
+                for (size_t first = 0; first < lanes; first += own) {
+                    const double *point =
+                        g->response + ((size_t)block * lanes + first) / lines * grid->per_point;
+                    const double re = point[at], im = point[at + 1];
+                    SM_SIMD
+                    for (size_t l = first; l < first + own; l++) {
+                        const double s = back * c[lanes + l];
+                        reaction[l] = re * c[l] - im * s;
+                        reaction[lanes + l] = re * s + im * c[l];
+                    }
+                }
             }
         }
-    }
 }
 
 void sm_torus_group_react(const sm_torus_grid *grid, sm_torus_group *g) {

@@ -3,8 +3,10 @@
  * Along t_B = t_B0 + (omega_B / omega_A) t_A the partial differential equation is ordinary.
  * `lines` phase lines with t_B0 = 2 pi p / lines are marched period by period of mode A, side by
  * side in lanes; P_nm is the plain mean of x exp(-i (n t_A + m t_B)) over steps and lines,
- * spectrally accurate in t_B. After every half period the harmonics of the last whole one are
- * compared with those a period before; the march ends when they repeat.
+ * spectrally accurate in t_B. Friction is odd: half a period repeats the one before with opposite
+ * sign, but where contacts that stick are off the middle. After every half its harmonics are
+ * compared with those of the half before, and those of the last whole period with those a period
+ * before; the march ends when either repeats.
  */
 #include "base/check.h"
 #include "torus/fixed_point/elastic.h"
@@ -16,6 +18,7 @@
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
+#define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
 
 /* The modes must respond to the harmonics that are computed. */
 static int responds_to(const sm_modal_response *response, int32_t orders_count,
@@ -68,9 +71,27 @@ static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g
                                 g->fresh + p * per_point, mean);
 }
 
-/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on. */
+/* See sm_distance_by_halves, after so many halves of which the last `fine` are of the grid. */
+static double by_halves(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+                        const sm_scales *scales, int halves, int fine) {
+    if (fine == 1) sm_progress_other_grid(&g->track[p]);
+    if (halves < 2 || fine == 1) return INFINITY;
+    const size_t at = p * grid->per_point;
+    const double turn = 2.0 * sm_relative_distance(scales, grid->contact->contacts,
+                                                   grid->orders_count, grid->orders,
+                                                   g->half[0] + at, g->half[1] + at);
+    const double distance = sm_distance_by_halves(&g->track[p], turn);
+    if (fine < 2 || halves < 3) return INFINITY; /* the first half began at rest */
+    if (grid->lines == 1) return distance;
+    /* lines drift against the grid, and harmonics move by its error, which does not fall: the mean
+     * of two halves counts, the earlier of them not that after another grid */
+    return fine < 3 ? INFINITY : fmax(distance, DRIFT * turn);
+}
+
+/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on.
+ * Where halves of one line repeat one another the last, which is nearer, stands for both. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                 size_t first, size_t count, int halves, int marched) {
+                 size_t first, size_t count, int halves, int fine, int marched) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     const size_t n = (size_t)grid->contact->contacts;
     int open = 0;
@@ -85,12 +106,18 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
             grid->contact, task->amplitudes + point * modes, task->smallest_scale);
         const double change = sm_relative_distance(&scales, grid->contact->contacts,
                                                    grid->orders_count, grid->orders, fresh, last);
-        task->residual[point] = sm_distance_from_periodic(track, &scales, change, halves,
-                                                          task->tolerance);
+        const double of_halves = by_halves(grid, g, p, &scales, halves, fine);
+        task->residual[point] = sm_distance_from_periodic(track, &scales, change, of_halves,
+                                                          halves, task->tolerance);
         task->marched[point] = marched;
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(harmonics, fresh, sizeof(double) * per_point);
-        sm_torus_group_mean_square(grid, g, p, mean_square);
+        const int last_half = (halves - 1) % 2;
+        const int repeats = grid->lines == 1 && of_halves <= task->tolerance;
+        for (size_t k = 0; k < per_point && repeats; k++)
+            harmonics[k] = 2.0 * g->half[last_half][p * per_point + k];
+        sm_torus_group_mean_square(grid, g, p, repeats ? last_half : 1 - last_half, last_half,
+                                   mean_square);
         add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->residual[point] > task->tolerance)
@@ -105,16 +132,18 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
     const size_t left = task->points - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
     if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
+    const int coarse_halves = coarse->steps < grid->steps ? COARSE_HALVES : 0;
     int marched = 0;
     sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
     if (g->reaction) sm_torus_group_react(grid, g);
     for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
         const int half = (halves - 1) % 2;
-        const sm_torus_grid *now = halves <= COARSE_HALVES ? coarse : grid;
+        const sm_torus_grid *now = halves <= coarse_halves ? coarse : grid;
         const sm_status status = sm_torus_group_half(now, g, half);
         if (status != SM_OK) return status;
         marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
-        if (!store(grid, g, task, first, count, halves, marched)) return SM_OK;
+        if (!store(grid, g, task, first, count, halves, halves - coarse_halves, marched))
+            return SM_OK;
         sm_torus_group_next(grid, g, count, half);
     }
     return SM_OK;

@@ -13,12 +13,13 @@ what the surface was before its grid lines were halved.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.error_budget import within_reach
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
@@ -60,11 +61,10 @@ class _Checks:
     that were not gone around, would grow by about as much.
     """
 
-    def __init__(self, sampling: Sampling) -> None:
+    def __init__(self, sampling: Sampling, points: Floats, exact: Complexes) -> None:
         self._sampling = sampling
         self.gain = 1.0
-        inside = None if sampling.region is None else sampling.region.holds
-        self.points, self._exact = self._sampled(spread_points(sampling.amplitude_range, inside))
+        self.points, self._exact = points, exact
 
     def add_beyond(self) -> None:
         """Check past the amplitude range, too."""
@@ -80,7 +80,7 @@ class _Checks:
         away one comes to another one than from the nodes nearby. Not with what the table has:
         checks are to find a motion that it has missed.
         """
-        points = points[np.lexsort(points.T[::-1])]
+        points = _in_order(points)
         return points, self._sampling.at(points, None)
 
     def _add(self, points: Floats) -> None:
@@ -90,10 +90,16 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(self, table: Table, grid: Grid, tolerance: float) -> Floats:
-        """Relative error at the points, to which those are added that the table needs."""
+    def errors(
+        self, table: Table, doubts: Floats, grid: Grid, tolerance: float
+    ) -> Iterator[Floats]:
+        """Relative error at the points, to which those are added that the table needs.
+
+        And then, should it be asked for, those around the largest errors.
+        """
         sampling, axes = self._sampling, table.axes
-        doubt = np.maximum(at_cells(sampling.doubts(table).max(axis=0)), grid.left.max(axis=0))
+        scale = sampling.scale(table)
+        doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
             held = sampling.region.cells(*grid.nodes)
@@ -102,7 +108,8 @@ class _Checks:
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
             self._add(points[held[grid.cells(points)]])
-            return self._errors(table), grid.block[grid.cells(self.points)]
+            errors = sampling.error_of(table.terms(self.points), self._exact, scale)
+            return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
         checked = np.concatenate((self.points, onset))
@@ -115,19 +122,17 @@ class _Checks:
             if not len(beside):
                 break
             errors, holding = add(beside)
+        yield errors
         first = errors.max()
         for share in AROUND:
             errors, holding = add(places_around(blocks, holding, self.points, errors, share))
         self.gain = float(errors.max() / first) if first > 0.0 else 1.0
-        return errors
+        yield errors
 
     def limit(self, errors: Floats, tolerance: float) -> float:
         """What the largest error found may be if none at all is to be above the tolerance."""
         worst = float(errors.max())
         return tolerance * worst / max(largest_error(errors, self._sampling.noise), tolerance)
-
-    def _errors(self, table: Table) -> Floats:
-        return self._sampling.error_of(table.terms(self.points), self._exact, table)
 
 
 def refine(
@@ -157,11 +162,7 @@ def refine(
     SlipmodeError
         If it takes too many nodes, or too long.
     """
-    ends = sampling.amplitude_range
-    grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
-    samples = sampling.at(amplitude_pairs(*grid.nodes, grid.modes), None)
-    samples = samples.reshape(*grid.sampled.shape, -1)
-    checks = _Checks(sampling)
+    grid, samples, checks = _begun(sampling, tolerance)
     grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance, time_budget)
     inner = None
     if sampling.beyond:
@@ -177,6 +178,26 @@ def refine(
     return table, inner, sampling.carried(samples), error
 
 
+def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, Complexes, _Checks]:
+    """The first grid with its samples, and check points all over; samples are taken at once."""
+    ends = sampling.amplitude_range
+    inside = None if sampling.region is None else sampling.region.holds
+    spread = _in_order(spread_points(ends, inside))
+    grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
+    nodes = amplitude_pairs(*grid.nodes, grid.modes)
+    if grid.modes == 2:
+        samples = sampling.at(nodes, None).reshape(*grid.sampled.shape, -1)
+        return grid, samples, _Checks(sampling, spread, sampling.at(spread, None))
+    middles = grid.middles(0)[:, np.newaxis]  # that are sampled next whatever the nodes tell
+    points = np.concatenate((nodes, middles, spread))
+    order = np.argsort(points[:, 0], kind="stable")
+    exact = sampling.at(points[order], None)[np.argsort(order)]
+    of_nodes, of_middles, of_spread = np.split(exact, np.cumsum([len(nodes), len(middles)]))
+    checks = _Checks(sampling, spread, of_spread)
+    samples = of_nodes[:, np.newaxis]
+    return *_halve(sampling, grid, samples, None, 0, tolerance, of_middles), checks
+
+
 def _refined(
     sampling: Sampling,
     grid: Grid,
@@ -190,26 +211,34 @@ def _refined(
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
     least, idle = np.inf, 0
+    table: Table | None = None
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.size > _MOST_NODES or time_budget.spent:
             break
         for mode in range(grid.modes):
-            grid, samples = _halve(sampling, grid, samples, mode, tolerance)
+            if grid.poor[mode].any():
+                grid, samples = _halve(sampling, grid, samples, table, mode, tolerance)
+                table = None
         if grid.poor.any():
             continue
-        table = sampling.table(grid.nodes, samples)
-        errors = checks.errors(table, grid, tolerance)
-        error = largest_error(errors, sampling.noise)
-        idle = 0 if error < _LESS * least else idle + 1
-        least = min(least, error)
-        if error > tolerance and idle < _IDLE_ROUNDS:
-            # what lies beyond the largest error may be at any of those that are nearly as large
-            missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
-            grid = grid.poor_at(missed, sampling.doubts(table), _LESS_IN_DOUBT)
-        if not grid.poor.any():
+        table, stalled = sampling.table(grid.nodes, samples), 0
+        doubts = sampling.doubts(table)
+        for gone_around, errors in enumerate(checks.errors(table, doubts, grid, tolerance)):
+            if idle and not gone_around:
+                continue  # the last halving was no use: more is to be seen before the next
+            error = largest_error(errors, sampling.noise)
+            stalled = 0 if error < _LESS * least else idle + 1
+            if error > tolerance and stalled < _IDLE_ROUNDS:
+                # what lies beyond the largest may be at any of those that are nearly as large
+                missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
+                grid = grid.poor_at(missed, doubts, _LESS_IN_DOUBT)
+            if grid.poor.any():
+                break
+        else:
             return grid, samples, table, error
+        idle, least = stalled, min(least, error)
     table = sampling.table(grid.nodes, samples)
-    errors = checks.errors(table, grid, tolerance)
+    *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
     nodes = f"{samples.shape[0]} x {samples.shape[1]} nodes"
@@ -246,17 +275,31 @@ def least_further(table: Table) -> int:
     return int(left[np.ix_(*first)].sum())
 
 
+def _in_order(points: Floats) -> Floats:
+    return np.asarray(points[np.lexsort(points.T[::-1])])
+
+
 def _halve(
-    sampling: Sampling, grid: Grid, samples: Complexes, mode: int, tolerance: float
+    sampling: Sampling,
+    grid: Grid,
+    samples: Complexes,
+    table: Table | None,
+    mode: int,
+    tolerance: float,
+    known: Complexes | None = None,
 ) -> tuple[Grid, Complexes]:
-    """Halve the poor cells along one axis."""
-    if not grid.poor[mode].any():
-        return grid, samples
-    grid, samples = _with_corners(sampling, grid, samples, mode)
+    """Halve the poor cells along one axis; `known` are samples at their middles.
+
+    `table` is that through the samples, where there is one.
+    """
+    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
+    if lacking.any():
+        grid, samples = _with_corners(sampling, grid, samples, lacking)
+        table = None
     order = grid.order(mode)
     node = np.append(grid.nodes[mode], grid.middles(mode))
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
-    table = sampling.table(grid.nodes, samples)
+    table = table or sampling.table(grid.nodes, samples)
     surface = table.terms(points)
     new = order >= grid.nodes[mode].size
     counts, taken = (
@@ -267,10 +310,12 @@ def _halve(
     # what is not sampled is as it was: on the surface, or between the nodes
     between = _between(grid, sampling.carried(samples), mode, smooth=sampling.columns.kept)
     fresh = np.hstack((surface, between.reshape(len(points), sampling.columns.carried)))
-    if taken.any():
+    if known is not None:
+        fresh = known
+    elif taken.any():
         near = sampling.carried(fresh[taken.ravel()])
         fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
-    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, table), 0.0)
+    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, sampling.scale(table)), 0.0)
     finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
     both = np.empty((*finer.sampled.shape, shape[-1]), dtype=complex)
     lines = (new, slice(None)) if mode == 0 else (slice(None), new)
@@ -296,12 +341,9 @@ def _between(grid: Grid, samples: Complexes, mode: int, *, smooth: bool) -> Comp
 
 
 def _with_corners(
-    sampling: Sampling, grid: Grid, samples: Complexes, mode: int
+    sampling: Sampling, grid: Grid, samples: Complexes, lacking: Flags
 ) -> tuple[Grid, Complexes]:
-    """With samples at the corners of cells that are to be halved."""
-    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
-    if not lacking.any():
-        return grid, samples
+    """With samples at the nodes that are lacking: corners of cells that are to be halved."""
     samples = samples.copy()
     near = sampling.carried(samples[lacking])
     points = amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()]

@@ -48,12 +48,12 @@ class Columns:
 
     __repr__ = short_repr
 
-    def error(self, difference: Floats, S: Complexes) -> Floats:
-        """Largest |difference| over the tabulated columns, relative to their scales."""
+    def scale(self, S: Complexes) -> Floats:
+        """What errors of the tabulated columns are relative to, of values (..., columns)."""
         largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
         largest = np.maximum(largest, self.least)
         scale = np.append(largest[list(self.drives)], self.swing @ largest)
-        return np.asarray((difference / np.where(scale > 0.0, scale, 1.0)).max(axis=-1))
+        return np.where(scale > 0.0, scale, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +88,11 @@ class Sampling:
 
     def doubts(self, table: Table) -> Floats:
         """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
-        S = table.nodes()
+        S, scale = table.nodes(), self.scale(table)
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        return np.array([self.columns.error(part, self._within(table)) for part in parts])
+        return np.array([(part / scale).max(axis=-1) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
         """Table through the tabulated columns of samples on a grid."""
@@ -105,18 +105,18 @@ class Sampling:
         """The columns of samples (..., columns) that are not tabulated."""
         return samples[..., len(self.columns.orders) :]
 
-    def error_of(self, surface: Complexes, exact: Complexes, table: Table) -> Floats:
-        """Relative error of values of a table where samples are `exact`, (points,)."""
+    def error_of(self, surface: Complexes, exact: Complexes, scale: Floats) -> Floats:
+        """Relative error of values of a table of such a scale where samples are `exact`."""
         tabulated = exact[..., : len(self.columns.orders)]
-        return self.columns.error(np.abs(surface - tabulated), self._within(table))
+        return np.asarray((np.abs(surface - tabulated) / scale).max(axis=-1))
 
-    def _within(self, table: Table) -> Complexes:
-        """Values at the nodes up to the amplitude range: what errors are relative to."""
+    def scale(self, table: Table) -> Floats:
+        """What errors of a table are relative to: its values up to the amplitude range."""
         inside = [
             np.searchsorted(node, end, "right")
             for node, end in zip(table.axes, self.amplitude_range, strict=True)
         ]
-        return table.nodes()[tuple(slice(count) for count in inside)]
+        return self.columns.scale(table.nodes()[tuple(slice(count) for count in inside)])
 
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:

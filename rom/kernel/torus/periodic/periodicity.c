@@ -6,17 +6,23 @@
  * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
 #define IDLE_HALVES 80
 #define PROGRESS 0.8
+#define UNKNOWN 0.9 /* ratio of successive changes before there are two */
 #define SLOW 0.5 /* ratio of successive changes from which marching alone takes too long */
 
 void sm_progress_start(sm_progress *progress) {
-    progress->change[0] = progress->change[1] = 0.0;
+    sm_progress_restart(progress);
     progress->best = INFINITY;
     progress->idle = 0;
     progress->slow = 0;
     progress->done = 0;
 }
 
-void sm_progress_restart(sm_progress *progress) { progress->change[0] = progress->change[1] = 0.0; }
+void sm_progress_restart(sm_progress *progress) {
+    progress->change[0] = progress->change[1] = progress->turn = 0.0;
+    progress->ratio = UNKNOWN;
+}
+
+void sm_progress_other_grid(sm_progress *progress) { progress->turn = 0.0; }
 
 static double displacement(const sm_contact *contact, int mode, double amplitude) {
     const size_t n = (size_t)contact->contacts;
@@ -58,19 +64,31 @@ double sm_relative_distance(const sm_scales *scales, int contacts, int orders_co
     return largest;
 }
 
-double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double now,
-                                 int halves, double tolerance) {
-    progress->done = scales->largest == 0.0;
-    if (progress->done) return 0.0;
-    if (halves < 4) return INFINITY; /* the first whole period ended after two */
-    /* the changes to come, as the geometric series that the last two began */
-    double *change = &progress->change[halves % 2];
-    const double ratio = *change > 0.0 ? fmin(fmax(now / *change, 0.3), 0.97) : 0.9;
-    progress->slow = ratio > SLOW;
-    const double distance = now * ratio / (1.0 - ratio);
-    *change = now;
-    progress->idle = now < PROGRESS * progress->best ? 0 : progress->idle + 1;
-    progress->best = fmin(progress->best, now);
+static double ratio_of(double now, double before, double unknown) {
+    return before > 0.0 ? fmin(fmax(now / before, 0.3), 0.97) : unknown;
+}
+
+/* The changes to come, as a geometric series. */
+static double to_come(double now, double ratio) { return now * ratio / (1.0 - ratio); }
+
+double sm_distance_by_halves(sm_progress *progress, double turn) {
+    progress->ratio = ratio_of(turn, progress->turn, progress->ratio);
+    progress->turn = turn;
+    return to_come(turn, progress->ratio);
+}
+
+double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
+                                 double by_halves, int halves, double tolerance) {
+    double distance = scales->largest == 0.0 ? 0.0 : by_halves;
+    if (halves >= 4 && distance > 0.0) { /* the first whole period ended after two */
+        double *before = &progress->change[halves % 2];
+        const double ratio = ratio_of(change, *before, UNKNOWN);
+        distance = fmin(distance, to_come(change, ratio));
+        *before = change;
+        progress->slow = ratio > SLOW;
+        progress->idle = change < PROGRESS * progress->best ? 0 : progress->idle + 1;
+        progress->best = fmin(progress->best, change);
+    }
     progress->done = distance <= tolerance || progress->idle >= IDLE_HALVES;
     return distance;
 }

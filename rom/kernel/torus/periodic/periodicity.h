@@ -8,6 +8,8 @@
 typedef struct {
     double change[2]; /* last change over a period, relative to the displacement scale; the
                          first after even halves, the second after odd ones */
+    double turn;      /* last difference of half periods, see sm_distance_by_halves */
+    double ratio;     /* by which it fell */
     double best;      /* smallest change so far */
     int idle;         /* half periods since `best` last fell noticeably */
     int slow;         /* whether the changes hardly fall from period to period */
@@ -28,9 +30,16 @@ sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplit
 /* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
 double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
                             const int32_t *orders, const double *one, const double *other);
-/* Distance from periodicity after so many half periods, when the harmonics of a whole period
- * differ by `change` from those of the period before; sets progress->done. */
+/* Distance of the last half period from those to come, when its harmonics differ by `turn` from
+ * those of the half before. Odd motion repeats with opposite sign after half a period, and does so
+ * as well on a grid that is less fine: where the two halves are not of one grid the series of
+ * `turn` begins anew, but falls as it did. */
+double sm_distance_by_halves(sm_progress *progress, double turn);
+void sm_progress_other_grid(sm_progress *progress);
+/* Distance from periodicity after so many half periods: that `by_halves`, or, when the harmonics of
+ * a whole period differ by `change` from those of the period before, what that tells; sets
+ * progress->done. */
 double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
-                                 int halves, double tolerance);
+                                 double by_halves, int halves, double tolerance);
 
 #endif
