@@ -37,6 +37,7 @@ _HIGHEST, _MOST = {1: 31, 2: 9}, {1: 31, 2: 13}  # |n| + |m| of harmonics, also 
 _RIGID, _ELASTIC = (1, 2, 4, 8), (2, 4, 8, 16)  # time steps a sample: of fourth, of second order
 _LEFT_BY_STEPS = 0.5  # of the change by twice as many, of rigid contacts; elastic settle slowly
 _LEFT = 0.2  # of the tolerance, that may be left of a transient
+_ROUGHLY = 4.0  # with the fewest time steps: how much more than that
 _STEADY = 0.01  # change of a motion that is steady all the same
 _PATIENCE, _LESS = 4, 0.5  # windows in which changes become so much less, or never do
 _SLOWEST = 0.95  # decay of a transient from window to window that is counted on
@@ -116,7 +117,7 @@ def integrated(
         highest = (_HIGHEST if times == 1.0 else _MOST)[modes]
         orders = harmonic_orders(highest, modes, reduced.even)
         fit = HarmonicFit.over(times * shortest, reduced.carrier, orders)
-        before = _settled(reduced, march, fit, refined[0], tolerance, most)
+        before = _settled(reduced, march, fit, refined[0], _ROUGHLY * tolerance, most)
         while True:
             found = _settled(reduced, march, fit, refined[1], tolerance, most)
             error = by_steps * np.abs(found.amplitude - before.amplitude) + found.left

@@ -138,8 +138,10 @@ def costs(case: Case, tolerance: float) -> Costs:
     table, model = _seconds(made)
     region = rom.Region.along(_way(case, model), reach, _NEAR * reach)
     part, local = _seconds(partial(made, region=region))
-    steady, found = _seconds(
-        lambda: rom.steady_state(case.more_modes, case.law, case.frequency, case.force, tolerance)
+    arguments = case.more_modes, case.law, case.frequency, case.force, tolerance
+    steady, found = min(
+        (_seconds(lambda: rom.steady_state(*arguments)) for _ in range(2)),
+        key=lambda each: each[0],
     )
     accuracy = model.accuracy
     notes = (
