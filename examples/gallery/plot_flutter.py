@@ -16,7 +16,7 @@ law = rom.Coulomb(limit=2.0)
 cycles = []
 for strength in np.linspace(0.0125, 0.025, 11):
     reduced = rom.reduce(structure, modes=(0,), aerodynamics=(-1j * strength,))
-    model = rom.tabulate(reduced, law, amplitude=(8.0,), tolerance=1e-2)
+    model = rom.tabulate(reduced, law, amplitude=(8.0,))
     for cycle in rom.limit_cycles(model):
         cycles.append((strength, abs(cycle.amplitude[0]), cycle.stable))
 strength, amplitude, stable = map(np.array, zip(*cycles, strict=True))

@@ -15,6 +15,16 @@ static int slid(double stretch, double limit) {
     return fabs(fabs(stretch) - limit) <= SLID * limit;
 }
 
+void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
+                      double *gives) {
+    const size_t n = (size_t)contacts;
+    memset(gives, 0, n * sizeof(double));
+    for (int32_t e = 0; e < elastic->elements; e++) {
+        const size_t i = (size_t)elastic->element[e].column[0];
+        gives[i] = flexibility[i * n + i];
+    }
+}
+
 /* y misses as much at the last step and, if the contact was farthest before the middle one, at that
  * too, which is over. */
 static void miss(const sm_reversal *r, int32_t i, double missed, int before) {
@@ -23,7 +33,7 @@ static void miss(const sm_reversal *r, int32_t i, double missed, int before) {
 }
 
 static void sliders(const sm_elastic *elastic, const sm_element *element, const sm_reversal *r,
-                    double flexibility, double *memory) {
+                    double *memory) {
     const int32_t i = element->column[0];
     const double *slider = elastic->slider + 2 * (size_t)element->first_slider;
     double stiffness = 0.0, direction = 0.0, z[3];
@@ -35,14 +45,13 @@ static void sliders(const sm_elastic *elastic, const sm_element *element, const 
     }
     if (stiffness == 0.0) return;
     for (int k = 0; k < 3; k++) z[k] = direction * r->z[k][i];
-    const double further = direction * rise(z) / (1.0 - flexibility * stiffness);
+    const double further = direction * rise(z) / (1.0 - r->gives[i] * stiffness);
     for (int k = 0; k < element->sliders; k++)
         if (slid(slider[2 * k + 1] * (r->x[i] - memory[k]), slider[2 * k])) memory[k] += further;
     miss(r, i, stiffness * further, z[2] <= z[0]);
 }
 
-static void frictional(const sm_element *element, const sm_reversal *r, double flexibility,
-                       double *memory) {
+static void frictional(const sm_element *element, const sm_reversal *r, double *memory) {
     const int32_t i = element->column[0], normal = element->column[1];
     const double stiffness = element->tangential_stiffness, stretch = r->x[i] - memory[0];
     const double direction = copysign(1.0, stretch);
@@ -55,21 +64,18 @@ static void frictional(const sm_element *element, const sm_reversal *r, double f
         z[k] = direction * r->z[k][i] - limit[k];
     }
     if (!slid(stretch, limit[1])) return;
-    const double further = direction * rise(z) / (1.0 - flexibility * stiffness);
+    const double further = direction * rise(z) / (1.0 - r->gives[i] * stiffness);
     memory[0] += further;
     miss(r, i, stiffness * further, z[2] <= z[0]);
 }
 
-void sm_elastic_reverse(const sm_elastic *elastic, int32_t contacts, const sm_reversal *reversal,
-                        double *memory) {
+void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, double *memory) {
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        const size_t i = (size_t)element->column[0];
-        const double flexibility = reversal->flexibility[i * (size_t)contacts + i];
         if (element->law == SM_SLIDERS)
-            sliders(elastic, element, reversal, flexibility, memory);
+            sliders(elastic, element, reversal, memory);
         else if (element->tangents == 1)
-            frictional(element, reversal, flexibility, memory);
+            frictional(element, reversal, memory);
         memory += sm_element_memory(element);
     }
 }

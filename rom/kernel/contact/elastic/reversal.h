@@ -10,19 +10,23 @@
 
 #include "contact/elastic/solve.h"
 
+/* How far contacts give way of their own per y, gives (N_c): R_ii of tangential directions, whose
+ * sliders are in y. What presses them is how far normal directions are: of these nothing. */
+void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
+                      double *gives);
+
 typedef struct {
-    const double *x;           /* (N_c) displacements at the middle one of three steps */
-    const double *z[3];        /* (N_c) at each of them: x - R_ii y_i */
-    const double *flexibility; /* (N_c, N_c) R */
-    double *now, *before;      /* (N_c) are added to: what y misses at the last step and at the
-                                  middle one, for its means over steps to be as exact */
+    const double *x;      /* (N_c) displacements at the middle one of three steps */
+    const double *z[3];   /* (N_c) at each of them: x without what contacts give way */
+    const double *gives;  /* (N_c) */
+    double *now, *before; /* (N_c) are added to: what y misses at the last step and at the middle
+                             one, for its means over steps to be as exact */
 } sm_reversal;
 
 /* Moves the sliders that turned back at the middle step, the last one being where `memory` is.
  * Friction in two directions is left as it is: there the direction turns, and the slider never
  * stops. */
-void sm_elastic_reverse(const sm_elastic *elastic, int32_t contacts, const sm_reversal *reversal,
-                        double *memory);
+void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, double *memory);
 
 /* Adds to `now` (N_c) what y misses at the end of a step that was solved, from displacements x (N_c)
  * and `memory`, of sliders that begin to slide in it. */

@@ -44,6 +44,7 @@ typedef struct {
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
     sm_places places;          /* of what is remembered, where it `lingers` */
+    double *gives;             /* (N_c) see sm_elastic_gives */
     double *own_u, *own_x, *own_z, *own_y, *own_missed; /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
@@ -107,7 +108,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t flags = sm_doubles(lines * sizeof(int32_t));
     const size_t size = along + flags + n * n + MOTIONS * n * lines + 2 * lines * t->remembered
-                        + 7 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
+                        + 8 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
                         + marched + sm_elastic_solver_size(contact->elastic, contact->contacts);
     double *memory = t->block = calloc(size, sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -121,7 +122,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
     t->begun = sm_take(&memory, lines * t->remembered);
-    double **own[] = {&t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_missed};
+    double **own[] = {&t->gives, &t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_missed};
     for (size_t k = 0; k < sizeof own / sizeof *own; k++) *own[k] = sm_take(&memory, n);
     t->square = sm_take(&memory, n);
     t->drawing = sm_take(&memory, all);
@@ -136,6 +137,7 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
+    sm_elastic_gives(contact->elastic, contact->contacts, t->flexibility, t->gives);
     return SM_OK;
 }
 
@@ -196,14 +198,12 @@ static void draw(problem *t, const double *amplitude) {
 
 /* From where the contacts of a line were at the two steps before to where they are: sliders that
  * turned back, and what y missed for it. */
-static void reverse(problem *t, size_t p, const double *x, double *memory) {
+static void reverse(problem *t, size_t p, double *memory) {
     const size_t n = t->n;
     const sm_reversal reversal = {
         .x = t->own_x, .z = {t->before[1] + p * n, t->before[0] + p * n, t->own_z},
-        .flexibility = t->flexibility, .now = t->own_y, .before = t->own_missed};
-    for (size_t i = 0; i < n; i++)
-        t->own_z[i] = x[i] - t->flexibility[i * n + i] * t->solver.y[i];
-    sm_elastic_reverse(t->contact->elastic, t->contact->contacts, &reversal, memory);
+        .gives = t->gives, .now = t->own_y, .before = t->own_missed};
+    sm_elastic_reverse(t->contact->elastic, &reversal, memory);
 }
 
 /* y of a line under the u of a step, both (N_c) with so many between them; y without, too. */
@@ -212,10 +212,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
     double *last_y = t->last_y + p * n, *missed = t->missed + p * n;
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
-    memcpy(last_but_one, last, n * sizeof(double));
     memcpy(t->own_x, x, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
-        last[i] = x[i] - t->flexibility[i * n + i] * last_y[i];
         t->own_u[i] = u[i * stride];
         x[i] += t->own_u[i] - last_u[i]; /* as if nothing slipped */
         last_u[i] = t->own_u[i];
@@ -227,8 +225,11 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     memset(t->own_missed, 0, n * sizeof(double));
     if (t->solver.yielding > 0) sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
-    if (t->yielded[p]) reverse(t, p, x, memory);
+    for (size_t i = 0; i < n; i++) t->own_z[i] = x[i] - t->gives[i] * t->solver.y[i];
+    if (t->yielded[p]) reverse(t, p, memory);
     t->yielded[p] = t->solver.yielding > 0;
+    memcpy(last_but_one, last, n * sizeof(double));
+    memcpy(last, t->own_z, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
         /* what it missed at the step before is made up for: in modes by as much now; in means over
          * steps, which have time for that, on the straight line through this step and the next */
