@@ -13,6 +13,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.settled import check_settled
+from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
 from slipmode.rom.errors import SlipmodeError, UnsettledError
@@ -20,7 +21,6 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import round_up
-from slipmode.rom.time_budget import TimeBudget
 
 # Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
 # strong over a weak one, and both near the slip threshold.

@@ -26,6 +26,7 @@ from slipmode.rom.contact.resolution import (
 )
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
@@ -47,7 +48,6 @@ from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tas
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
-from slipmode.rom.time_budget import TimeBudget
 from slipmode.rom.validity import model_findings, table_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction

