@@ -1,6 +1,7 @@
 #include "contact/elastic/reversal.h"
 
 #include <math.h>
+#include <string.h>
 
 #define SLID 1e-9 /* what a slider that slid may be off its limit by rounding, relative to that */
 
@@ -21,7 +22,7 @@ void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double 
     memset(gives, 0, n * sizeof(double));
     for (int32_t e = 0; e < elastic->elements; e++) {
         const size_t i = (size_t)elastic->element[e].column[0];
-        gives[i] = flexibility[i * n + i];
+        if (elastic->element[e].law == SM_SLIDERS) gives[i] = flexibility[i * n + i];
     }
 }
 
@@ -53,20 +54,16 @@ static void sliders(const sm_elastic *elastic, const sm_element *element, const 
 
 static void frictional(const sm_element *element, const sm_reversal *r, double *memory) {
     const int32_t i = element->column[0], normal = element->column[1];
-    const double stiffness = element->tangential_stiffness, stretch = r->x[i] - memory[0];
-    const double direction = copysign(1.0, stretch);
+    const double stretch = r->x[i] - memory[0], direction = copysign(1.0, stretch);
     double limit[3], z[3];
     for (int k = 0; k < 3; k++) {
         const double pressed = element->preload
                                + element->normal_stiffness * (r->z[k][normal] - element->gap);
         if (pressed <= 0.0) return; /* it touches down: sliders stop there */
-        limit[k] = element->friction / stiffness * pressed;
+        limit[k] = element->friction / element->tangential_stiffness * pressed;
         z[k] = direction * r->z[k][i] - limit[k];
     }
-    if (!slid(stretch, limit[1])) return;
-    const double further = direction * rise(z) / (1.0 - r->gives[i] * stiffness);
-    memory[0] += further;
-    miss(r, i, stiffness * further, z[2] <= z[0]);
+    if (slid(stretch, limit[1])) memory[0] += direction * rise(z);
 }
 
 void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, double *memory) {

@@ -10,8 +10,8 @@
 
 #include "contact/elastic/solve.h"
 
-/* How far contacts give way of their own per y, gives (N_c): R_ii of tangential directions, whose
- * sliders are in y. What presses them is how far normal directions are: of these nothing. */
+/* How far contacts give way of their own per y, gives (N_c): R_ii where sliders alone are in y, and
+ * nothing of frictional contacts, whose y is also by how they are pressed. */
 void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
                       double *gives);
 
