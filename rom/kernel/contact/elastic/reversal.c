@@ -1,7 +1,6 @@
 #include "contact/elastic/reversal.h"
 
 #include <math.h>
-#include <string.h>
 
 #define SLID 1e-9 /* what a slider that slid may be off its limit by rounding, relative to that */
 
@@ -16,19 +15,10 @@ static int slid(double stretch, double limit) {
     return fabs(fabs(stretch) - limit) <= SLID * limit;
 }
 
-void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
-                      double *gives) {
-    const size_t n = (size_t)contacts;
-    memset(gives, 0, n * sizeof(double));
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const size_t i = (size_t)elastic->element[e].column[0];
-        if (elastic->element[e].law == SM_SLIDERS) gives[i] = flexibility[i * n + i];
-    }
-}
-
 /* y misses as much at the last step and, if the contact was farthest before the middle one, at that
  * too, which is over. */
 static void miss(const sm_reversal *r, int32_t i, double missed, int before) {
+    if (!r->now) return;
     r->now[i] += missed;
     r->before[i] += before ? missed : 0.0;
 }

@@ -10,17 +10,13 @@
 
 #include "contact/elastic/solve.h"
 
-/* How far contacts give way of their own per y, gives (N_c): R_ii where sliders alone are in y, and
- * nothing of frictional contacts, whose y is also by how they are pressed. */
-void sm_elastic_gives(const sm_elastic *elastic, int32_t contacts, const double *flexibility,
-                      double *gives);
-
 typedef struct {
     const double *x;      /* (N_c) displacements at the middle one of three steps */
     const double *z[3];   /* (N_c) at each of them: x without what contacts give way */
-    const double *gives;  /* (N_c) */
+    const double *gives;  /* (N_c) how far they do per y: R_ii where all contacts are sliders; 0
+                             where some are frictional, whose y is also by what presses them */
     double *now, *before; /* (N_c) are added to: what y misses at the last step and at the middle
-                             one, for its means over steps to be as exact */
+                             one, for its means over steps to be as exact; or NULL: to nothing */
 } sm_reversal;
 
 /* Moves the sliders that turned back at the middle step, the last one being where `memory` is.

@@ -44,7 +44,7 @@ typedef struct {
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
     sm_places places;          /* of what is remembered, where it `lingers` */
-    double *gives;             /* (N_c) see sm_elastic_gives */
+    double *gives;             /* (N_c) see sm_reversal */
     double *own_u, *own_x, *own_z, *own_y, *own_missed; /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
@@ -137,7 +137,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
                             memory);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
-    sm_elastic_gives(contact->elastic, contact->contacts, t->flexibility, t->gives);
+    if (t->solver.slides)
+        for (size_t i = 0; i < n; i++) t->gives[i] = t->flexibility[i * n + i];
     return SM_OK;
 }
 
@@ -202,7 +203,7 @@ static void reverse(problem *t, size_t p, double *memory) {
     const size_t n = t->n;
     const sm_reversal reversal = {
         .x = t->own_x, .z = {t->before[1] + p * n, t->before[0] + p * n, t->own_z},
-        .gives = t->gives, .now = t->own_y, .before = t->own_missed};
+        .gives = t->gives, .now = t->solver.slides ? t->own_y : NULL, .before = t->own_missed};
     sm_elastic_reverse(t->contact->elastic, &reversal, memory);
 }
 
@@ -223,7 +224,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     if (status != SM_OK) return status;
     memcpy(t->own_y, t->solver.y, n * sizeof(double));
     memset(t->own_missed, 0, n * sizeof(double));
-    if (t->solver.yielding > 0) sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
+    if (t->solver.slides && t->solver.yielding > 0)
+        sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
     for (size_t i = 0; i < n; i++) t->own_z[i] = x[i] - t->gives[i] * t->solver.y[i];
     if (t->yielded[p]) reverse(t, p, memory);
