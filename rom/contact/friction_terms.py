@@ -74,7 +74,7 @@ class ContactTerms:
         """Mean power that leaves the modes at the contacts [W]; dampers share it with friction."""
         return np.asarray(-2.0 * (self.amplitudes * self.S.imag) @ self._of.carrier)
 
-    def replace(self, points: NDArray[np.intp], other: ContactTerms) -> None:
+    def take(self, points: NDArray[np.intp], other: ContactTerms) -> None:
         """Take those at some points from elsewhere."""
         for name in ("S", "T", "P", "mean_square", "residual", "marched"):
             getattr(self, name)[points] = getattr(other, name)

@@ -169,7 +169,7 @@ def resolved_terms(
         if not moving.size:
             break
         grid = replace(grid, lines=2 * grid.lines)
-        terms.replace(moving, solve(amplitudes[moving], grid))
+        terms.take(moving, solve(amplitudes[moving], grid))
     return terms
 
 

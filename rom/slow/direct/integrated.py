@@ -19,6 +19,7 @@ from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD, HarmonicFit
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.steady import OFF_LATTICE, beside_harmonics
+from slipmode.rom.full.window import Elsewhere
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
@@ -72,11 +73,9 @@ class _March:
     def __init__(self, reduced: Reduced, law: Friction, force: Floats) -> None:
         small = ReducedStructure.of(reduced)
         patterns = list(force @ small.shapes)
-        self.excitation = Excitation.harmonic(small.structure, patterns, reduced.carrier)
+        excitation = Excitation.harmonic(small.structure, patterns, reduced.carrier)
         rows = np.eye(len(reduced.modes), small.structure.n_dofs)
-        self.integrator = Integrator(
-            *(small.structure, law, self.excitation, rows, SAMPLES_PER_PERIOD)
-        )
+        self.integrator = Integrator(*(small.structure, law, excitation, rows, SAMPLES_PER_PERIOD))
         self.state: State | None = None
 
     @property
@@ -133,11 +132,8 @@ def integrated(
             before = found
             del refined[0]
     beside = beside_harmonics(march.integrator, march.state)[1]
-    raise SlipmodeError(
-        f"frequency: the motion from rest does not become steady; {beside.share:.0%} of the "
-        f"contacts' is at frequencies beside the harmonics of the forces, most at "
-        f"{beside.frequency:.4g} rad/s; move the forcing, give damping to the modes near by, or "
-        "integrate in time (rom.full)"
+    raise _refusal(
+        "does not become steady;", "frequencies beside the harmonics of the forces", beside
     )
 
 
@@ -207,9 +203,13 @@ def _check_periodic(reduced: Reduced, march: _March, fit: HarmonicFit, moved: Fl
         return
     beside = beside_harmonics(march.integrator, march.state)[1]
     if beside.share > OFF_LATTICE:
-        raise SlipmodeError(
-            "frequency: the motion from rest is not periodic in the phases of the forces: "
-            f"{beside.share:.0%} of the contacts' is at other frequencies, most at "
-            f"{beside.frequency:.4g} rad/s; move the forcing, give damping to the modes near by, "
-            "or integrate in time (rom.full)"
-        )
+        why = "is not periodic in the phases of the forces:"
+        raise _refusal(why, "other frequencies", beside)
+
+
+def _refusal(why: str, where: str, beside: Elsewhere) -> SlipmodeError:
+    return SlipmodeError(
+        f"frequency: the motion from rest {why} {beside.share:.0%} of the contacts' is at "
+        f"{where}, most at {beside.frequency:.4g} rad/s; move the forcing, give damping to the "
+        "modes near by, or integrate in time (rom.full)"
+    )
