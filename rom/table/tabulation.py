@@ -188,7 +188,8 @@ def tabulate(
     )
     if warned:
         warn(table_findings(tolerance, found.error, unanswered))
-    kept = _harmonics(table, found.orders, found.carried) if harmonics else None
+    carried = found.carried
+    kept = None if carried is None else _harmonics(table, found.orders, carried)
     if reduced.force_patterns is None:
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = reduced.moving(moved)
@@ -202,7 +203,7 @@ class _Refined(NamedTuple):
     samples: ContactSamples
     table: Table
     inner: Table | None
-    carried: Complexes
+    carried: Complexes | None
     error: float
 
 

@@ -37,6 +37,7 @@ from slipmode.rom.table.check_points import (
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.refinement.blocks import Blocks
 from slipmode.rom.table.refinement.grid import Grid
+from slipmode.rom.table.refinement.node_samples import NodeSamples
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.region import corners, with_neighbours
 
@@ -137,7 +138,7 @@ class _Checks:
 
 def refine(
     sampling: Sampling, tolerance: float, time_budget: TimeBudget
-) -> tuple[Table, Table | None, Complexes, float]:
+) -> tuple[Table, Table | None, Complexes | None, float]:
     """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
@@ -151,8 +152,8 @@ def refine(
     table : Table
     inner : Table, optional
         Up to the amplitude range, of one that goes beyond.
-    carried : (n_a, n_b, carried) complex ndarray
-        The columns that are not tabulated, at the nodes.
+    carried : (n_a, n_b, carried) complex ndarray, optional
+        The columns that are not tabulated, at the nodes, if they are to be kept.
     error : float
         Largest difference between the nodes, relative to the largest |S_j|: `largest_error`. Above
         the tolerance where samples jump or are not exact, so that more nodes would not help.
@@ -175,18 +176,19 @@ def refine(
         )
     if sampling.region is not None:
         table = replace(table, region=sampling.region.cells(*grid.nodes))
-    return table, inner, sampling.carried(samples), error
+    return table, inner, samples.carried if sampling.columns.kept else None, error
 
 
-def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, Complexes, _Checks]:
+def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, NodeSamples, _Checks]:
     """The first grid with its samples, and check points all over; samples are taken at once."""
     ends = sampling.amplitude_range
     inside = None if sampling.region is None else sampling.region.holds
     spread = _in_order(spread_points(ends, inside))
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
-    nodes = amplitude_pairs(*grid.nodes, grid.modes)
+    nodes, tabulated = amplitude_pairs(*grid.nodes, grid.modes), len(sampling.columns.orders)
     if grid.modes == 2:
-        samples = sampling.at(nodes, None).reshape(*grid.sampled.shape, -1)
+        exact = sampling.at(nodes, None).reshape(*grid.sampled.shape, -1)
+        samples = NodeSamples.of(exact, tabulated)
         return grid, samples, _Checks(sampling, spread, sampling.at(spread, None))
     middles = grid.middles(0)[:, np.newaxis]  # that are sampled next whatever the nodes tell
     points = np.concatenate((nodes, middles, spread))
@@ -194,18 +196,18 @@ def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, Complexes, _Chec
     exact = sampling.at(points[order], None)[np.argsort(order)]
     of_nodes, of_middles, of_spread = np.split(exact, np.cumsum([len(nodes), len(middles)]))
     checks = _Checks(sampling, spread, of_spread)
-    samples = of_nodes[:, np.newaxis]
+    samples = NodeSamples.of(of_nodes[:, np.newaxis], tabulated)
     return *_halve(sampling, grid, samples, None, 0, tolerance, of_middles), checks
 
 
 def _refined(
     sampling: Sampling,
     grid: Grid,
-    samples: Complexes,
+    samples: NodeSamples,
     checks: _Checks,
     tolerance: float,
     time_budget: TimeBudget,
-) -> tuple[Grid, Complexes, Table, float]:
+) -> tuple[Grid, NodeSamples, Table, float]:
     """Halve cells until samples and check points agree with the table to the tolerance.
 
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
@@ -221,7 +223,7 @@ def _refined(
                 table = None
         if grid.poor.any():
             continue
-        table, stalled = sampling.table(grid.nodes, samples), 0
+        table, stalled = sampling.table(grid.nodes, samples.tabulated), 0
         doubts = sampling.doubts(table)
         for gone_around, errors in enumerate(checks.errors(table, doubts, grid, tolerance)):
             if idle and not gone_around:
@@ -237,11 +239,11 @@ def _refined(
         else:
             return grid, samples, table, error
         idle, least = stalled, min(least, error)
-    table = sampling.table(grid.nodes, samples)
+    table = sampling.table(grid.nodes, samples.tabulated)
     *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
     reached = round_up(_SLACK * max(error, tolerance))
-    nodes = f"{samples.shape[0]} x {samples.shape[1]} nodes"
+    nodes = "{} x {} nodes".format(*samples.row.shape)
     if time_budget.spent:
         raise SlipmodeError(
             f"budget: a friction table to {tolerance:g} takes longer than {time_budget.seconds:g} "
@@ -282,84 +284,54 @@ def _in_order(points: Floats) -> Floats:
 def _halve(
     sampling: Sampling,
     grid: Grid,
-    samples: Complexes,
+    samples: NodeSamples,
     table: Table | None,
     mode: int,
     tolerance: float,
     known: Complexes | None = None,
-) -> tuple[Grid, Complexes]:
+) -> tuple[Grid, NodeSamples]:
     """Halve the poor cells along one axis; `known` are samples at their middles.
 
     `table` is that through the samples, where there is one.
     """
     lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
     if lacking.any():
-        grid, samples = _with_corners(sampling, grid, samples, lacking)
-        table = None
+        near = samples.rows[samples.row[lacking]]
+        samples = _sampled_at(sampling, grid, samples, lacking, near)
+        grid, table = replace(grid, sampled=grid.sampled | lacking), None
     order = grid.order(mode)
     node = np.append(grid.nodes[mode], grid.middles(mode))
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
-    table = table or sampling.table(grid.nodes, samples)
-    surface = table.terms(points)
+    table = table or sampling.table(grid.nodes, samples.tabulated)
     new = order >= grid.nodes[mode].size
     counts, taken = (
         np.compress(new, flags, axis=mode) & grid.wanted(mode)
         for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
     )
-    shape = (*taken.shape, samples.shape[-1])
+    surface = table.terms(points).reshape(*taken.shape, -1)
     # what is not sampled is as it was: on the surface, or between the nodes
-    between = _between(grid, sampling.carried(samples), mode, smooth=sampling.columns.kept)
-    fresh = np.hstack((surface, between.reshape(len(points), sampling.columns.carried)))
+    lines, near = samples.middles(grid, mode, surface, taken, smooth=sampling.columns.kept)
+    if known is None and taken.any():
+        known = sampling.at(points[taken.ravel()], near)
     if known is not None:
-        fresh = known
-    elif taken.any():
-        near = sampling.carried(fresh[taken.ravel()])
-        fresh[taken.ravel()] = sampling.at(points[taken.ravel()], near)
-    error = np.where(counts.ravel(), sampling.error_of(surface, fresh, sampling.scale(table)), 0.0)
-    finer = grid.halved(mode, taken, error.reshape(shape[:2]), tolerance)
-    both = np.empty((*finer.sampled.shape, shape[-1]), dtype=complex)
-    lines = (new, slice(None)) if mode == 0 else (slice(None), new)
-    others = (~new, slice(None)) if mode == 0 else (slice(None), ~new)
-    both[lines], both[others] = fresh.reshape(shape), samples
-    return finer, both
+        lines = lines.taken(taken, known)
+    error = sampling.error_of(surface, lines.tabulated, sampling.scale(table))
+    finer = grid.halved(mode, taken, np.where(counts, error, 0.0), tolerance)
+    return finer, samples.with_lines(mode, new, lines)
 
 
-def _between(grid: Grid, samples: Complexes, mode: int, *, smooth: bool) -> Complexes:
-    """Samples at the midpoints of a mode's axis: the means of their neighbours.
-
-    Or smooth ones, by cubics that keep their signs and go no further than they do.
-    """
-    if not samples.size:
-        return np.empty(0, dtype=complex)
-    if not smooth:
-        (at,) = np.nonzero(grid.split(mode))
-        return np.asarray(0.5 * (samples.take(at, mode) + samples.take(at + 1, mode)))
-    from scipy.interpolate import PchipInterpolator  # takes long to import
-
-    cubics = PchipInterpolator(grid.nodes[mode], samples.view(float), axis=mode)
-    return np.ascontiguousarray(cubics(grid.middles(mode))).view(complex)
+def _sampled_at(
+    sampling: Sampling, grid: Grid, samples: NodeSamples, nodes: Flags, near: Complexes | None
+) -> NodeSamples:
+    """With samples at some nodes of the grid, from about what is carried there, if it is known."""
+    points = amplitude_pairs(*grid.nodes, grid.modes)[nodes.ravel()]
+    return samples.taken(nodes, sampling.at(points, near))
 
 
-def _with_corners(
-    sampling: Sampling, grid: Grid, samples: Complexes, lacking: Flags
-) -> tuple[Grid, Complexes]:
-    """With samples at the nodes that are lacking: corners of cells that are to be halved."""
-    samples = samples.copy()
-    near = sampling.carried(samples[lacking])
-    points = amplitude_pairs(*grid.nodes, grid.modes)[lacking.ravel()]
-    samples[lacking] = sampling.at(points, near)
-    return replace(grid, sampled=grid.sampled | lacking), samples
-
-
-def _extended(sampling: Sampling, grid: Grid, samples: Complexes) -> tuple[Grid, Complexes]:
+def _extended(sampling: Sampling, grid: Grid, samples: NodeSamples) -> tuple[Grid, NodeSamples]:
     """With samples at the nodes of the headroom too."""
     steps = 1.0 + np.arange(1, sampling.beyond + 1) / _OF_HEADROOM
     longer = grid.extended([node[-1] * steps for node in grid.nodes[: grid.modes]])
     fresh = np.ones_like(longer.sampled)
-    known = tuple(slice(count) for count in samples.shape[:2])
-    fresh[known] = False
-    everywhere = np.empty((*fresh.shape, samples.shape[-1]), dtype=complex)
-    everywhere[known] = samples
-    points = amplitude_pairs(*longer.nodes, longer.modes)
-    everywhere[fresh] = sampling.at(points[fresh.ravel()], None)
-    return longer, everywhere
+    fresh[tuple(slice(count) for count in samples.row.shape)] = False
+    return longer, _sampled_at(sampling, longer, samples.padded(fresh.shape), fresh, None)

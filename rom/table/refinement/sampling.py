@@ -94,16 +94,11 @@ class Sampling:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
         return np.array([(part / scale).max(axis=-1) for part in parts])
 
-    def table(self, axes: tuple[Floats, Floats], samples: Complexes) -> Table:
-        """Table through the tabulated columns of samples on a grid."""
-        orders = self.columns.orders
-        tabulated = samples[..., : len(orders)]
-        table = make_table(axes[0], axes[1], tabulated, orders, self.columns.loss)
+    def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
+        """Table through the tabulated columns on a grid."""
+        orders, loss = self.columns.orders, self.columns.loss
+        table = make_table(axes[0], axes[1], tabulated, orders, loss)
         return table if self.inner is None else table.keeping(self.inner)
-
-    def carried(self, samples: Complexes) -> Complexes:
-        """The columns of samples (..., columns) that are not tabulated."""
-        return samples[..., len(self.columns.orders) :]
 
     def error_of(self, surface: Complexes, exact: Complexes, scale: Floats) -> Floats:
         """Relative error of values of a table of such a scale where samples are `exact`."""
