@@ -71,9 +71,12 @@ def _run(options: argparse.Namespace) -> int:
     live = None if options.live is None else _viewer(options.live or None)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
+    made, through = "friction table", "slow time"
+    if recording.model is None:
+        made, through, source = "plan", "full order", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
-    print(f"  friction table   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(f"  slow time        {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
+    print(f"  {made:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
+    print(f"  {through:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
         f"({recording.samples} samples of fast motion, recordings included)"
@@ -102,6 +105,7 @@ def _plan(options: argparse.Namespace) -> int:
     from slipmode.runner.plan.plan import REGION, make_plan
     from slipmode.runner.plan.table_cost import whole_table_cost
     from slipmode.runner.scene.scene import load_scene
+    from slipmode.runner.transients.integrated import integration_cost
 
     plan = make_plan(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
@@ -109,6 +113,8 @@ def _plan(options: argparse.Namespace) -> int:
         model, _ = plan.model(region=True, progress=True)
         after = [d.subject for d in shown].index(REGION) + 1
         shown.insert(after, whole_table_cost(model))
+    if plan.may_be_integrated:
+        shown.append(integration_cost(plan))
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:

@@ -24,6 +24,7 @@ from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.transients.integrated import IntegratedPass
 from slipmode.runner.view.layout.foxglove import write_layout
 from slipmode.runner.view.rerun_file import RerunFile
 from slipmode.runner.view.viewer import Viewer
@@ -36,8 +37,9 @@ class Recording:
     Attributes
     ----------
     plan : Plan
-    model : Model
-        Where `plan.region` is set, its table holds in that part only.
+    model : Model or None
+        Where `plan.region` is set, its table holds in that part only. None where all of the scene
+        was integrated, without a table.
     mcap, rrd : Path or None
         The files, where the scene's [log] asks for them.
     steps : int
@@ -45,14 +47,14 @@ class Recording:
     samples : int
         Samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
-        Wall time of the plan and the friction table, of the slow-time integration alone, and
-        of everything.
+        Wall time of the plan and the friction table, of the slow-time integration alone (without
+        a table, of that at full order), and of everything.
     cached : bool
         Whether the table came from the cache.
     """
 
     plan: Plan
-    model: Model
+    model: Model | None
     mcap: Path | None
     rrd: Path | None
     steps: int
@@ -65,7 +67,7 @@ class Recording:
     def __repr__(self) -> str:
         scene = self.plan.scene
         files = ", ".join(str(path) for path in (self.mcap, self.rrd) if path) or "no files"
-        topics = short_list(channel.topic for channel in _channels(self.plan, self.model))
+        topics = short_list(channel.topic for channel in _channels(self.plan))
         return (
             f"Recording({scene.title!r}: {files}; {topics}; complete, {scene.run.duration:g} s, "
             f"{self.steps} steps, {self.samples} samples of fast motion)"
@@ -121,6 +123,7 @@ def run(
         scene = load_scene(scene)
     plan, headroom = make_plan(scene, progress=progress), 1.0
     if fmu is not None:
+        plan.check_tabulated()
         if scene.model.transients == "hybrid":
             raise SlipmodeError(
                 'model.transients: must be "slow" to run an FMU, which has no other'
@@ -128,7 +131,9 @@ def run(
         from slipmode.runner.fmi.load import headroom_of  # FMPy takes a while to import
 
         plan, headroom = plan.on_whole_table("an FMU has all of it"), headroom_of(fmu, plan)
-    model, cached = plan.model(region=True, headroom=headroom, progress=progress)
+    model, cached = None, False
+    if plan.tabulated:
+        model, cached = plan.model(region=True, headroom=headroom, progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -140,7 +145,7 @@ def run(
     try:
         pass_ = through(plan, model)
     except SlipmodeError as refusal:
-        if not _left_region(model, refusal):
+        if model is None or not _left_region(model, refusal):
             raise
         left = time.perf_counter()
         plan = plan.on_whole_table(f"a run on the part was refused: {refusal}", "warning")
@@ -148,7 +153,7 @@ def run(
         table_seconds += time.perf_counter() - left
         pass_ = through(plan, model)
     if mcap:
-        write_layout(mcap, _channels(plan, model), plan.scene.units)
+        write_layout(mcap, _channels(plan), plan.scene.units)
     return Recording(
         plan=plan,
         model=model,
@@ -157,7 +162,7 @@ def run(
         steps=plan.schedule.steps,
         samples=pass_.samples,
         table_seconds=table_seconds,
-        slow_seconds=pass_.slow_seconds,
+        slow_seconds=pass_.seconds,
         total_seconds=time.perf_counter() - started,
         cached=cached,
     )
@@ -165,13 +170,18 @@ def run(
 
 def _through(
     plan: Plan,
-    model: Model,
+    model: Model | None,
     *,
-    recorder: Callable[[Plan, Model], Recorder],
+    recorder: Callable[[Plan, Model | None], Recorder],
     fmu: str | PathLike[str] | None,
     progress: bool,
-) -> SlowPass:
-    """One pass through slow time, recorded."""
+) -> SlowPass | IntegratedPass:
+    """One pass through slow time, or integrated, recorded."""
+    if model is None:
+        integrated = IntegratedPass(plan)
+        with interrupts_held_back() as raise_if_interrupted, recorder(plan, model) as opened:
+            integrated.record(opened, raise_if_interrupted, progress)
+        return integrated
     with (
         interrupts_held_back() as raise_if_interrupted,
         _stepping(fmu, plan, model) as component,
@@ -202,14 +212,14 @@ def _stepping(
 
 def _open(
     plan: Plan,
-    model: Model,
+    model: Model | None,
     *,
     mcap: Path | None,
     rrd: Path | None,
     fmu: str | PathLike[str] | None,
     live: Viewer | None,
 ) -> Recorder:
-    scene, listed = plan.scene, _channels(plan, model)
+    scene, listed = plan.scene, _channels(plan)
     header = Header(
         title=scene.title,
         scene_text=scene.text,
@@ -232,15 +242,18 @@ def _open(
     return Recorder(sinks)
 
 
-def _channels(plan: Plan, model: Model) -> list[channels.Channel]:
+def _channels(plan: Plan) -> list[channels.Channel]:
     """What a run records."""
-    scene, modes = plan.scene, plan.excited.modes
+    scene, modes, reduced = plan.scene, plan.excited.modes, plan.excited.reduced
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
-        listed += ContactRecord(model.reduced.contacts, model.reduced.n_contacts).channels
-        if model.reduced.contacts is not None:
-            listed.append(channels.contact_share(len(model.reduced.contacts.element)))
-        listed += [channels.phases(), channels.torus()] if len(modes) == 2 else []
+        listed += ContactRecord(reduced.contacts, reduced.n_contacts).channels
+        if reduced.contacts is not None:
+            listed.append(channels.contact_share(len(reduced.contacts.element)))
+        if len(modes) == 2:
+            listed.append(channels.phases())
+        if len(modes) == 2 and plan.tabulated:
+            listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))
     return listed

@@ -15,21 +15,19 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_change
 from slipmode.rom.validity import table_findings
-from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
+from slipmode.runner.scene_record import SAMPLES_PER_BATCH, WindowRecord, record_points
 from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
 from slipmode.runner.transients.change import ChangeRecord, SlowChange
-from slipmode.runner.transients.full_order import FastMotion
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
 _NOTED_PERIODS = 0.25  # between steps whose change of amplitude is looked at, at most
-_SAMPLES_PER_BATCH = 16384
 
 
 class SlowPass:
@@ -39,7 +37,7 @@ class SlowPass:
     ----------
     samples : int
         Samples of fast motion so far.
-    slow_seconds : float
+    seconds : float
         Wall time of the steps alone.
     """
 
@@ -52,10 +50,9 @@ class SlowPass:
         raise_if_interrupted: Callable[[], None],
     ) -> None:
         self.samples = 0
-        self.slow_seconds = 0.0
+        self.seconds = 0.0
         self._plan = plan
         self._model = model
-        self._contacts = ContactRecord(model.reduced.contacts, model.reduced.n_contacts)
         self._component = component
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
@@ -125,7 +122,7 @@ class SlowPass:
             self._keep(stop.outputs, first)
             raise
         finally:
-            self.slow_seconds += time.perf_counter() - started
+            self.seconds += time.perf_counter() - started
         self._keep(outputs, first)
 
     def _keep(self, outputs: Floats, first: int) -> None:
@@ -168,16 +165,10 @@ class SlowPass:
 
     def _record(self, outputs: Floats, first: int) -> None:
         """Slow channels of the communication points from number `first` on."""
-        schedule, modes = self._plan.schedule, self._plan.excited.modes
-        points = slice(first, first + len(outputs))
-        time_ = schedule.time(points)
+        modes = self._plan.excited.modes
         parts = self._take(outputs, [f"{m}_{p}" for m in modes for p in ("re", "im")])
-        moduli = np.hypot(parts[:, 0::2], parts[:, 1::2])
-        self._recorder.write("/modes", time_, np.hstack((parts, moduli)))
-        names = [f"{q}_{m}" for m in modes for q in ("force", "frequency", "phase")]
-        self._recorder.write("/forcing", time_, schedule.at_points(names, points))
-        energy = ["input_power", "dissipated_power", "dissipated_energy"]
-        self._recorder.write("/energy", time_, self._take(outputs, energy))
+        energy = self._take(outputs, ["input_power", "dissipated_power", "dissipated_energy"])
+        record_points(self._plan, self._recorder, first, parts, energy)
 
     def _take(self, outputs: Floats, names: Sequence[str]) -> Floats:
         return outputs[:, [self._columns[name] for name in names]]
@@ -187,41 +178,24 @@ class SlowPass:
         self._rows = deque([outputs])
         names = list(self._columns)
         trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
-        of_contacts = window in self._plan.scene.contact
-        on_torus = of_contacts and self._model.modes == 2 and self._recorder.keeps
-        summed = not of_contacts and self._plan.elastic_order is not None
+        record = WindowRecord(self._plan, self._recorder, window)
+        on_torus = record.of_contacts and self._model.modes == 2 and self._recorder.keeps
+        summed = not record.of_contacts and self._plan.elastic_order is not None
         times = sample_times(window, trajectory)
-        states: list[Floats] = []
-        for start in range(0, times.size, _SAMPLES_PER_BATCH):
+        for start in range(0, times.size, SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
-            batch = times[start : start + _SAMPLES_PER_BATCH]
+            batch = times[start : start + SAMPLES_PER_BATCH]
             motion = fast_motion(
                 *(self._component, self._plan, self._model, trajectory, batch), summed=summed
             )
-            scale = trajectory.scale_at(batch)
-            self._record_motion(motion, scale, of_contacts)
-            told = self._contacts.states(motion.displacement, motion.force, scale)
-            if of_contacts and told is not None:
-                states.append(batch.size * told.shares())
+            record.add(motion, trajectory.scale_at(batch))
             if on_torus:
                 self._recorder.write(channels.PHASES, batch, carrier_phases(trajectory, batch))
             self.samples += batch.size
-        if states:
-            shares = np.sum(states, axis=0) / times.size
-            self._recorder.write(channels.SHARE, np.array([window.end]), shares.reshape(1, -1))
-            words = f"{window.start:g} to {window.end:g} s: {said(shares)}"
-            self._recorder.event(window.end, "info", words)
+        record.finish()
         if on_torus:
             torus = torus_motion(self._model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
-
-    def _record_motion(self, motion: FastMotion, scale: Floats, of_contacts: bool) -> None:
-        if of_contacts:
-            rows = self._contacts.rows(motion.displacement, motion.velocity, motion.force, scale)
-            for channel, values in zip(self._contacts.channels, rows, strict=True):
-                self._recorder.write(channel.topic, motion.time, values)
-        if self._plan.scene.output.elastic:
-            self._recorder.write("/elastic", motion.time, motion.elastic)
 
 
 def _summary(plan: Plan, model: Model) -> str:

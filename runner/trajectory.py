@@ -90,9 +90,14 @@ def _limit_scale(schedule: Schedule, steps: slice) -> dict[str, Floats]:
 
 def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
     """Equally spaced times over a window, at least as dense as asked for at every frequency."""
-    inside = (trajectory.time[1:] >= window.start) & (trajectory.time[:-1] <= window.end)
-    later = trajectory.frequency + trajectory.frequency_rate * np.diff(trajectory.time)[:, None]
-    fastest = max(trajectory.frequency[inside].max(), later[inside].max())
+    return window_times(window, trajectory.time, trajectory.frequency, trajectory.frequency_rate)
+
+
+def window_times(window: Window, time: Floats, frequency: Floats, rate: Floats) -> Floats:
+    """The same for frequencies and rates (steps, modes) between times (steps + 1,)."""
+    inside = (time[1:] >= window.start) & (time[:-1] <= window.end)
+    later = frequency + rate * np.diff(time)[:, None]
+    fastest = max(frequency[inside].max(), later[inside].max())
     periods = (window.end - window.start) * fastest / (2 * np.pi)
     count = max(int(np.ceil(periods * window.samples_per_period)), 1)
     return np.linspace(window.start, window.end, count + 1)

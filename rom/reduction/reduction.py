@@ -33,6 +33,9 @@ from slipmode.rom.structure.structure import Structure
 
 __all__ = ["Complexes", "Formulation", "Reduced", "force_vector", "reduce"]
 
+#: Force of another mode on the contacts that counts, relative to theirs, where nobody says.
+SMALLEST_RESPONSE = 1e-3
+
 _ROUNDING = 1e-9  # of a matrix entry, relative to the diagonal: no coupling, no inertia
 
 
@@ -45,7 +48,7 @@ def reduce(
     force_patterns: ForcePatterns | None = None,
     aerodynamics: Sequence[complex] | None = None,
     *,
-    smallest_response: float = 1e-3,
+    smallest_response: float = SMALLEST_RESPONSE,
     warned: bool = True,
     progress: bool = False,
 ) -> Reduced:

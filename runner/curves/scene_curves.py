@@ -59,6 +59,7 @@ class SceneForcing:
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
         """Of a scene, as its plan has it."""
         plan = make_plan(scene, progress=progress)
+        plan.check_tabulated()
         modes = plan.excited.modes
         values = {
             name: np.array(

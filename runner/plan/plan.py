@@ -19,6 +19,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reduction import SMALLEST_RESPONSE
 from slipmode.rom.slow.transient import LARGEST_CHANGE, said_change
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
@@ -39,6 +40,7 @@ REGION = "tabulated region"  # what the plan calls it
 # and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
 # other scenes of the same range.
 _LARGEST_REGION = 0.5
+_SMALLEST_INTEGRATED = 1e-5  # response of other modes that counts: there they cost little
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +55,7 @@ class Plan:
         What is modelled: modes, reduced matrices, friction law, force patterns.
     schedule : Schedule
     amplitude : tuple of float
-        Range of the friction table [kg^1/2 m].
+        Range of the friction table [kg^1/2 m]; none where all of the scene is integrated.
     region : Region or None
         The part of it that a run needs; None: all of it.
     combinations : tuple of CombinationResonance
@@ -75,11 +77,31 @@ class Plan:
 
     def __repr__(self) -> str:
         reach = ", ".join(f"{amplitude:.4g}" for amplitude in self.amplitude)
+        how = f"amplitudes to {reach}" if self.tabulated else "integrated"
         return (
             f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
-            f"{self.excited.reduced.n_contacts} contacts, amplitudes to {reach}, "
+            f"{self.excited.reduced.n_contacts} contacts, {how}, "
             f"{self.schedule.steps} steps, {len(self.decisions)} decisions)"
         )
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether the scene goes through slow time; else all of it is integrated."""
+        return self.scene.model.table != "none"
+
+    @property
+    def may_be_integrated(self) -> bool:
+        """Whether `model.table = "none"` could be had instead of the table."""
+        scene = self.scene
+        return self.tabulated and scene.limit_scale is None and scene.model.formulation != "paper"
+
+    def check_tabulated(self) -> None:
+        """Refuse what goes through slow time for a scene that does not."""
+        if not self.tabulated:
+            raise SlipmodeError(
+                'model.table: "none" integrates runs of the scene, and this needs a friction '
+                'table; give "whole"'
+            )
 
     def model(
         self,
@@ -94,6 +116,7 @@ class Plan:
         `contact` asks for one that has contact motion whatever the scene wants of it, `region`
         for one that has to hold no further than the scene is expected to go.
         """
+        self.check_tabulated()
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
@@ -163,6 +186,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         scene.model.formulation,
         None if isinstance(law, RigidFriction) else law,
         _aerodynamics(scene, modes),
+        SMALLEST_RESPONSE if scene.model.table != "none" else _SMALLEST_INTEGRATED,
         progress=progress,
     )
     excited = Excited(
@@ -176,6 +200,9 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     check_time_scales(scene, schedule, modes, reduced)
+    if scene.model.table == "none":
+        decisions = [*mode_decisions, *_preload_decisions(rest), *_integrated(scene, schedule)]
+        return Plan(scene, structure, excited, schedule, (), None, (), None, decisions)
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=_at_frequencies(excited, schedule))
@@ -263,6 +290,16 @@ def _preload_decisions(rest: Preload | None) -> list[Decision]:
     if reason := loaded_by_friction(rest):
         found.append(Decision("static force", "tangential at contacts", reason, "warning"))
     return found
+
+
+def _integrated(scene: Scene, schedule: Schedule) -> list[Decision]:
+    """What becomes of a scene without a friction table."""
+    reason = f'model.table = "none", for {scene.run.duration:g} s in {schedule.steps} steps'
+    decisions = [Decision("friction table", "none, all at full order", reason)]
+    for subject, windows in (("contact", scene.contact), ("elastic", scene.elastic)):
+        for window in windows:
+            decisions.append(_window_decision(f"{subject} motion", window, "integrated"))
+    return decisions + _recording_decisions(scene)
 
 
 def _aerodynamics(scene: Scene, modes: Sequence[Mode]) -> list[complex] | None:
@@ -408,9 +445,10 @@ def _fast_motion(
     return order, decisions
 
 
-def _window_decision(subject: str, window: Window, how: str, why: str) -> Decision:
+def _window_decision(subject: str, window: Window, how: str, *why: str) -> Decision:
     choice = f"{window.start:g} to {window.end:g} s, {how}"
-    return Decision(subject, choice, f"{window.samples_per_period} samples per period; {why}")
+    reasons = (f"{window.samples_per_period} samples per period", *why)
+    return Decision(subject, choice, "; ".join(reasons))
 
 
 def _recording_decisions(scene: Scene) -> list[Decision]:

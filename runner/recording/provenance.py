@@ -12,13 +12,21 @@ from pathlib import Path
 from slipmode.rom import Model
 
 
-def describe_run(scene_text: str, model: Model) -> dict[str, str]:
-    """Metadata of a run; the wall clock is here and nowhere else in a recording."""
+def describe_run(scene_text: str, model: Model | None) -> dict[str, str]:
+    """Metadata of a run, with a model or integrated.
+
+    The wall clock is here and nowhere else in a recording.
+    """
+    modelled = {}
+    if model is not None:
+        modelled = {
+            "model_hash": model.hash,
+            "formulation": model.reduced.formulation,
+            "table_tolerance": f"{model.accuracy.tolerance:g}",
+        }
     return {
         "scene_hash": hashlib.sha256(scene_text.encode()).hexdigest(),
-        "model_hash": model.hash,
-        "formulation": model.reduced.formulation,
-        "table_tolerance": f"{model.accuracy.tolerance:g}",
+        **modelled,
         "slipmode": version("slipmode"),
         "numpy": version("numpy"),
         "rerun-sdk": version("rerun-sdk"),

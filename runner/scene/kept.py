@@ -22,7 +22,12 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.reduction import Formulation, Reduced, reduce
+from slipmode.rom.reduction.reduction import (
+    SMALLEST_RESPONSE,
+    Formulation,
+    Reduced,
+    reduce,
+)
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import OPTIONAL_ARRAYS, REDUCED_ARRAYS
@@ -62,6 +67,7 @@ def kept_reduction(
     formulation: Formulation,
     law: Elastic | None,
     aerodynamics: Sequence[complex] | None,
+    smallest_response: float = SMALLEST_RESPONSE,
     *,
     progress: bool = False,
 ) -> Reduced:
@@ -73,6 +79,7 @@ def kept_reduction(
             *(structure, modes, formulation),
             law=law,
             aerodynamics=aerodynamics,
+            smallest_response=smallest_response,
             warned=False,
             progress=progress,
         )
@@ -89,7 +96,7 @@ def kept_reduction(
         return made()
     record = None if law is None else record_of(law)
     forces = None if aerodynamics is None else [[c.real, c.imag] for c in aerodynamics]
-    said = ["reduction", list(modes), formulation, record, forces]
+    said = ["reduction", list(modes), formulation, record, forces, smallest_response]
     return _kept(_key(structure, *said), made, arrays, read)
 
 

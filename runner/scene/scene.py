@@ -177,10 +177,12 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     laws = read_contacts(groups)
     model = _model(section["model"], modes, bool(groups), bool(aerodynamics))
     limit_scale = _limit_scale(section["limits"])
-    if limit_scale is not None and model.transients == "hybrid":
-        raise SlipmodeError(
-            'model.transients: must be "slow" with limits.scale; full order has fixed limits'
-        )
+    if limit_scale is not None:
+        fixed = "with limits.scale; full order has fixed limits"
+        if model.transients == "hybrid":
+            raise SlipmodeError(f'model.transients: must be "slow" {fixed}')
+        if model.table == "none":
+            raise SlipmodeError(f'model.table: must be "whole" or "region" {fixed}')
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
@@ -359,7 +361,13 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
         raise table.error("formulation", 'must be "consistent" with [[contacts]]')
     if aeroelastic and formulation == "paper":
         raise table.error("formulation", 'must be "consistent" with [aerodynamics]')
-    extent = table.choice("table", ("whole", "region"), default="whole")
+    extent = table.choice("table", ("whole", "region", "none"), default="whole")
+    if extent == "none" and formulation == "paper":
+        raise table.error("table", 'must be "whole" or "region" with model.formulation = "paper"')
+    if extent == "none":
+        for key in ("amplitude", "transients", "budget"):
+            if key in table:
+                raise table.error(key, 'leave it out: model.table = "none" integrates the scene')
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
     transients = table.choice("transients", ("slow", "hybrid"), default="slow")
@@ -371,7 +379,7 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
-        table=cast(Literal["whole", "region"], extent),
+        table=cast(Literal["whole", "region", "none"], extent),
         transients=cast(Literal["slow", "hybrid"], transients),
         budget=table.number("budget", POSITIVE) if "budget" in table else None,
     )

@@ -175,7 +175,9 @@ def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
     for content in contents:
         try:
             scene = samples.scene(content)
-            return make_plan(scene, structure=_structure(scene))
+            plan = make_plan(scene, structure=_structure(scene))
+            plan.check_tabulated()
+            return plan
         except SlipmodeError as refusal:
             refused.append(refusal)
     raise refused[0]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slipmode.rom import Model, kernel
+from slipmode.rom import Model, Reduced, kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
 from slipmode.rom.full.bases.projection import Projection
@@ -103,10 +103,9 @@ class SlowPart:
 class FullOrder:
     """Full order of a scene: what all of its stretches share."""
 
-    def __init__(self, plan: Plan, model: Model) -> None:
+    def __init__(self, plan: Plan, reduced: Reduced) -> None:
         patterns = np.array(plan.excited.force_patterns)
-        reduced = model.reduced
-        self._plan, self._model = plan, model
+        self._plan = plan
         structure = aeroelastic(plan.structure, reduced)
         self.projection = Projection.of(structure, reduced, list(patterns))
         basis = self.projection.basis
@@ -142,9 +141,8 @@ class FullOrder:
         """The start of the scene."""
         return self._on_coordinates(initial_state(self._plan, self.excitation))
 
-    def state_on(self, trajectory: SlowTrajectory) -> State:
+    def state_on(self, model: Model, trajectory: SlowTrajectory) -> State:
         """Where the motion of slow time is at the end of a trajectory, a period long at least."""
-        model = self._model
         end, frequency = float(trajectory.time[-1]), trajectory.point_frequency[-1]
         fastest, slowest = 2 * np.pi / frequency.max(), 2 * np.pi / frequency.min()
         samples = int(np.ceil(_MEMORY_PERIODS * slowest * _MEMORY_SAMPLES / fastest))
@@ -206,7 +204,7 @@ class Stretch:
         self.reached = self.last_fast = start.time
         self.change = np.zeros(modes)
         self._full, self._modes, self._length = full, modes, length
-        self._begin, self._state, self._shown = start, start, start
+        self._known, self._shown = [start], start  # states to go on from
         self._spacing = full.spacing
         self._lost = 0.0  # in all motion so far, springs not looked at
         self._time = np.empty(0)
@@ -219,8 +217,9 @@ class Stretch:
             return
         count = int(np.ceil((until - self.reached) / self._spacing))
         times = np.asarray(self.reached + self._spacing * np.arange(1, count + 1), dtype=float)
-        motion = self._full.run(times, self._state)
-        self._state, self.reached = motion.end, float(times[-1])
+        motion = self._full.run(times, self._known[-1])
+        self._known.append(motion.end)
+        self.reached = float(times[-1])
         self._time = np.append(self._time, times)
         self._angle = np.vstack((self._angle, self._full.excitation.at(times)[0]))
         self._signals = np.vstack((self._signals, self._slow_signals(motion)))
@@ -253,8 +252,8 @@ class Stretch:
 
     def motion(self, times: Floats) -> FastMotion:
         """Fast motion at increasing times inside."""
-        begin = self._shown if self._shown.time <= times[0] else self._begin
-        motion = self._full.run(times, begin)
+        before = [state for state in (*self._known, self._shown) if state.time <= times[0]]
+        motion = self._full.run(times, max(before, key=lambda state: state.time))
         self._shown = motion.end
         own = slice(0, self._modes)
         return FastMotion(

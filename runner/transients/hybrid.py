@@ -48,7 +48,7 @@ class Hybrid:
         self.output_names = self._component.output_names
         self.stretches: list[Stretch] = []
         self._change = SlowChange(plan, model)
-        self._full = FullOrder(plan, model)
+        self._full = FullOrder(plan, model.reduced)
         modes = plan.excited.modes
         least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
         straight = plan.schedule.stretches()
@@ -136,7 +136,7 @@ class Hybrid:
         else:
             names = list(self.output_names)
             trajectory = slow_trajectory(self._plan, self._model, names, self._rows, self._first)
-            state = self._full.state_on(trajectory)
+            state = self._full.state_on(self._model, trajectory)
         self._open = Stretch(self._full, state, len(self._angle), self._window)
         self.stretches.append(self._open)
 

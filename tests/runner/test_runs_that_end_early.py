@@ -92,7 +92,7 @@ def test_a_run_that_leaves_its_table_is_readable_and_says_so(tmp_path):
 def test_a_run_whose_reconstruction_fails_is_readable_and_says_so(
     tmp_path, monkeypatch, error, words
 ):
-    monkeypatch.setattr("slipmode.runner.slow_pass._SAMPLES_PER_BATCH", 64)
+    monkeypatch.setattr("slipmode.runner.slow_pass.SAMPLES_PER_BATCH", 64)
     reconstruct, batches = hybrid.reconstruct, []
 
     def failing(*arguments):

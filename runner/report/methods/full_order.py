@@ -24,12 +24,14 @@ from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording.record import Recorder
 from slipmode.runner.report.cases.blade import blade
 from slipmode.runner.report.measure import one_thread
 from slipmode.runner.report.peers.newmark import Newmark
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.transients.integrated import IntegratedPass
 from slipmode.runner.transients.reference import MOST_DOFS, on_all_modes
 from slipmode.runner.validate import slow_motion, with_window
 
@@ -227,6 +229,18 @@ def _slow_beside_full(name: str) -> None:
     print(
         f"  {1e3 * seconds:.3g} ms; table {table:.1f} s = {table / peer.seconds:.1f} of full order"
     )
+    integrated = _integrated_seconds(name)
+    ratio = integrated / peer.seconds
+    print(f"  without a table {1e3 * integrated:.3g} ms = {ratio:.1f} of full order")
+
+
+def _integrated_seconds(name: str) -> float:
+    """Of a run without a friction table: prepared, integrated, demodulated, sampled."""
+    scene = load_scene(name)
+    without = replace(scene.model, table="none", transients="slow", amplitude=None, budget=None)
+    plan = make_plan(replace(scene, model=without))
+    with Recorder([]) as recorder:
+        return _timed(lambda: IntegratedPass(plan).record(recorder, lambda: None, False), 2)[0]
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -1,0 +1,113 @@
+"""A scene without a friction table: all of it at full order, on the reduced coordinates."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from tqdm import tqdm
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.validity import Finding as Decision
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.scene import Window
+from slipmode.runner.scene_record import SAMPLES_PER_BATCH, WindowRecord, record_points
+from slipmode.runner.trajectory import scripted, window_times
+from slipmode.runner.transients.demodulation import window_length
+from slipmode.runner.transients.full_order import FullOrder, Stretch
+
+_WINDOWS_AT_ONCE = 16.0  # of demodulation
+_TIMED = 4.0  # windows that are integrated to be timed
+_TURN = 2.0 * np.pi
+
+
+class IntegratedPass:
+    """Full order through the schedule of a plan, amplitudes demodulated, recorded as it goes.
+
+    Attributes
+    ----------
+    samples : int
+        Samples of fast motion so far.
+    seconds : float
+        Wall time of integration and demodulation, windows apart.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.samples = 0
+        self.seconds = 0.0
+        self._plan, modes = plan, plan.excited.modes
+        self._script = scripted(plan.excited, plan.schedule, slice(0, plan.schedule.steps))
+        self._length = window_length(self._script.frequency)
+        self._full = FullOrder(plan, plan.excited.reduced)
+        self._stretch = Stretch(self._full, self._full.first(), len(modes), self._length)
+
+    def record(
+        self, recorder: Recorder, raise_if_interrupted: Callable[[], None], progress: bool
+    ) -> None:
+        """Integrate, record, and sample each window once its end is reached."""
+        plan, stretch, end = self._plan, self._stretch, self._plan.scene.run.duration
+        last = max(end, self._length)  # amplitudes are told by that much at least
+        recorder.event(0.0, "info", f"{plan.scene.title}: integrated, without a friction table")
+        for decision in plan.decisions:
+            if decision.level != "info":
+                words = f"{decision.subject} {decision.choice}: {decision.reason}"
+                recorder.event(0.0, decision.level, words)
+        points = plan.schedule.time(slice(0, plan.schedule.steps + 1))
+        windows = sorted((*plan.scene.contact, *plan.scene.elastic), key=lambda each: each.start)
+        told = 0
+        with tqdm(total=points.size, unit=" steps", delay=1.0, disable=not progress) as bar:
+            while told < points.size:
+                raise_if_interrupted()
+                started = time.perf_counter()
+                stretch.advance(min(stretch.reached + _WINDOWS_AT_ONCE * self._length, last))
+                known = end if stretch.reached >= last else stretch.reached - 0.5 * self._length
+                count = int(np.searchsorted(points, known, "right"))
+                slow = stretch.slow(points[told:count])
+                self.seconds += time.perf_counter() - started
+                if not told:  # as the scene says: all that is known of it comes after
+                    slow.amplitude[0], slow.power[0] = plan.excited.initial, 0.0
+                record_points(plan, recorder, told, slow.amplitude.view(float), slow.power)
+                bar.update(count - told)
+                told = count
+                while windows and windows[0].end <= known:
+                    self._sample(windows.pop(0), points, recorder, raise_if_interrupted)
+        recorder.event(end, "info", "end of the scene")
+
+    def _sample(
+        self,
+        window: Window,
+        points: Floats,
+        recorder: Recorder,
+        raise_if_interrupted: Callable[[], None],
+    ) -> None:
+        """Fast motion of a window that was passed."""
+        record = WindowRecord(self._plan, recorder, window)
+        phases = record.of_contacts and len(self._plan.excited.modes) == 2
+        times = window_times(window, points, self._script.frequency, self._script.frequency_rate)
+        for start in range(0, times.size, SAMPLES_PER_BATCH):
+            raise_if_interrupted()
+            batch = times[start : start + SAMPLES_PER_BATCH]
+            record.add(self._stretch.motion(batch))
+            if phases:
+                angle, *_ = self._full.excitation.at(batch)
+                recorder.write(channels.PHASES, batch, angle % _TURN)
+        record.finish()
+        self.samples += record.samples
+
+
+def integration_cost(plan: Plan) -> Decision:
+    """What a run of the scene would cost without a friction table, from the first part of it."""
+    full, modes = FullOrder(plan, plan.excited.reduced), plan.excited.modes
+    least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
+    stretch = Stretch(full, full.first(), len(modes), 0.0)
+    started = time.process_time()
+    stretch.advance(_TIMED * window_length(least[np.newaxis]))
+    each = (time.process_time() - started) / stretch.reached
+    return Decision(
+        "a single run",
+        f"{each * plan.scene.run.duration:.2g} s of a processor integrated",
+        'model.table = "none" needs no friction table, which pays for many runs',
+    )
