@@ -299,7 +299,7 @@ def _integrated(scene: Scene, schedule: Schedule) -> list[Decision]:
     for subject, windows in (("contact", scene.contact), ("elastic", scene.elastic)):
         for window in windows:
             decisions.append(_window_decision(f"{subject} motion", window, "integrated"))
-    return decisions + _recording_decisions(scene)
+    return [*decisions, *_elastic_decisions(scene), *_recording_decisions(scene)]
 
 
 def _aerodynamics(scene: Scene, modes: Sequence[Mode]) -> list[complex] | None:
@@ -439,16 +439,18 @@ def _fast_motion(
         how = f"harmonics to order {order} summed"
         why = f"they miss {missing:.1g} of it, model.tolerance is {tolerance:g}"
     decisions += [_window_decision("elastic motion", window, how, why) for window in scene.elastic]
-    if dofs:
-        listed = ", ".join(map(str, dofs))
-        decisions.append(Decision("elastic DOFs", listed, "output.elastic, in every window"))
-    return order, decisions
+    return order, decisions + _elastic_decisions(scene)
 
 
 def _window_decision(subject: str, window: Window, how: str, *why: str) -> Decision:
     choice = f"{window.start:g} to {window.end:g} s, {how}"
     reasons = (f"{window.samples_per_period} samples per period", *why)
     return Decision(subject, choice, "; ".join(reasons))
+
+
+def _elastic_decisions(scene: Scene) -> list[Decision]:
+    listed = ", ".join(map(str, scene.output.elastic))
+    return [Decision("elastic DOFs", listed, "output.elastic, in every window")] if listed else []
 
 
 def _recording_decisions(scene: Scene) -> list[Decision]:

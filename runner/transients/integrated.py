@@ -20,7 +20,7 @@ from slipmode.runner.transients.demodulation import window_length
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 
 _WINDOWS_AT_ONCE = 16.0  # of demodulation
-_TIMED = 4.0  # windows that are integrated to be timed
+_TIMED, _TIMED_POINTS = 4.0, 8  # windows that are integrated to be timed, points demodulated
 _TURN = 2.0 * np.pi
 
 
@@ -100,14 +100,19 @@ class IntegratedPass:
 
 def integration_cost(plan: Plan) -> Decision:
     """What a run of the scene would cost without a friction table, from the first part of it."""
-    full, modes = FullOrder(plan, plan.excited.reduced), plan.excited.modes
-    least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
-    stretch = Stretch(full, full.first(), len(modes), 0.0)
+    least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in plan.excited.modes])
+    length = window_length(least[np.newaxis])
+    full = FullOrder(plan, plan.excited.reduced)
+    stretch = Stretch(full, full.first(), least.size, length)
     started = time.process_time()
-    stretch.advance(_TIMED * window_length(least[np.newaxis]))
-    each = (time.process_time() - started) / stretch.reached
+    stretch.advance(_TIMED * length)
+    integrated = time.process_time()
+    stretch.slow(np.linspace(0.0, stretch.reached, _TIMED_POINTS))
+    demodulated = time.process_time()
+    seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
+    seconds += (demodulated - integrated) * plan.schedule.steps / _TIMED_POINTS
     return Decision(
         "a single run",
-        f"{each * plan.scene.run.duration:.2g} s of a processor integrated",
+        f"{seconds:.2g} s of a processor integrated",
         'model.table = "none" needs no friction table, which pays for many runs',
     )
