@@ -254,11 +254,13 @@ def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:
     lower, upper = np.append(step[1:], 0.0), np.append(0.0, step[:-1])
     diagonal = np.concatenate(([1.0], 2.0 * (step[1:] + step[:-1]), [1.0]))
     found = np.empty_like(values)
-    for uneven in np.unique(odd):
-        some = right[..., odd == uneven, :]
+    for uneven in (False, True):
+        if not (same := odd == uneven).any():
+            continue
+        some = right[..., same, :]
         upper[0] = 0.5 * uneven
         *_, slopes, _ = dgtsv(lower, diagonal, upper, some.reshape(n, -1))
-        found[..., odd == uneven, :] = slopes.reshape(some.shape)
+        found[..., same, :] = slopes.reshape(some.shape)
     return found
 
 
