@@ -208,9 +208,8 @@ def _with_slopes(
     f_a = _slopes(node_a, odd_a, f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:
-        f_b, f_ab = (
-            _slopes(node_b, odd_b, along.swapaxes(0, 1)).swapaxes(0, 1) for along in (f, f_a)
-        )
+        along = np.concatenate((f, f_a), axis=2).swapaxes(0, 1)
+        f_b, f_ab = np.split(_slopes(node_b, np.tile(odd_b, 2), along).swapaxes(0, 1), 2, axis=2)
     return f, f_a, f_b, f_ab
 
 
