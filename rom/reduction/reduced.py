@@ -338,7 +338,7 @@ class Reduced:
 
 def _own(D: Complexes, mode: ArrayLike) -> Flags:
     """Which of all modes each of these is, by the matrices (..., all modes, all modes)."""
-    return np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis]
+    return np.asarray(np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis])
 
 
 def force_vector(

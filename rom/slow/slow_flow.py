@@ -33,7 +33,7 @@ def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kern
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
     """The same with effective amplitudes a_j + shift_j F_j exp(i phase_j), no other response."""
-    return _slow_flow(model, shift + np.zeros(model.modes, dtype=complex), None)
+    return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
 
 
 def inputs_of(
