@@ -176,7 +176,7 @@ class _Projection:
         A force 2 Re(F exp(i nu t)) works on a displacement 2 Re(P exp(i nu t)) at the mean rate
         2 Re(F conj(i nu P)).
         """
-        work = np.einsum("pqc,qcd->pqd", P, self.lost)
+        work = (P.swapaxes(0, 1) @ self.lost).swapaxes(0, 1)
         work[:, : len(self.drawn)] -= amplitudes[..., np.newaxis] * self.drawn
         return np.asarray(np.maximum(np.einsum("pqc,pqc->p", work, P.conj()).real, 0.0))
 

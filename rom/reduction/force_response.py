@@ -62,7 +62,7 @@ class AppliedForces:
     @cached_property
     def modal(self) -> Floats:
         """F_j, (modes,) [N kg^-1/2]."""
-        return np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
+        return np.array([self.reduced.modal_force_of(j, f) for j, f in enumerate(self.force)])
 
     def excitation(self, phase: Sequence[float]) -> Complexes:
         """F_j exp(i phase_j), (modes,)."""
@@ -88,7 +88,7 @@ class AppliedForces:
     @cached_property
     def past_mode(self) -> Complexes:
         """The same past mode j, at its carrier: that, and what comes through the other modes."""
-        through = np.einsum("jm,jmc->jc", self.on_modes, _through_others(self.reduced))
+        through = np.einsum("jm,jmc->jc", self.on_modes, self.reduced.response_to_contacts)
         return np.asarray(self.contact - through)
 
     @cached_property
@@ -237,16 +237,6 @@ def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
         0 in the paper's formulation.
     """
     return AppliedForces.of(reduced, patterns).shift
-
-
-@lru_cache(maxsize=8)
-def _through_others(reduced: Reduced) -> Complexes:
-    """What the other modes take from the contacts at each carrier, per force on every mode.
-
-    (modes, modes + nonresonant, N_c): every curve asks for the same.
-    """
-    coupling = reduced.modal_coupling(reduced.carrier)
-    return _kept(reduced.others_response(np.arange(len(coupling)), reduced.carrier, coupling))
 
 
 @lru_cache(maxsize=8)

@@ -20,6 +20,7 @@ Formulation = Literal["consistent", "paper"]
 
 _IDLE = 2.0**-100  # of the largest force: modal force of forces that do no work on their mode
 _ROUNDING = 1e-12  # of the work that forces on single DOFs do: none in sum
+_WHATEVER_CARRIER = "_modal_parts", "_coupling_parts"  # worked out once for all carriers
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,17 +122,46 @@ class Reduced:
 
         With what dampers between the modes make the others do.
         """
-        B, retained = self.modal_coupling(self.carrier), np.arange(len(self.modes))
+        (_, B), retained = self._at_carriers, np.arange(len(self.modes))
         return np.asarray(
             B[retained, retained] + np.einsum("jm,jmc->jc", self.response_by_dampers, B)
         )
 
     @cached_property
+    def coupling_coefficients(self) -> Complexes:
+        """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
+        L = self.coupling
+        rotated = 1j * self.carrier[:, np.newaxis] * self.damper
+        parts = np.stack((-rotated, self.damper), axis=1)
+        norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
+        c = np.einsum("jkc,jc->jk", parts, L.conj())
+        return np.asarray(c / np.where(norm > 0, norm, 1.0))
+
+    @property
     def response_by_dampers(self) -> Complexes:
         """What all modes do per a_j at its carrier, by dampers; (modes, modes + nonresonant)."""
-        retained = np.arange(len(self.modes))
-        force = -self.modal_stiffness(self.carrier)[retained, :, retained]
-        return self.others_response(retained, self.carrier, force[..., np.newaxis])[..., 0]
+        return self._others_at_carriers[..., 0]
+
+    @property
+    def response_to_contacts(self) -> Complexes:
+        """What all but mode j do at its carrier by forces B_j, (modes, modes + nonresonant, N_c).
+
+        Transposed, forces on the contacts per forces on these modes.
+        """
+        return self._others_at_carriers[..., 1:]
+
+    @cached_property
+    def _others_at_carriers(self) -> Complexes:
+        """Both, side by side."""
+        (D, B), retained = self._at_carriers, np.arange(len(self.modes))
+        by_dampers = -D[retained, :, retained, np.newaxis]
+        force = np.concatenate((by_dampers, B), axis=-1)
+        return self._moved(D, _own(D, retained), force)
+
+    @cached_property
+    def _at_carriers(self) -> tuple[Complexes, Complexes]:
+        """D and B at the carrier of each mode."""
+        return self.modal_stiffness(self.carrier), self.modal_coupling(self.carrier)
 
     def others_response(
         self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
@@ -141,13 +171,13 @@ class Reduced:
         By modal forces of that shape at frequencies (...) [rad/s], with dampers between them; 0 of
         the mode (...).
         """
-        own = np.arange(force.shape[-2]) == np.asarray(mode)[..., np.newaxis]
-        return self._moved(frequency, own, force)
+        D = self.modal_stiffness(frequency)
+        return self._moved(D, _own(D, mode), force)
 
-    def _moved(self, frequency: ArrayLike, held: Flags, force: Complexes | Floats) -> Complexes:
+    def _moved(self, D: Complexes, held: Flags, force: Complexes | Floats) -> Complexes:
         """As `others_response`, with any modes (..., modes + nonresonant) held."""
         apart = held[..., np.newaxis] | held[..., np.newaxis, :]
-        stiffness = np.where(apart, np.eye(held.shape[-1]), self.modal_stiffness(frequency))
+        stiffness = np.where(apart, np.eye(held.shape[-1]), D)
         on_others = np.where(held[..., np.newaxis], 0.0, force)
         return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
 
@@ -155,7 +185,7 @@ class Reduced:
     def indirect_damping(self) -> Complexes:
         """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
         retained = np.arange(len(self.modes))
-        back = self.modal_stiffness(self.carrier)[retained, retained]
+        back = self._at_carriers[0][retained, retained]
         return np.asarray(np.sum(self.response_by_dampers * back, axis=1))
 
     @property
@@ -241,7 +271,7 @@ class Reduced:
         B = self.modal_coupling(frequency)
         still = np.zeros(B.shape[:-1], dtype=bool)
         still[..., : len(self.modes)] = held
-        response = self._moved(frequency, still, B)
+        response = self._moved(self.modal_stiffness(frequency), still, B)
         return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
@@ -263,7 +293,9 @@ class Reduced:
                 f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
                 f"[rad/s], got {carrier}"
             )
-        return replace(self, carrier=frequencies)
+        other = replace(self, carrier=frequencies)
+        vars(other).update({name: getattr(self, name) for name in _WHATEVER_CARRIER})
+        return other
 
     def moving(self, contact_motion: Complexes) -> Self:
         """The same model with another `contact_motion`; what else was worked out of it is kept."""
@@ -284,21 +316,29 @@ class Reduced:
         force : {DOF: amplitude} or (n,) array_like
             Force amplitudes [N].
         """
-        f = force_vector(force, self.n_dofs)
-        modal = float(self.mode_shapes[:, mode] @ f)
-        least = _IDLE * float(np.abs(f).max())
+        return self.modal_force_of(mode, force_vector(force, self.n_dofs))
+
+    def modal_force_of(self, mode: int, vector: Floats) -> float:
+        """The same of a force (n,) that is checked."""
+        modal = float(self.mode_shapes[:, mode] @ vector)
+        least = _IDLE * float(np.abs(vector).max())
         return modal if abs(modal) > least else least
 
     def is_moved_by(self, mode: int, force: Mapping[int, float] | ArrayLike) -> bool:
         """Whether a force does work on a mode, or (consistent) on contacts of the mode."""
         f = force_vector(force, self.n_dofs)
         largest, shape = np.abs(f).max(), self.mode_shapes[:, mode]
-        modal = abs(self.modal_force(mode, f))
+        modal = abs(self.modal_force_of(mode, f))
         own = modal > max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _IDLE * largest)
         shapes = self.contact_shapes[:, (self.spring[mode] != 0) | (self.damper[mode] != 0)]
         on_contacts = np.abs(shapes.T @ f).max(initial=0.0)
         through_contacts = on_contacts > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
         return bool(own or (through_contacts and self.formulation == "consistent"))
+
+
+def _own(D: Complexes, mode: ArrayLike) -> Flags:
+    """Which of all modes each of these is, by the matrices (..., all modes, all modes)."""
+    return np.asarray(np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis])
 
 
 def force_vector(

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.coupling import coupling_coefficients
 from slipmode.rom.reduction.force_response import (
     ForcePatterns,
     cross_response,
@@ -34,7 +33,7 @@ def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kern
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
     """The same with effective amplitudes a_j + shift_j F_j exp(i phase_j), no other response."""
-    return _slow_flow(model, np.broadcast_to(np.asarray(shift, dtype=complex), model.modes), None)
+    return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
 
 
 def inputs_of(
@@ -155,13 +154,14 @@ def _balance(
 def _slow_flow(
     model: Model, shift: Complexes | None, off_resonance: Complexes | None
 ) -> kernel.SlowFlow:
-    table = model.table.kernel()
-    flow = kernel.SlowFlow(paper=int(model.reduced.formulation == "paper"), table=table)
+    table, reduced = model.table.kernel(), model.reduced
+    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
+    coupling_ratio = reduced.coupling_coefficients.tolist()
     for mode in range(model.modes):
-        flow.natural[mode] = model.reduced.frequency[mode]
-        flow.carrier[mode] = model.reduced.carrier[mode]
-        flow.damping[mode] = model.reduced.modal_damping[mode]
-        for power, coefficient in enumerate(coupling_coefficients(model.reduced)[mode]):
+        flow.natural[mode] = reduced.frequency[mode]
+        flow.carrier[mode] = reduced.carrier[mode]
+        flow.damping[mode] = reduced.modal_damping[mode]
+        for power, coefficient in enumerate(coupling_ratio[mode]):
             flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
         if shift is not None:
             flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)

@@ -76,8 +76,7 @@ def at_cells(nodes: Floats) -> Floats:
 def holding_cells(axes: Sequence[Floats], points: Floats) -> tuple[NDArray[np.intp], ...]:
     """Index along each axis of the cells that hold points (points, modes)."""
     return tuple(
-        np.clip(np.searchsorted(node, place) - 1, 0, node.size - 2)
-        for node, place in zip(axes, points.T, strict=True)
+        np.searchsorted(node[1:-1], place) for node, place in zip(axes, points.T, strict=True)
     )
 
 

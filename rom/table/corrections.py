@@ -144,13 +144,12 @@ def with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -
 
 def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:
     """Nodes that show what detuning does: indices along each axis."""
-    fractions = np.unique(_PROBES[:, : table.modes], axis=0)
     nearest = {
         tuple(
             int(np.abs(node - part * node[-1]).argmin())
             for node, part in zip(table.axes, fraction, strict=True)
         )
-        for fraction in fractions
+        for fraction in _PROBES[:, : table.modes]
     }
     chosen = sorted(nearest)
     if table.region is not None:
@@ -171,7 +170,7 @@ def _surface(
     modes, axes = table.modes, (table.node_a, table.node_b)
     strides = [max(stride, node.size // _LINES) for node in axes]
     lines = [
-        np.unique(np.append(np.arange(0, node.size, each), node.size - 1))
+        np.append(np.arange(0, node.size - 1, each), node.size - 1)
         for node, each in zip(axes, strides, strict=True)
     ]
     wanted = _wanted(table, max(strides))[np.ix_(*lines)]

@@ -208,9 +208,8 @@ def _with_slopes(
     f_a = _slopes(node_a, odd_a, f)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:
-        f_b, f_ab = (
-            _slopes(node_b, odd_b, along.swapaxes(0, 1)).swapaxes(0, 1) for along in (f, f_a)
-        )
+        along = np.concatenate((f, f_a), axis=2).swapaxes(0, 1)
+        f_b, f_ab = np.split(_slopes(node_b, np.tile(odd_b, 2), along).swapaxes(0, 1), 2, axis=2)
     return f, f_a, f_b, f_ab
 
 
@@ -254,11 +253,13 @@ def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:
     lower, upper = np.append(step[1:], 0.0), np.append(0.0, step[:-1])
     diagonal = np.concatenate(([1.0], 2.0 * (step[1:] + step[:-1]), [1.0]))
     found = np.empty_like(values)
-    for uneven in np.unique(odd):
-        some = right[..., odd == uneven, :]
+    for uneven in (False, True):
+        if not (same := odd == uneven).any():
+            continue
+        some = right[..., same, :]
         upper[0] = 0.5 * uneven
         *_, slopes, _ = dgtsv(lower, diagonal, upper, some.reshape(n, -1))
-        found[..., odd == uneven, :] = slopes.reshape(some.shape)
+        found[..., same, :] = slopes.reshape(some.shape)
     return found
 
 

@@ -35,7 +35,13 @@ _log = logging.getLogger("slipmode.study")
 
 _ANSWERS = 10.0  # [s] in which a scheduler has to, and workers have to connect
 _PER_WORKER = 3  # tasks
-_LOGGED = 10  # messages that Dask keeps for its developers, tasks and results in them; not 1000
+# Of processes that are started here: what Dask keeps and looks at for its developers.
+SETTINGS: dict[str, Any] = {
+    "distributed.admin.low-level-log-length": 10,  # messages, tasks and results in them; not 1000
+    "distributed.worker.profile.enabled": False,  # a thread that stops tasks 100 times a second
+    "distributed.admin.tick.interval": "1s",  # of looks whether a loop is late; not 20 ms
+    "distributed.admin.system-monitor.interval": "5s",  # of looks at processors; not 500 ms
+}
 # What workers import, and that BLAS has a thread in each, as Dask has it.
 _PRELOADED = ["distributed.nanny", "slipmode.runner.study.cluster"]
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
@@ -72,7 +78,7 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         If a scheduler does not answer, or has nobody to work.
     """
     distributed, config = extra("distributed", "study"), extra("dask.config", "study")
-    settings: dict[str, Any] = {"distributed.admin.low-level-log-length": _LOGGED}
+    settings = dict(SETTINGS)
     if _FORKSERVER:
         settings["distributed.worker.multiprocessing-method"] = "forkserver"
         distributed.utils._forkserver_preload_set = True  # it would import pandas, here and there

@@ -63,6 +63,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     stepper->massless = !contact->mass;
     stepper->smooth = contact->law == SM_TANH;
     for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
+    stepper->tolerance = SM_SMOOTH_TOLERANCE;
     for (int i = 0; i < n; i++) set_law(stepper, contact, i);
     if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
     stepper->h = h;

@@ -15,6 +15,7 @@
 
 #define SM_GAMMA 0.29289321881345254
 #define SM_STAGE_TOLERANCE 1e-11 /* of the forces on the contact */
+#define SM_SMOOTH_TOLERANCE 1e-12 /* of the friction limits, for rounding alone */
 
 typedef struct {
     int contacts;
@@ -24,6 +25,7 @@ typedef struct {
     double *inertia;     /* (N_c, N_c) M / (gamma h) */
     int massless;
     int smooth;          /* tanh friction at every contact */
+    double tolerance;    /* of the friction limits: what may be left of a smooth residual */
     double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
@@ -46,7 +48,8 @@ typedef struct {
 
 size_t sm_stepper_size(int contacts);                /* doubles */
 void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
-/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique solution. */
+/* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique solution. Its
+ * tolerance is SM_SMOOTH_TOLERANCE. */
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);

@@ -143,7 +143,6 @@ static int relation(const sm_combination *a, const sm_combination *b) {
 }
 
 static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
-    const sm_inputs rates = rates_of(in);
     for (int j = 0; j < flow->table.modes; j++) {
         if (!instant->known || instant->inputs.phase[j] != in->phase[j])
             sm_put(&instant->direction, j, sm_cx(cos(in->phase[j]), sin(in->phase[j])));
@@ -153,7 +152,12 @@ static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, cons
     instant->per_scale = 1.0 / in->limit_scale;
     instant->inputs = *in;
     instant->held = is_held(in);
-    sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    if (instant->held) {
+        instant->rate = (sm_coefficients){.detuning = {0.0}};
+    } else {
+        const sm_inputs rates = rates_of(in);
+        sm_coefficients_change(flow, instant, &rates, &instant->rate);
+    }
     for (int j = 0; j < flow->table.modes; j++) set_factors(instant, flow, j);
     for (int k = 0; k < flow->table.combinations; k++) {
         instant->combination_rate[k] = sm_combination_angle(&flow->combination[k], in->frequency);

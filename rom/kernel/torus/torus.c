@@ -18,6 +18,9 @@
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
+/* Of the tolerance: the residual that stages may leave, which moves harmonics by a few times that. */
+#define LEFT_BY_STAGES 1e-3
+#define MOST_LEFT 1e-6
 #define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
 
 /* The modes must respond to the harmonics that are computed. */
@@ -177,6 +180,8 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int
         status = sm_torus_grid_make(&coarse, contact, rates, few, lines, points, orders_count,
                                     orders);
     if (status == SM_OK) status = sm_torus_group_make(&group, &grid);
+    grid.stepper.tolerance = coarse.stepper.tolerance =
+        fmin(fmax(LEFT_BY_STAGES * tolerance, SM_SMOOTH_TOLERANCE), MOST_LEFT);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)grid.points_per_group)
         status = solve_group(&grid, &coarse, &group, &task, first);

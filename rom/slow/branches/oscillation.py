@@ -44,16 +44,15 @@ class SlowCycles:
 
 def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     """Around steady states from which oscillations grow."""
-    (growing,) = np.nonzero(points.eigenvalues[:, 0].real > 0.0)
-    found = points.eigenvalues[growing]
-    growing = growing[np.any((found.real > 0.0) & (found.imag != 0.0), axis=1)]
+    values = points.eigenvalues
+    (growing,) = np.nonzero(((values.real > 0.0) & (values.imag != 0.0)).any(axis=1))
     if not growing.size:
         return SlowCycles(np.zeros(0), *np.zeros((2, 0, problem.model.modes)))
     chosen = np.unique(np.linspace(0, growing.size - 1, _MOST).round().astype(int))
     starts = points.z[growing[chosen]]
     part, y = starts[:, -1], starts[:, :-1].copy()
     y[:, 0] += _ASIDE
-    h = _STEP / np.abs(points.eigenvalues[growing[chosen]]).max(axis=1)
+    h = _STEP / np.abs(values[growing[chosen]]).max(axis=1)
     settled = np.zeros(len(starts), dtype=bool)
     before = np.full((2, len(starts), problem.model.modes), np.nan)
     extremes = before.copy()

@@ -75,10 +75,10 @@ class ContactSamples:
         beside = [] if near is None or not self._columns.carried else [self._harmonics(near)]
         for terms in in_tasks(self._mapped, self._solve, amplitudes, *beside):
             self._check(terms)
-            beyond = np.hstack((terms.P.reshape(len(terms.S), -1), terms.left_out))
-            carried = beyond[:, : self._columns.carried]
-            lost = (terms.power - terms.leaving)[:, np.newaxis]
-            parts.append(np.hstack((terms.S, terms.T, lost, carried)))
+            columns = [terms.S, terms.T, (terms.power - terms.leaving)[:, np.newaxis]]
+            if self._columns.carried:
+                columns += [terms.P.reshape(len(terms.S), -1), terms.left_out]
+            parts.append(np.concatenate(columns, axis=1))
             carriers.append(terms.P[:, : self._largest.size])
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)

@@ -178,19 +178,16 @@ def _touching(cells: Flags, axis: int, nodes: int) -> Flags:
     """Nodes along an axis at which a marked cell begins or ends."""
     if nodes == 1:
         return cells
-    pad = [(0, 0), (0, 0)]
-    pad[axis] = (1, 1)
-    padded = np.pad(cells, pad)
-    return np.asarray(
-        np.take(padded, range(nodes), axis) | np.take(padded, range(1, nodes + 1), axis)
-    )
+    along = cells.swapaxes(0, axis)
+    touched = np.zeros((nodes, along.shape[1]), dtype=bool)
+    touched[:-1] = along
+    touched[1:] |= along
+    return touched.swapaxes(0, axis)
 
 
 def _in_cells(values: Floats, axis: int) -> Floats:
     """The larger of the values at the two ends of each cell along an axis."""
-    nodes = values.shape[axis]
-    if nodes == 1:
+    if values.shape[axis] == 1:
         return values
-    return np.maximum(
-        np.take(values, range(nodes - 1), axis), np.take(values, range(1, nodes), axis)
-    )
+    along = values.swapaxes(0, axis)
+    return np.maximum(along[:-1], along[1:]).swapaxes(0, axis)

@@ -119,8 +119,7 @@ class _Checks:
         # errors too large are seldom alone: samples estimated those beside them as badly
         for _ in range(_RINGS):
             bad = holding[errors > self.limit(errors, tolerance)]
-            beside = points_beside(blocks, bad, self.points)
-            if not len(beside):
+            if not bad.size or not len(beside := points_beside(blocks, bad, self.points)):
                 break
             errors, holding = add(beside)
         yield errors

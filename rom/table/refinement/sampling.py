@@ -116,5 +116,7 @@ class Sampling:
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
-    grid = np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)
-    return grid.reshape(-1, 2)[:, :modes]
+    pairs = np.empty((node_a.size, node_b.size, modes))
+    for mode, node in enumerate((node_a[:, np.newaxis], node_b)[:modes]):
+        pairs[..., mode] = node
+    return pairs.reshape(-1, modes)

@@ -1,5 +1,7 @@
 """What studies cost on a cluster, scheduler, workers and client each a process: make bench-study.
 
+The cluster is set up as one that a study starts by itself.
+
 Whatever else runs on a machine takes from times by the clock, not from those of the processor.
 Where each process has a core to itself, a study takes as long as the busiest of them works; on two
 cores at least half of what all of them do.
@@ -14,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -24,7 +27,7 @@ from typing import Any
 
 from slipmode.rom.extras import extra
 from slipmode.runner.study import tasks
-from slipmode.runner.study.cluster import most_at_once
+from slipmode.runner.study.cluster import SETTINGS, most_at_once
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.tasks import AT_ONCE
 
@@ -156,6 +159,8 @@ def empty_cost(workers: int, count: int, seconds: float) -> Cost:
 
 def _cost(workers: int, *client_is: Any) -> Cost:
     distributed, psutil = extra("distributed", "study"), extra("psutil", "study")
+    inherited = extra("dask.config", "study").serialize(SETTINGS)
+    os.environ["DASK_INTERNAL_INHERIT_CONFIG"] = inherited  # processes of a cluster are given it
     with (
         distributed.SubprocessCluster(
             n_workers=workers, threads_per_worker=1, dashboard_address=":0"
@@ -221,8 +226,6 @@ def _compute(seconds: float) -> None:
 
 
 def _number() -> int:
-    import os
-
     return os.getpid()
 
 

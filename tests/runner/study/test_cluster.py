@@ -49,6 +49,18 @@ def test_workers_are_copies_of_a_process_that_has_what_they_need_and_no_more():
         assert not loaded & {"pandas", "zarr", "xarray", "matplotlib", "rerun", "scipy.stats"}
 
 
+def test_workers_have_the_settings_of_a_study():
+    with cluster.cluster(1, None) as client:
+        (found,) = client.run(_settings).values()
+    assert found == cluster.SETTINGS
+
+
+def _settings():
+    from dask import config
+
+    return {name: config.get(name) for name in cluster.SETTINGS}
+
+
 class NoWork:
     """A client whose futures are finished at once; samples need a table above `outside` others."""
 

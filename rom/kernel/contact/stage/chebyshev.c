@@ -40,7 +40,7 @@ SM_INLINE double iterate(const int n, const int lanes, const sm_stepper *s, sm_l
 SM_INLINE int chebyshev(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     sm_tanh_guess_all(n, lanes, s, m);
     for (int k = 0; k < STEPS; k++)
-        if (iterate(n, lanes, s, m) < SM_SMOOTH_TOLERANCE) return 1;
+        if (iterate(n, lanes, s, m) < s->tolerance) return 1;
     return 0;
 }
 

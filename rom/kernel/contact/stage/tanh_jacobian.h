@@ -7,8 +7,6 @@
 #include "contact/stage/newton.h"
 #include "base/products.h"
 
-#define SM_SMOOTH_TOLERANCE 1e-12 /* of the friction limits: what is left of the residual */
-
 /* Velocity m->v of each contact by itself, roughly, one after another. They are asked twice: where
  * a contact changes between stick and slip, those asked before it should know. In large steps one
  * stage in ten would otherwise be beyond Chebyshev's reach. */

@@ -45,8 +45,8 @@ static sm_status at_end(const sm_curve *curve, const sm_curve_point *inside,
     return sm_curve_corrected(curve, guess, upwards, inside->tangent, found, &passes);
 }
 
-/* The next point at a distance along the tangent, bent as between the last two, `before` being NULL
- * at the first; unless the curve bends too much for it. */
+/* The next point at a distance along the tangent, guessed on the cubic through the last two and their
+ * tangents, `before` being NULL at the first; unless the curve bends too much for it. */
 static sm_status stepped(const sm_curve *curve, const sm_curve_point *before,
                          const sm_curve_point *last, double step, sm_curve_point *found,
                          int *passes) {
@@ -54,8 +54,13 @@ static sm_status stepped(const sm_curve *curve, const sm_curve_point *before,
     double guess[MOST + 1];
     for (int r = 0; r < n; r++) guess[r] = last->z[r] + step * last->tangent[r];
     if (before) {
-        const double bend = 0.5 * step * step / sm_curve_distance(n, last->z, before->z);
-        for (int r = 0; r < n; r++) guess[r] += bend * (last->tangent[r] - before->tangent[r]);
+        const double length = sm_curve_distance(n, last->z, before->z), on = step / length;
+        for (int r = 0; r < n; r++) {
+            const double chord = (last->z[r] - before->z[r]) / length;
+            const double turned = last->tangent[r] - chord;
+            const double twisted = turned + before->tangent[r] - chord;
+            guess[r] += step * on * (turned + (1.0 + on) * twisted);
+        }
     }
     const sm_status status =
         sm_curve_corrected(curve, guess, last->tangent, last->tangent, found, passes);
@@ -142,13 +147,12 @@ static void bisect(const sm_curve *curve, const double *row, int folds, double *
         const double length = sm_curve_distance(n, low, high);
         double guess[MOST + 1], normal[MOST + 1], eigenvalues[2 * MOST];
         sm_curve_point at;
-        int passes;
         for (int r = 0; r < n; r++) {
             guess[r] = 0.5 * (low[r] + high[r]);
             normal[r] = (high[r] - low[r]) / length;
         }
         if (length < NEAR
-            || sm_curve_corrected(curve, guess, normal, onward, &at, &passes) != SM_OK)
+            || sm_curve_between(curve, guess, normal, onward, &at) != SM_OK)
             break;
         sm_eigenvalues(k, at.jacobian, eigenvalues);
         const int is_before =

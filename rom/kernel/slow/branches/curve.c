@@ -3,16 +3,17 @@
 #include <string.h>
 
 #define MOST SM_CURVE_UNKNOWNS
-#define CONVERGED 1e-8 /* Newton's last update: what it leaves is its square */
 
 /* How far Newton's method may go. */
 typedef struct {
     int passes;
+    double good;     /* last update: what it leaves is its square */
     double longest;  /* update: longer ones are shortened to it */
     double farthest; /* from the start: beyond, there may not be an F */
 } search;
 
-static const search FOLLOWING = {8, INFINITY, 0.05}, SEARCHING = {30, 0.3, INFINITY};
+static const search FOLLOWING = {8, 5e-7, INFINITY, 0.05}, BISECTING = {8, 1e-8, INFINITY, 0.05},
+                    SEARCHING = {30, 1e-8, 0.3, INFINITY};
 
 /* A (n, n) with two right-hand sides beside it, which become the solutions; 0: A is singular. */
 static int solved(int n, double A[MOST + 1][MOST + 3]) {
@@ -64,7 +65,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
             if (!isfinite(A[r][n])) return SM_NOT_CONVERGED;
             size = fmax(size, fabs(A[r][n]));
         }
-        if (size <= CONVERGED) {
+        if (size <= limits.good) {
             double tangent[MOST + 1];
             for (int r = 0; r < n; r++) tangent[r] = A[r][n + 1];
             const double length = sqrt(sm_curve_dot(n, tangent, tangent));
@@ -93,6 +94,12 @@ int sm_curve_is_valid(const sm_curve *curve) {
 sm_status sm_curve_corrected(const sm_curve *curve, const double *guess, const double *normal,
                              const double *onward, sm_curve_point *found, int *passes) {
     return corrected(curve, FOLLOWING, guess, normal, onward, found, passes);
+}
+
+sm_status sm_curve_between(const sm_curve *curve, const double *guess, const double *normal,
+                           const double *onward, sm_curve_point *found) {
+    int passes;
+    return corrected(curve, BISECTING, guess, normal, onward, found, &passes);
 }
 
 sm_status sm_curve_solved(const sm_curve *curve, double *z) {

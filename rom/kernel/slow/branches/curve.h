@@ -31,6 +31,10 @@ int sm_curve_is_valid(const sm_curve *curve);
 sm_status sm_curve_corrected(const sm_curve *curve, const double *guess, const double *normal,
                              const double *onward, sm_curve_point *found, int *passes);
 
+/* The same with a tangent and Jacobian that tell where stability changes. */
+sm_status sm_curve_between(const sm_curve *curve, const double *guess, const double *normal,
+                           const double *onward, sm_curve_point *found);
+
 /* The solution with the p of z, which may be far from it, and which it replaces. */
 sm_status sm_curve_solved(const sm_curve *curve, double *z);
 

@@ -4,7 +4,6 @@
  * takes to be held, too much or too little: cells of the moduli are searched where none of the modes
  * has the same answer at all corners. */
 #include <math.h>
-#include <string.h>
 
 #include "base/check.h"
 #include "slow/branches/curve.h"
@@ -20,6 +19,7 @@
 /* Moduli relative to the limits, up to the range of the table; a mode without force is at rest. */
 typedef struct {
     int cells[SM_MODES]; /* 0: at rest */
+    int corners;
     double largest[SM_MODES];
     double modulus[SM_MODES][CORNERS];
     double S[SM_MODES][2][CORNERS]; /* (Re, Im); NaN outside the table */
@@ -45,24 +45,24 @@ static double modulus_at(const grid *moduli, int j, double corner) {
 static void set_grid(const sm_forced *forced, grid *moduli) {
     const sm_table *table = &forced->flow->table;
     int32_t cell[SM_MODES] = {0};
-    memset(moduli, 0, sizeof *moduli);
-    for (int j = 0; j < table->modes; j++) {
-        if (forced->inputs[0].force[j] == 0.0 && forced->inputs[1].force[j] == 0.0) continue;
-        moduli->cells[j] = table->modes == 1 ? CELLS_ONE : CELLS;
+    for (int j = 0; j < SM_MODES; j++) {
+        const int rests = forced->inputs[0].force[j] == 0.0 && forced->inputs[1].force[j] == 0.0;
+        moduli->cells[j] = j >= table->modes || rests ? 0 : table->modes == 1 ? CELLS_ONE : CELLS;
         moduli->largest[j] = forced->scale[j];
     }
     int corner = 0;
     for (int a = 0; a <= moduli->cells[0]; a++)
         for (int b = 0; b <= moduli->cells[1]; b++, corner++) {
             const double modulus[] = {modulus_at(moduli, 0, a), modulus_at(moduli, 1, b)};
-            sm_complex S[SM_MODES];
+            sm_complex S[SM_MODES] = {{0.0, 0.0}};
             look_up(table, modulus, cell, S);
-            for (int j = 0; j < table->modes; j++) {
+            for (int j = 0; j < SM_MODES; j++) {
                 moduli->modulus[j][corner] = modulus[j];
                 moduli->S[j][0][corner] = S[j].re;
                 moduli->S[j][1][corner] = S[j].im;
             }
         }
+    moduli->corners = corner;
 }
 
 static held held_at(const sm_instant *instant, int j) {
@@ -82,7 +82,7 @@ SM_INLINE sm_complex taken(const held *mode, double modulus, sm_complex S) {
 /* Two bits of each mode at each corner: what is there is enough, it is no more than enough; of a mode
  * that does not exist both. */
 SM_HOT static void answer(const grid *moduli, const held *mode, uint8_t *answers) {
-    for (int c = 0; c < CORNERS; c++) {
+    for (int c = 0; c < moduli->corners; c++) {
         int bits = 0;
         for (int j = 0; j < SM_MODES; j++) {
             const sm_complex S = sm_cx(moduli->S[j][0][c], moduli->S[j][1][c]);

@@ -40,6 +40,19 @@ def test_a_closed_curve_is_passed_once():
     assert {kind for kind, _ in branch.special} == {"fold"}
 
 
+def test_one_look_at_a_smooth_curve_is_enough_for_most_points():
+    """Measured: 1.24 a point, bisections of two folds among them."""
+    looks = []
+
+    def counted(z):
+        looks.append(z.copy())
+        return circle(z)
+
+    curve = curve_of(counted, 1, 0.01)
+    points = branch_through(curve, np.array([0.4, 0.5])).points.z
+    assert len(looks) < 1.3 * len(points)
+
+
 def test_a_curve_with_too_many_points_says_where_it_was_left(monkeypatch):
     monkeypatch.setattr(continuation, "MOST_POINTS", 20)
     branch = branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5]))
