@@ -12,8 +12,9 @@ class Accuracy:
     tolerance : float
         What was asked for.
     interpolation : float
-        Largest error between the nodes, from those found at points where most is expected. Above
-        the tolerance where friction jumps: contacts have two motions there, or none that repeats.
+        Largest error between the nodes, from those found at points where most is expected; half
+        the tolerance if that is more, for less is not looked for. Above the tolerance where
+        friction jumps: contacts have two motions there, or none that repeats.
     resolution : float
         Change on doubling steps and lines of the contact problem.
     periodicity : float
