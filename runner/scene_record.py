@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.validity import Finding
 from slipmode.runner.contact_record import ContactRecord, said
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -13,6 +16,13 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.full_order import FastMotion
 
 SAMPLES_PER_BATCH = 16384
+
+
+def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
+    """What of a plan and a model is more than information, as events at t = 0."""
+    for each in found:
+        if each.level != "info":
+            recorder.event(0.0, each.level, f"{each.subject} {each.choice}: {each.reason}")
 
 
 def record_points(

@@ -19,7 +19,12 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
-from slipmode.runner.scene_record import SAMPLES_PER_BATCH, WindowRecord, record_points
+from slipmode.runner.scene_record import (
+    SAMPLES_PER_BATCH,
+    WindowRecord,
+    record_findings,
+    record_points,
+)
 from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
 from slipmode.runner.transients.change import ChangeRecord, SlowChange
@@ -85,10 +90,7 @@ class SlowPass:
         found = table_findings(worth.tolerance, worth.interpolation, worth.unanswered)
         names = [f"frequency_{mode}" for mode in self._plan.excited.modes]
         found += self._model.detuning_findings(np.array(schedule.extremes(names)))
-        for decision in (*self._plan.decisions, *found):
-            if decision.level != "info":
-                words = f"{decision.subject} {decision.choice}: {decision.reason}"
-                recorder.event(0.0, decision.level, words)
+        record_findings(recorder, (*self._plan.decisions, *found))
         self._record(self._rows[0], 0)
         steps, at_once = schedule.steps, self._steps_per_block
         with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:

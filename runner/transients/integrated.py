@@ -14,7 +14,12 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
-from slipmode.runner.scene_record import SAMPLES_PER_BATCH, WindowRecord, record_points
+from slipmode.runner.scene_record import (
+    SAMPLES_PER_BATCH,
+    WindowRecord,
+    record_findings,
+    record_points,
+)
 from slipmode.runner.trajectory import scripted, window_times
 from slipmode.runner.transients.demodulation import window_length
 from slipmode.runner.transients.full_order import FullOrder, Stretch
@@ -51,10 +56,7 @@ class IntegratedPass:
         plan, stretch, end = self._plan, self._stretch, self._plan.scene.run.duration
         last = max(end, self._length)  # amplitudes are told by that much at least
         recorder.event(0.0, "info", f"{plan.scene.title}: integrated, without a friction table")
-        for decision in plan.decisions:
-            if decision.level != "info":
-                words = f"{decision.subject} {decision.choice}: {decision.reason}"
-                recorder.event(0.0, decision.level, words)
+        record_findings(recorder, plan.decisions)
         points = plan.schedule.time(slice(0, plan.schedule.steps + 1))
         windows = sorted((*plan.scene.contact, *plan.scene.elastic), key=lambda each: each.start)
         told = 0
