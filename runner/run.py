@@ -123,7 +123,7 @@ def run(
         scene = load_scene(scene)
     plan, headroom = make_plan(scene, progress=progress), 1.0
     if fmu is not None:
-        plan.check_tabulated()
+        scene.check_tabulated()
         if scene.model.transients == "hybrid":
             raise SlipmodeError(
                 'model.transients: must be "slow" to run an FMU, which has no other'
@@ -132,7 +132,7 @@ def run(
 
         plan, headroom = plan.on_whole_table("an FMU has all of it"), headroom_of(fmu, plan)
     model, cached = None, False
-    if plan.tabulated:
+    if scene.tabulated:
         model, cached = plan.model(region=True, headroom=headroom, progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
@@ -252,7 +252,7 @@ def _channels(plan: Plan) -> list[channels.Channel]:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
         if len(modes) == 2:
             listed.append(channels.phases())
-        if len(modes) == 2 and plan.tabulated:
+        if len(modes) == 2 and scene.tabulated:
             listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))

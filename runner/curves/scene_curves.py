@@ -58,8 +58,8 @@ class SceneForcing:
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
         """Of a scene, as its plan has it."""
+        scene.check_tabulated()
         plan = make_plan(scene, progress=progress)
-        plan.check_tabulated()
         modes = plan.excited.modes
         values = {
             name: np.array(

@@ -77,7 +77,7 @@ class Plan:
 
     def __repr__(self) -> str:
         reach = ", ".join(f"{amplitude:.4g}" for amplitude in self.amplitude)
-        how = f"amplitudes to {reach}" if self.tabulated else "integrated"
+        how = f"amplitudes to {reach}" if self.scene.tabulated else "integrated"
         return (
             f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
             f"{self.excited.reduced.n_contacts} contacts, {how}, "
@@ -85,23 +85,11 @@ class Plan:
         )
 
     @property
-    def tabulated(self) -> bool:
-        """Whether the scene goes through slow time; else all of it is integrated."""
-        return self.scene.model.table != "none"
-
-    @property
     def may_be_integrated(self) -> bool:
         """Whether `model.table = "none"` could be had instead of the table."""
         scene = self.scene
-        return self.tabulated and scene.limit_scale is None and scene.model.formulation != "paper"
-
-    def check_tabulated(self) -> None:
-        """Refuse what goes through slow time for a scene that does not."""
-        if not self.tabulated:
-            raise SlipmodeError(
-                'model.table: "none" integrates runs of the scene, and this needs a friction '
-                'table; give "whole"'
-            )
+        fixed = scene.limit_scale is None
+        return scene.tabulated and fixed and scene.model.formulation != "paper"
 
     def model(
         self,
@@ -116,7 +104,7 @@ class Plan:
         `contact` asks for one that has contact motion whatever the scene wants of it, `region`
         for one that has to hold no further than the scene is expected to go.
         """
-        self.check_tabulated()
+        self.scene.check_tabulated()
         return cached_model(
             *(self.excited.reduced, self.excited.law, self.amplitude),
             self.scene.model.tolerance,
@@ -186,7 +174,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         scene.model.formulation,
         None if isinstance(law, RigidFriction) else law,
         _aerodynamics(scene, modes),
-        SMALLEST_RESPONSE if scene.model.table != "none" else _SMALLEST_INTEGRATED,
+        SMALLEST_RESPONSE if scene.tabulated else _SMALLEST_INTEGRATED,
         progress=progress,
     )
     excited = Excited(
@@ -200,7 +188,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     check_time_scales(scene, schedule, modes, reduced)
-    if scene.model.table == "none":
+    if not scene.tabulated:
         decisions = [*mode_decisions, *_preload_decisions(rest), *_integrated(scene, schedule)]
         return Plan(scene, structure, excited, schedule, (), None, (), None, decisions)
     combinations: tuple[CombinationResonance, ...] = ()

@@ -267,3 +267,16 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether it goes through slow time; else all of it is integrated."""
+        return self.model.table != "none"
+
+    def check_tabulated(self) -> None:
+        """Refuse what goes through slow time for a scene that does not."""
+        if not self.tabulated:
+            raise SlipmodeError(
+                'model.table: "none" integrates runs of the scene, and this needs a friction '
+                'table; give "whole"'
+            )

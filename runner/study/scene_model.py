@@ -64,9 +64,11 @@ class Samples:
         return found
 
     def scene(self, content: Content) -> Scene:
-        """Of a sample; refused by the reader of scenes."""
+        """Of a sample; refused by the reader of scenes, or for having no friction table."""
         text = "" if self.recordings is None else toml_text(content)  # recordings attach it
-        return read_scene(content, self.folder, text)
+        scene = read_scene(content, self.folder, text)
+        scene.check_tabulated()
+        return scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,9 +177,7 @@ def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
     for content in contents:
         try:
             scene = samples.scene(content)
-            plan = make_plan(scene, structure=_structure(scene))
-            plan.check_tabulated()
-            return plan
+            return make_plan(scene, structure=_structure(scene))
         except SlipmodeError as refusal:
             refused.append(refusal)
     raise refused[0]

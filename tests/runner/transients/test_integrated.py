@@ -42,6 +42,14 @@ elastic = [0, 1]
 rerun = false
 {more}
 """
+STUDY = """
+scene = "mine.toml"
+[[vary]]
+key = "forcing.A.frequency"
+values = [0.92, 0.94]
+[outputs]
+steady = true
+"""
 NONE = 'table = "none"'
 JENKINS = '[[contacts]]\nlaw = "jenkins"\nlimit = 0.1\nstiffness = 2.0'
 TANH = '[friction]\nlaw = "tanh"\nlimit = 0.5\nalpha = 0.02'
@@ -151,7 +159,11 @@ def test_the_paper_s_formulation_has_none():
 
 def test_what_needs_a_table_says_so(tmp_path):
     fmu = export_fmu(load_scene("one-mode"), tmp_path / "a.fmu")
+    (tmp_path / "mine.toml").write_text(scene().text)
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY)
     for needing in (
+        lambda: runner.run_study(study, tmp_path),
         lambda: export_fmu(scene(), tmp_path / "b.fmu"),
         lambda: scene_backbone(scene()),
         lambda: runner.run(scene(), tmp_path, fmu=fmu),
