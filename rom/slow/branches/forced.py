@@ -16,7 +16,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, rates, shifted_flow
+from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
@@ -86,13 +86,7 @@ class ForcedSlowFlow:
         Omega = np.asarray(frequency, dtype=float)
         if Omega.shape != (model.modes,):
             raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
-        inputs = kernel.inputs(2)
-        for name, constant in (
-            ("force", np.abs(excitation)),
-            ("phase", np.angle(excitation)),
-            ("frequency", Omega),
-        ):
-            inputs[name][:, : model.modes] = constant
+        inputs = np.repeat(inputs_of(excitation[np.newaxis], Omega), 2)
         mode = "AB".find(vary[-1])
         if both:
             inputs["frequency"][:, : model.modes] = values
