@@ -18,7 +18,12 @@ from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import Schedule
-from slipmode.runner.transients.demodulation import amplitudes, carrier_signal, slow_parts
+from slipmode.runner.transients.demodulation import (
+    amplitudes,
+    carrier_signal,
+    slow_parts,
+    window_length,
+)
 
 _STEPS_PER_PERIOD = 64
 _SAMPLES_PER_PERIOD = 32  # of the fastest forcing, for demodulation
@@ -101,7 +106,14 @@ class SlowPart:
 
 
 class FullOrder:
-    """Full order of a scene: what all of its stretches share."""
+    """Full order of a scene: what all of its stretches share.
+
+    Attributes
+    ----------
+    modes : int
+    window : float
+        Of demodulation [s].
+    """
 
     def __init__(self, plan: Plan, reduced: Reduced) -> None:
         patterns = np.array(plan.excited.force_patterns)
@@ -109,7 +121,11 @@ class FullOrder:
         structure = aeroelastic(plan.structure, reduced)
         self.projection = Projection.of(structure, reduced, list(patterns))
         basis = self.projection.basis
-        self.excitation = excitation_of(plan, patterns @ basis, plan.schedule.stretches())
+        straight, modes = plan.schedule.stretches(), plan.excited.modes
+        self.excitation = excitation_of(plan, patterns @ basis, straight)
+        frequencies = [f"frequency_{mode}" for mode in modes]
+        ends = straight.inputs(frequencies), straight.at_ends(frequencies)
+        self.modes, self.window = len(modes), window_length(np.vstack(ends))
         self.elements = reduced.contacts
         modal = self.projection.to_coordinates[: len(reduced.modes)] @ basis
         if reduced.contacts is None:  # less what the contact shapes have of the modes
@@ -199,17 +215,17 @@ class Stretch:
         `change_per_cycle`, the largest.
     """
 
-    def __init__(self, full: FullOrder, start: State, modes: int, length: float) -> None:
+    def __init__(self, full: FullOrder, start: State) -> None:
         self.start, self.end = start.time, np.inf
         self.reached = self.last_fast = start.time
-        self.change = np.zeros(modes)
-        self._full, self._modes, self._length = full, modes, length
+        self.change = np.zeros(full.modes)
+        self._full, self._modes, self._length = full, full.modes, full.window
         self._known, self._shown = [start], start  # states to go on from
         self._spacing = full.spacing
         self._lost = 0.0  # in all motion so far, springs not looked at
         self._time = np.empty(0)
-        self._angle = np.empty((0, modes))
-        self._signals = np.empty((0, modes + 2), dtype=complex)
+        self._angle = np.empty((0, full.modes))
+        self._signals = np.empty((0, full.modes + 2), dtype=complex)
 
     def advance(self, until: float) -> None:
         """Integrate to a time at least."""

@@ -22,7 +22,6 @@ from slipmode.rom.slow.transient import LARGEST_CHANGE, change_per_cycle
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.trajectory import slow_trajectory
 from slipmode.runner.transients.change import SlowChange
-from slipmode.runner.transients.demodulation import window_length
 from slipmode.runner.transients.full_order import FastMotion, FullOrder, SlowPart, Stretch
 
 _SETTLED = 0.01  # change within a cycle below which the slow flow goes on; it errs by as much
@@ -51,10 +50,7 @@ class Hybrid:
         self._full = FullOrder(plan, model.reduced)
         modes = plan.excited.modes
         least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
-        straight = plan.schedule.stretches()
-        frequencies = [f"frequency_{mode}" for mode in modes]
-        ends = straight.inputs(frequencies), straight.at_ends(frequencies)
-        self._window = window_length(np.vstack(ends))
+        self._window = self._full.window
         self._cycle = 2.0 * np.pi / float(least.min())
         self._spin_up = (SPIN_UP_PERIODS + 2.0) * self._cycle
         self._jumps = _jumps(plan)
@@ -137,7 +133,7 @@ class Hybrid:
             names = list(self.output_names)
             trajectory = slow_trajectory(self._plan, self._model, names, self._rows, self._first)
             state = self._full.state_on(self._model, trajectory)
-        self._open = Stretch(self._full, state, len(self._angle), self._window)
+        self._open = Stretch(self._full, state)
         self.stretches.append(self._open)
 
     def _fully(self, durations: Floats, inputs: Floats) -> Floats:

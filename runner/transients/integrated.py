@@ -21,7 +21,6 @@ from slipmode.runner.scene_record import (
     record_points,
 )
 from slipmode.runner.trajectory import scripted, window_times
-from slipmode.runner.transients.demodulation import window_length
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 
 _WINDOWS_AT_ONCE = 16.0  # of demodulation
@@ -43,18 +42,18 @@ class IntegratedPass:
     def __init__(self, plan: Plan) -> None:
         self.samples = 0
         self.seconds = 0.0
-        self._plan, modes = plan, plan.excited.modes
+        self._plan = plan
         self._script = scripted(plan.excited, plan.schedule, slice(0, plan.schedule.steps))
-        self._length = window_length(self._script.frequency)
         self._full = FullOrder(plan, plan.excited.reduced)
-        self._stretch = Stretch(self._full, self._full.first(), len(modes), self._length)
+        self._stretch = Stretch(self._full, self._full.first())
 
     def record(
         self, recorder: Recorder, raise_if_interrupted: Callable[[], None], progress: bool
     ) -> None:
         """Integrate, record, and sample each window once its end is reached."""
         plan, stretch, end = self._plan, self._stretch, self._plan.scene.run.duration
-        last = max(end, self._length)  # amplitudes are told by that much at least
+        length = self._full.window
+        last = max(end, length)  # amplitudes are told by that much at least
         recorder.event(0.0, "info", f"{plan.scene.title}: integrated, without a friction table")
         record_findings(recorder, plan.decisions)
         points = plan.schedule.time(slice(0, plan.schedule.steps + 1))
@@ -64,8 +63,8 @@ class IntegratedPass:
             while told < points.size:
                 raise_if_interrupted()
                 started = time.perf_counter()
-                stretch.advance(min(stretch.reached + _WINDOWS_AT_ONCE * self._length, last))
-                known = end if stretch.reached >= last else stretch.reached - 0.5 * self._length
+                stretch.advance(min(stretch.reached + _WINDOWS_AT_ONCE * length, last))
+                known = end if stretch.reached >= last else stretch.reached - 0.5 * length
                 count = int(np.searchsorted(points, known, "right"))
                 slow = stretch.slow(points[told:count])
                 self.seconds += time.perf_counter() - started
@@ -102,12 +101,10 @@ class IntegratedPass:
 
 def integration_cost(plan: Plan) -> Decision:
     """What a run of the scene would cost without a friction table, from the first part of it."""
-    least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in plan.excited.modes])
-    length = window_length(least[np.newaxis])
     full = FullOrder(plan, plan.excited.reduced)
-    stretch = Stretch(full, full.first(), least.size, length)
+    stretch = Stretch(full, full.first())
     started = time.process_time()
-    stretch.advance(_TIMED * length)
+    stretch.advance(_TIMED * full.window)
     integrated = time.process_time()
     stretch.slow(np.linspace(0.0, stretch.reached, _TIMED_POINTS))
     demodulated = time.process_time()
