@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
 from itertools import product
+from math import prod
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.short_repr import short_repr
 
 PERIODS = 4.0  # of the slowest line, whose cycles the window has to take out
 _ORDER = 2  # of the polynomial in time
-_LINES = 2  # order of the harmonics of both carriers that are fitted beside it
+_LINES = 2  # highest order of the harmonics of both carriers that are fitted beside it
 _COINCIDE = 1e-9  # of the squares of the fit
+_ALIKE = 1e-9  # of half a window, and of a radian: samples so near lie alike
 _APART = 2.0  # bins of the window: lines nearer to the slow part belong to it
 
 
@@ -43,29 +50,79 @@ def slow_parts(
     -------
     three (points, k) complex ndarrays
     """
-    orders = range(-_LINES, _LINES + 1)
-    lines = [
-        order
-        for order in product(orders, repeat=angle.shape[1])
-        if 0 < sum(map(abs, order)) <= _LINES
-    ]
-    phase = np.unwrap(angle, axis=0) @ np.array(lines, dtype=float).T
-    turning = np.exp(1j * phase)
-    found = np.empty((3, at.size, signals.shape[1]), dtype=complex)
+    turned, turning = np.unwrap(angle, axis=0), np.exp(1j * angle)
+    real = np.ascontiguousarray(signals).view(float)
+    found = np.empty((3, at.size, real.shape[1]))
+    last_filter: _Filter | None = None
     for row, instant in enumerate(at):
         half = max(0.5 * length, length - (instant - time[0]), length - (time[-1] - instant))
-        first, last = np.searchsorted(time, (instant - half, instant + half))
-        tau = (time[first:last] - instant) / half
-        weight = np.cos(0.5 * np.pi * tau) ** 4
-        turned = np.abs(phase[last - 1] - phase[first])
-        apart = turned > _APART * 2.0 * np.pi * (time[last - 1] - time[first]) / length
-        powers = tau[:, np.newaxis] ** np.arange(_ORDER + 1)
-        basis = np.hstack((powers, turning[first:last, apart]))
-        onto = (weight[:, np.newaxis] * basis).conj().T
+        window = slice(*np.searchsorted(time, (instant - half, instant + half)))
+        tau, phases = (time[window] - instant) / half, turned[window] - turned[window.start]
+        if last_filter is None or not last_filter.suits(tau, phases):
+            last_filter = _Filter.of(tau, phases, turning[window], half / length)
+        value, rate, second = last_filter.weights @ real[window]
+        found[:, row] = value, rate / half, 2.0 * second / half**2
+    values, rates, seconds = found.view(complex)
+    return values, rates, seconds
+
+
+@dataclass(frozen=True, eq=False)
+class _Filter:
+    """Weights of samples in the parabola that fits best around an instant.
+
+    Windows after one another have the same, as long as frequencies stay and samples lie alike.
+
+    Attributes
+    ----------
+    tau : (n,) ndarray
+        Time from the instant, relative to half a window.
+    phases : (n, modes) ndarray
+        How far the carriers have turned since the first sample.
+    weights : (3, n) ndarray
+    """
+
+    tau: Floats
+    phases: Floats
+    weights: Floats
+
+    __repr__ = short_repr
+
+    def suits(self, tau: Floats, phases: Floats) -> bool:
+        """Whether samples lie so in a window."""
+        return tau.size == self.tau.size and bool(
+            np.abs(tau - self.tau).max() <= _ALIKE and np.abs(phases - self.phases).max() <= _ALIKE
+        )
+
+    @classmethod
+    def of(cls, tau: Floats, phases: Floats, turning: Complexes, longer: float) -> Self:
+        """From exp(i theta) `turning` of the carriers (n, modes).
+
+        `longer` is half the window relative to the length that windows have at least.
+        """
+        lines = _lines(phases.shape[1])
+        turned = np.abs(lines @ phases[-1])
+        apart = lines[turned > _APART * 2.0 * np.pi * longer * (tau[-1] - tau[0])]
+        powers = [np.ones_like(turning), turning, turning**2]
+        columns = [tau**power for power in range(_ORDER + 1)]
+        for order in apart:
+            parts = [powers[abs(n)][:, mode] for mode, n in enumerate(order)]
+            line = prod(
+                part.conj() if n < 0 else part for n, part in zip(order, parts, strict=True)
+            )
+            columns += [line.real, line.imag]
+        basis = np.array(columns)
+        onto = basis * np.cos(0.5 * np.pi * tau) ** 4
         # lines that coincide share what is there
-        fit = np.linalg.lstsq(onto @ basis, onto @ signals[first:last], rcond=_COINCIDE)[0]
-        found[:, row] = fit[0], fit[1] / half, 2.0 * fit[2] / half**2
-    return found[0], found[1], found[2]
+        gram, wanted = onto @ basis.T, np.eye(len(basis), _ORDER + 1)
+        return cls(tau, phases, np.linalg.lstsq(gram, wanted, rcond=_COINCIDE)[0].T @ onto)
+
+
+@cache
+def _lines(modes: int) -> NDArray[np.int64]:
+    """Orders (lines, modes) of the harmonics of the carriers that are fitted, by their sign."""
+    every = product(range(-_LINES, _LINES + 1), repeat=modes)
+    zero = modes * (0,)
+    return np.array([order for order in every if order > zero and sum(map(abs, order)) <= _LINES])
 
 
 def carrier_signal(

@@ -25,8 +25,8 @@ from slipmode.runner.transients.demodulation import (
     window_length,
 )
 
-_STEPS_PER_PERIOD = 64
-_SAMPLES_PER_PERIOD = 32  # of the fastest forcing, for demodulation
+_STEPS_PER_PERIOD = 48
+_SAMPLES_PER_PERIOD = 24  # of the fastest forcing, for demodulation
 _ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative at the last instant
 _MEMORY_PERIODS = 3.0  # of the slowest carrier, that contacts are led through to remember
 _MEMORY_SAMPLES = 128  # per period of the fastest
@@ -59,6 +59,12 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
         displacement=shapes @ (2 * a.real),
         velocity=shapes @ (2 * np.real(1j * excitation.frequency[0] * a)),
     )
+
+
+def _sample_spacing(period: float, step: float) -> float:
+    """Of samples for demodulation, which lie alike around all points that are steps apart."""
+    spacing = period / _SAMPLES_PER_PERIOD
+    return step / round(step / spacing) if step > spacing else spacing
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +139,7 @@ class FullOrder:
             modal = modal - shared @ self.projection.structure.directions.T
         dofs = basis[list(plan.scene.output.elastic)]
         fastest = self.excitation.fastest(plan.scene.run.duration)
-        self.spacing = 2 * np.pi / fastest / _SAMPLES_PER_PERIOD
+        self.spacing = _sample_spacing(2 * np.pi / fastest, plan.scene.run.step)
         self._integrator = Integrator(
             self.projection.structure,
             plan.excited.law,
