@@ -86,12 +86,22 @@ def contact_orders(
     highest: int = 1,
     further: Sequence[Order] = (),
 ) -> list[Order]:
-    """Harmonics up to an order, those that modes and combination resonances need, and others."""
-    if reduced.formulation == "consistent":
-        highest = max(highest, RESPONSE_ORDER)
-    orders = harmonic_orders(highest, len(reduced.modes), reduced.even)
+    """Those that are asked for, those that modes always respond to, and others."""
+    responding = _up_to(reduced, RESPONSE_ORDER) if reduced.formulation == "consistent" else []
+    asked = _asked(reduced, combinations, highest)
+    return list(dict.fromkeys([*asked, *responding, *further]))
+
+
+def _asked(
+    reduced: Reduced, combinations: Sequence[CombinationResonance], highest: int
+) -> list[Order]:
+    """Harmonics up to an order, and of combination resonances."""
     resonant = (term.stored_order for term in combinations)
-    return list(dict.fromkeys([*orders, *resonant, *further]))
+    return list(dict.fromkeys([*_up_to(reduced, highest), *resonant]))
+
+
+def _up_to(reduced: Reduced, highest: int) -> list[Order]:
+    return harmonic_orders(highest, len(reduced.modes), reduced.even)
 
 
 def contact_terms(
@@ -114,7 +124,7 @@ def contact_terms(
     orders = contact_orders(reduced, combinations, highest, further)
     solved = contact_harmonics(
         *(reduced, law, amplitudes, grid, orders, tolerance, smallest_scale, combinations),
-        near,
+        *(near, len(_asked(reduced, combinations, highest))),
     )
     a, P = kernel.contiguous(amplitudes), solved.P
     projection = _projection(reduced, tuple(orders), tuple(combinations))

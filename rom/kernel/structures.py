@@ -59,6 +59,7 @@ class ModalResponse(Structure):
     _fields_ = (
         ("orders_count", c_int32),
         ("orders", c_void_p),
+        ("asked", c_int32),
         ("dynamic_stiffness", c_void_p),
         ("marched", c_int32),
         ("drawn", c_void_p),

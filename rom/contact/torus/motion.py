@@ -108,6 +108,7 @@ class TorusProblem:
         tolerance: float,
         held: Complexes | None = None,
         start: Complexes | None = None,
+        asked: int = 0,
     ) -> Self:
         """Of arguments as `torus_harmonics` has them."""
         rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
@@ -124,7 +125,7 @@ class TorusProblem:
             reaction = reaction - response
         contact = torus_problem(
             *(reduced, law, coupling, orders, reaction),
-            *(stepped, held, start, periodic),
+            *(stepped, held, start, periodic, asked),
         )
         return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
 
@@ -167,6 +168,7 @@ def contact_harmonics(
     smallest_scale: ArrayLike = (0.0, 0.0),
     combinations: Sequence[CombinationResonance] = (),
     near: Complexes | None = None,
+    asked: int = 0,
 ) -> ContactHarmonics:
     """Solve Eq. (13) for the periodic contact motion.
 
@@ -185,6 +187,10 @@ def contact_harmonics(
         Harmonics that a mode does not respond to here, because its slow flow does.
     near : (points, orders, N_c) complex ndarray, optional
         Of elastic contacts: harmonics that are about theirs.
+    asked : int
+        So many of the orders, the first, are asked for; those of elastic contacts beyond repeat
+        less well (to 3e-3 at least, where the tolerance is less), as far as modes do not respond
+        to them. Default: all.
 
     Notes
     -----
@@ -192,7 +198,7 @@ def contact_harmonics(
     L-stable second-order rule; second order in `steps`, spectral in `lines`.
     """
     problem = _steady_problem(
-        reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance)
+        reduced, law, tuple(orders), tuple(combinations), grid, float(tolerance), asked
     )
     return problem.harmonics(amplitudes, tolerance, smallest_scale, near)
 
@@ -205,11 +211,14 @@ def _steady_problem(
     combinations: tuple[CombinationResonance, ...],
     grid: Discretisation,
     tolerance: float,
+    asked: int,
 ) -> TorusProblem:
     """That of `contact_harmonics`, which every batch of points asks for too."""
     reaction = reaction_stiffnesses(reduced, orders, combinations)
     coupling = steady_coupling(reduced)
-    return TorusProblem.of(reduced, law, coupling, reaction, grid, orders, tolerance)
+    return TorusProblem.of(
+        reduced, law, coupling, reaction, grid, orders, tolerance, asked=asked
+    )
 
 
 def torus_harmonics(

@@ -38,14 +38,16 @@ def torus_problem(
     held: Complexes | None = None,
     start: Complexes | None = None,
     periodic: Complexes | None = None,
+    asked: int = 0,
 ) -> kernel.Contact:
     """The contact problem on the torus; it keeps the arrays alive.
 
     With these `marched` modes, which move by `periodic` harmonics, and `reaction` (orders, N_c,
-    N_c) as the force of all others on the contacts by the harmonics `orders`; see
-    `torus_harmonics`.
+    N_c) as the force of all others on the contacts by the harmonics `orders`, of which the first
+    are `asked` for; see `torus_harmonics`.
     """
     response, stiffness = _response(orders), reduced.stiffness
+    response.asked = asked
     _give(response, dynamic_stiffness=reaction, held=held, start=start)
     if marched is not None:
         stiffness = -marched.flexibility(reduced)

@@ -38,6 +38,7 @@ static const sm_layout_row ROWS[] = {
     WHOLE(sm_modal_response),
     FIELD(sm_modal_response, orders_count),
     FIELD(sm_modal_response, orders),
+    FIELD(sm_modal_response, asked),
     FIELD(sm_modal_response, dynamic_stiffness),
     FIELD(sm_modal_response, marched),
     FIELD(sm_modal_response, drawn),

@@ -30,6 +30,7 @@ static sm_status check_response(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     const sm_status status = sm_orders_check(response->orders_count, response->orders);
     if (status != SM_OK || !response->dynamic_stiffness) return status;
+    if (response->asked < 0 || response->asked > response->orders_count) return SM_BAD_ARGUMENT;
     const sm_status marched = check_marched(response, n);
     if (marched != SM_OK) return marched;
     const size_t harmonics = (size_t)response->orders_count * n * 2;

@@ -263,6 +263,7 @@ static int random_torus(void) {
     if (random_below(16) == 0) (random_below(2) ? start : held)[random_below((int)n)] = NAN;
     const sm_modal_response response = {.orders_count = count,
                                         .orders = orders,
+                                        .asked = random_below(count + 1),
                                         .dynamic_stiffness = H,
                                         .start = random_below(2) ? start : NULL,
                                         .held = random_below(2) ? held : NULL};

@@ -236,6 +236,8 @@ static void check_response_refusals(void) {
     CHECK_STATUS(solve(&c), SM_OK);
     CHECK_REFUSES(const double *, response.dynamic_stiffness, NULL, solve(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, response.orders_count, ORDERS - 1, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, response.asked, -1, solve(&c), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, response.asked, ORDERS + 1, solve(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, orders[3], 2, solve(&c), SM_BAD_ARGUMENT);
     free_call(&c);
 }

@@ -5,9 +5,14 @@ import pytest
 from elastic.frictional_beam import ROWS, structure
 
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.torus.grid import Discretisation, closed_lines, step_counts
+from slipmode.rom.contact.torus.motion import contact_harmonics
+from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import combination_resonances
+from slipmode.runner.report.methods.break_even import jenkins_blade
 
 LIFT_OFF, SLIDER = ROWS[1], ROWS[4]
 
@@ -114,3 +119,28 @@ def test_steps_are_many_enough_for_the_faster_carrier():
     assert step_counts(np.array([2.0]), 1024) == (1024, 2048, 4096, 8192, 16384)
     counts = step_counts(np.array([1.0, 542.0]), 128)
     assert counts == (4096, 8192, 16384, 32768, 65536)
+
+
+def test_harmonics_that_nothing_asks_for_need_not_repeat():
+    """A contact that slips on a few phase lines has some that move for ever, modes or none."""
+    case = jenkins_blade(12)
+    reduced, largest, grid = (
+        case.reduced.at_carrier(case.frequency),
+        np.array([4.895e-6, 7.752e-6]),
+        Discretisation(64, 16),
+    )
+    further = further_harmonics(reduced, case.law, largest, grid, (), ErrorBudget(1e-2).response)
+    orders = contact_orders(reduced, further=list(further))
+    point, tolerance = [np.array([3.4, 5.2]) / 7.0 * largest], 1e-3
+
+    def solved(asked):
+        arguments = reduced, case.law, point, grid, orders, tolerance, 0.1 * largest
+        return contact_harmonics(*arguments, asked=asked)
+
+    every, carriers = solved(0), solved(2)
+    assert every.marched[0] > 5 * carriers.marched[0]
+    off = np.abs(carriers.P - every.P).max(axis=2)[0] / np.abs(every.P).max()
+    assert off[:2].max() <= 2.0 * tolerance
+    assert off.max() <= 1e-2
+    with pytest.raises(SlipmodeError):
+        solved(len(orders) + 1)

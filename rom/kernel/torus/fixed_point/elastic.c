@@ -21,12 +21,16 @@
 
 #define MOST_AVERAGED 16
 #define MOTIONS 7
+/* How much less well harmonics repeat that are not asked for, and how well at least: where a contact
+ * slips on a few lines they move by the error of the grid for ever. */
+#define UNASKED 32.0
+#define UNASKED_MOST 3e-3
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
     const sm_contact *contact;
     const sm_torus_task *task;
-    size_t n, remembered;
+    size_t n, remembered, asked; /* numbers of Y that are asked for */
     sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
@@ -97,8 +101,10 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t n = (size_t)contact->contacts, lines = (size_t)task->lines;
     const size_t steps = (size_t)task->steps, orders = (size_t)task->orders_count;
     const size_t all = orders * n * 2;
+    const size_t asked = contact->response ? (size_t)contact->response->asked : 0;
     *t = (problem){.contact = contact, .task = task, .n = n,
-                   .remembered = sm_elastic_memory(contact->elastic)};
+                   .remembered = sm_elastic_memory(contact->elastic),
+                   .asked = asked > 0 ? asked * n * 2 : all};
     const double ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->orders, .ratio = ratio};
@@ -305,8 +311,7 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
                    double *force) {
     *displacement = *force = 0.0;
     for (int j = 0; j < t->contact->modes; j++) {
-        const double least = t->task->smallest_scale[j];
-        const double a = amplitude[j] > least ? amplitude[j] : least;
+        const double a = fmax(amplitude[j], t->task->smallest_scale[j]);
         for (size_t i = 0; i < t->n; i++) {
             const double *L = t->contact->coupling + 2 * ((size_t)j * t->n + i);
             const double moved = hypot(L[0], L[1]) * a;
@@ -320,10 +325,11 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
  * that slide far lack more than that, and repeat relative to what they lack. */
 static double distance(problem *t, double displacement, double force) {
     const size_t all = per_point(t);
+    const double others = fmin(fmax(1.0 / UNASKED, t->task->tolerance / UNASKED_MOST), 1.0);
     const double change = find_change(t) / fmax(displacement, 1e-300);
     double moved = 0.0, largest = fmax(force, 1e-300);
     for (size_t k = 0; k < all; k++) {
-        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]));
+        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < t->asked ? 1.0 : others));
         largest = fmax(largest, fabs(t->Y[k]));
     }
     return fmax(change, moved / largest);
@@ -395,12 +401,11 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
     const double *begun = response ? response->start : NULL;
-    const double *near = t->task->near;
     sm_status status = SM_OK;
     march_by(t, half);
-    if (near || t->follows) {
-        if (near)
-            start(t, near + point * per_point(t));
+    if (t->task->near || t->follows) {
+        if (t->task->near)
+            start(t, t->task->near + point * per_point(t));
         else
             start_again(t);
         status = settle(t, amplitude, 1, scale, residual);
