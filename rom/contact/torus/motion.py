@@ -216,9 +216,7 @@ def _steady_problem(
     """That of `contact_harmonics`, which every batch of points asks for too."""
     reaction = reaction_stiffnesses(reduced, orders, combinations)
     coupling = steady_coupling(reduced)
-    return TorusProblem.of(
-        reduced, law, coupling, reaction, grid, orders, tolerance, asked=asked
-    )
+    return TorusProblem.of(reduced, law, coupling, reaction, grid, orders, tolerance, asked=asked)
 
 
 def torus_harmonics(
