@@ -233,7 +233,9 @@ def _refined(
             if idle and not gone_around:
                 continue  # the last halving was no use: more is to be seen before the next
             error = largest_error(errors, sampling.noise)
-            stalled = 0 if error < _LESS * least else idle + 1
+            # within it by what was found, it lacks what may lie beyond: seen less with every round
+            falls = error < _LESS * least or errors.max() <= tolerance
+            stalled = 0 if falls else idle + 1
             if error > tolerance and stalled < _IDLE_ROUNDS:
                 # what lies beyond the largest may be at any of those that are nearly as large
                 missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
