@@ -98,8 +98,8 @@ typedef struct {
 typedef struct {
     int32_t orders_count;
     const int32_t *orders; /* (orders_count, 2) harmonics (n, m) */
-    /* So many of them, the first, are asked for; 0: all. Of elastic contacts on the torus the others
-     * have to repeat only as far as modes respond to them. */
+    /* So many of them, the first, are asked for; 0: all. Of sliders on the torus the others have to
+     * repeat only as far as modes respond to them. */
     int32_t asked;
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
      * Only the torus reads it; along a trajectory the segments bring the force. */

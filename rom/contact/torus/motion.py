@@ -188,8 +188,8 @@ def contact_harmonics(
     near : (points, orders, N_c) complex ndarray, optional
         Of elastic contacts: harmonics that are about theirs.
     asked : int
-        So many of the orders, the first, are asked for; those of elastic contacts beyond repeat
-        less well (to 3e-3 at least, where the tolerance is less), as far as modes do not respond
+        So many of the orders, the first, are asked for; those of sliders beyond repeat less
+        well (to 3e-3 at least, where the tolerance is less), as far as modes do not respond
         to them. Default: all.
 
     Notes

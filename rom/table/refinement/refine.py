@@ -52,6 +52,7 @@ _MOST_NODES = 20_000
 _CLOSEST = 1 / 100
 _IDLE_ROUNDS = 5  # in which the error does not fall to this part of the least: samples are off
 _LESS = 0.8
+_WITHIN = 0.5  # of an idle round, that is one whose errors found are within the tolerance
 # Of the tolerance: an error below is not looked for any closer, and was seen to be 1.51 times what
 # is found at first.
 _LEAST_STATED = 0.5
@@ -216,7 +217,7 @@ def _refined(
 
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
-    least, idle = np.inf, 0
+    least, idle = np.inf, 0.0
     table: Table | None = None
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.size > _MOST_NODES or time_budget.spent:
@@ -227,15 +228,15 @@ def _refined(
                 table = None
         if grid.poor.any():
             continue
-        table, stalled = sampling.table(grid.nodes, samples.tabulated), 0
+        table, stalled = sampling.table(grid.nodes, samples.tabulated), 0.0
         doubts = sampling.doubts(table)
         for gone_around, errors in enumerate(checks.errors(table, doubts, grid, tolerance)):
             if idle and not gone_around:
                 continue  # the last halving was no use: more is to be seen before the next
             error = largest_error(errors, sampling.noise)
             # within it by what was found, it lacks what may lie beyond: seen less with every round
-            falls = error < _LESS * least or errors.max() <= tolerance
-            stalled = 0 if falls else idle + 1
+            waste = 1.0 if errors.max() > tolerance else _WITHIN
+            stalled = 0.0 if error < _LESS * least else idle + waste
             if error > tolerance and stalled < _IDLE_ROUNDS:
                 # what lies beyond the largest may be at any of those that are nearly as large
                 missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]

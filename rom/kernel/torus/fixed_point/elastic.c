@@ -21,8 +21,9 @@
 
 #define MOST_AVERAGED 16
 #define MOTIONS 7
-/* How much less well harmonics repeat that are not asked for, and how well at least: where a contact
- * slips on a few lines they move by the error of the grid for ever. */
+/* How much less well harmonics of sliders repeat that are not asked for, and how well at least: where
+ * a contact slips on a few lines they move by the error of the grid for ever. Contacts that part
+ * have several motions, and would be left between them. */
 #define UNASKED 32.0
 #define UNASKED_MOST 3e-3
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
@@ -77,8 +78,7 @@ static size_t shift_of(const problem *t, int half) {
 
 /* Half a period tells the other half of sliders that are drawn to and fro alike. */
 static int is_odd(const problem *t) {
-    for (int32_t e = 0; e < t->contact->elastic->elements; e++)
-        if (t->contact->elastic->element[e].law != SM_SLIDERS) return 0;
+    if (!t->solver.slides) return 0;
     for (size_t q = 0; q < t->lines.orders; q++)
         if ((t->lines.order[2 * q] + t->lines.order[2 * q + 1]) % 2 == 0) return 0;
     return t->lines.steps % 2 == 0;
@@ -324,12 +324,12 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
 /* How far harmonics and response are from repeating, relative to what the modes bring; contacts
  * that slide far lack more than that, and repeat relative to what they lack. */
 static double distance(problem *t, double displacement, double force) {
-    const size_t all = per_point(t);
+    const size_t all = per_point(t), told = t->solver.slides ? t->asked : all;
     const double others = fmin(fmax(1.0 / UNASKED, t->task->tolerance / UNASKED_MOST), 1.0);
     const double change = find_change(t) / fmax(displacement, 1e-300);
     double moved = 0.0, largest = fmax(force, 1e-300);
     for (size_t k = 0; k < all; k++) {
-        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < t->asked ? 1.0 : others));
+        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < told ? 1.0 : others));
         largest = fmax(largest, fabs(t->Y[k]));
     }
     return fmax(change, moved / largest);
