@@ -44,8 +44,13 @@ class ErrorBudget:
         return 0.5 * self.tolerance
 
     @property
-    def steps_or_lines(self) -> float:
-        """Of samples, by either of the two."""
+    def lines(self) -> float:
+        """Of samples, by the phase lines: no more for steps then than what these leave."""
+        return 0.6 * self.resolution
+
+    @property
+    def steps(self) -> float:
+        """Of samples, by the steps: what these are off by, all of a run is."""
         return 0.5 * self.resolution
 
     @property

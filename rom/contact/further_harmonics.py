@@ -22,6 +22,7 @@ from slipmode.rom.reduction.reduction import Reduced
 
 _HIGHEST = 15  # |n| + |m|
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 1.0]])  # of the largest amplitudes
+LINES = 32  # phase lines that tell all of them apart
 
 
 def further_harmonics(
@@ -41,7 +42,7 @@ def further_harmonics(
     amplitude_range : (modes,) ndarray
         Largest amplitudes [kg^1/2 m].
     grid : Discretisation
-        Harmonics that its phase lines cannot tell apart are left out.
+        Harmonics that its phase lines cannot tell apart are left out; see told_apart.
     smallest : float
         Motion that counts, relative to that without friction.
     """
@@ -50,10 +51,9 @@ def further_harmonics(
     modes = amplitude_range.size
     known = contact_orders(reduced, combinations)
     candidates = [
-        (n, m)
-        for n, m in harmonic_orders(_HIGHEST, modes, reduced.even)
-        if (n, m) not in known and 2 * abs(m) < grid.lines
+        (n, m) for n, m in harmonic_orders(_HIGHEST, modes, reduced.even) if (n, m) not in known
     ]
+    candidates = told_apart(candidates, grid.lines)
     orders = [*known, *candidates]
     reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     known_alone = reaction.copy()
@@ -71,3 +71,8 @@ def further_harmonics(
     share = (response / drawn)[settled].max(axis=0, initial=0.0)
     ranked = np.argsort(-share, kind="stable")
     return {candidates[k]: float(share[k]) for k in ranked if share[k] > smallest}
+
+
+def told_apart(orders: Sequence[Order], lines: int) -> list[Order]:
+    """Those of the harmonics that so many phase lines do not take for one another."""
+    return [(n, m) for n, m in orders if 2 * abs(m) < lines]

@@ -12,6 +12,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
+from slipmode.rom.contact.further_harmonics import LINES, told_apart
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
@@ -101,7 +102,8 @@ def choose_resolution(
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by no more than its share when doubled.
 
-    `further` are harmonics that modes respond to beside those of contact_orders.
+    `further` are harmonics that modes respond to beside those of contact_orders, as far as the
+    phase lines tell them apart: what more lines change has what fewer hide.
 
     Raises
     ------
@@ -130,12 +132,12 @@ def choose_resolution(
 def trial_grid(
     reduced: Reduced, combinations: Sequence[CombinationResonance], tolerance: float
 ) -> Discretisation:
-    """About as many steps as a tolerance of S takes, and the fewest lines: of a first look."""
+    """About as many steps as a tolerance of S takes, and lines that hide no harmonic."""
     counts = step_counts(reduced.carrier, _LEAST_STEPS)
     steps = next((count for count in counts if count**2 * tolerance >= _STEPS), counts[-1])
     if len(reduced.modes) == 1:
         return Discretisation(steps, 1)
-    return Discretisation(steps, _enough_lines(contact_orders(reduced, combinations))[0])
+    return Discretisation(steps, max(LINES, _enough_lines(reduced, combinations)[0]))
 
 
 def resolved_terms(
@@ -174,23 +176,22 @@ def resolved_terms(
 
 
 class _UnresolvedError(Exception):
-    """Of so many steps or lines no number sufficed; the least change on doubling."""
+    """Of so many steps or lines no number sufficed; what tolerance they would do for."""
 
-    def __init__(self, count: int, change: float) -> None:
+    def __init__(self, count: int, tolerance: float) -> None:
         super().__init__()
         self.count = count
-        self.change = change
+        self.tolerance = tolerance
 
 
 def _advice(resolve: Callable[[ErrorBudget], Resolution], failure: _UnresolvedError) -> str:
     """Marches to a coarser tolerance settle less well, so one that would do has to be tried."""
-    share = ErrorBudget(1.0).steps_or_lines
-    tolerance = round_up(failure.change / share)
+    tolerance = round_up(failure.tolerance)
     while tolerance <= LARGEST_TOLERANCE:
         try:
             resolve(ErrorBudget(tolerance))
         except _UnresolvedError as again:
-            tolerance = round_up(max(1.5 * tolerance, again.change / share))
+            tolerance = round_up(max(1.5 * tolerance, again.tolerance))
         else:
             break
     return within_reach(tolerance)
@@ -217,7 +218,7 @@ def _resolution(
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
                 *(reduced, law, part, grid, budget.trial_march, amplitude_range, combinations),
-                further=further,
+                further=told_apart(further, lines),
             )
 
         parts = list(mapped(terms, np.split(points, _TASKS[modes])))
@@ -236,24 +237,28 @@ def _resolution(
         apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T))).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
-    counts, lines, by_lines = step_counts(reduced.carrier, _LEAST_STEPS), 1, 0.0
+    numbers, by_lines = [1], 0.0
+    counts = step_counts(reduced.carrier, _LEAST_STEPS)
     if modes == 2:
-        lines, by_lines = _settled(
-            _enough_lines(contact_orders(reduced, combinations, 1, further)),
-            lambda count: solve(counts[1], count),
+        numbers, by_lines = _settled(
+            _enough_lines(reduced, combinations),
+            lambda number: solve(counts[1], number),
             change,
-            budget.steps_or_lines,
-            time_budget,
+            budget.lines,
+            *(budget.tolerance, time_budget),
             finest=not further,
         )
-    steps, by_steps = _settled(
+    allowed = min(budget.steps, budget.resolution - by_lines)
+    (steps, *_), by_steps = _settled(
         counts,
-        lambda count: solve(count, lines),
+        lambda count: solve(count, numbers[0]),
         change,
-        budget.steps_or_lines,
-        time_budget,
+        allowed,
+        *(budget.tolerance, time_budget),
         finest=not further,
     )
+    # that number of lines took least work in so many steps; in these, fewer may take less
+    lines = min(numbers, key=lambda number: solve(steps, number).work)
     # what contacts that hardly slip do is a small part of what free ones would
     moved = least > 0.0
     part = np.abs(solve(steps, lines).S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
@@ -262,45 +267,46 @@ def _resolution(
     return Resolution(Discretisation(steps, lines), by_steps + by_lines, march)
 
 
-def _enough_lines(orders: Sequence[Order]) -> list[int]:
+def _enough_lines(reduced: Reduced, combinations: Sequence[CombinationResonance]) -> list[int]:
     """Numbers of phase lines to try.
 
-    Fewer would take one harmonic m for another, and the modes respond to both.
+    Fewer would take one harmonic m for another, and the modes always respond to both.
     """
-    highest = max(abs(m) for _, m in orders)
-    return [count for count in _LINES if count > 2 * highest]
+    orders = contact_orders(reduced, combinations)
+    return [count for count in _LINES if told_apart(orders, count) == orders]
 
 
 def _settled(
     counts: Sequence[int],
     solve: Callable[[int], _Trial],
     change: Callable[[_Trial, _Trial], float],
+    allowed: float,
     tolerance: float,
     time_budget: TimeBudget,
     *,
     finest: bool,
-) -> tuple[int, float]:
-    """The first count whose answer the next one changes by no more than the tolerance; the change.
+) -> tuple[list[int], float]:
+    """The first count whose answer the next one changes by no more than is allowed; the change.
 
-    Or one of the next two if that is less work: on coarse grids marches may not settle. The second
-    is tried only where the first was less work already. Where the motion repeats on neither of two
-    grids the `finest` are only tried if that is wanted.
+    And with it the next two, the least work first: on coarse grids marches may not settle. The
+    second is tried only where the first was less work already. Where the motion repeats on neither
+    of two grids the `finest` are only tried if that is wanted.
     """
     changes: list[float] = []
     for k, (count, finer) in enumerate(pairwise(counts)):
         if changes and time_budget.spent:
-            reached = round_up(min(changes) / ErrorBudget(1.0).steps_or_lines)
+            reached = round_up(min(changes) / allowed * tolerance)
             raise SlipmodeError(
                 f"budget: the contact problem takes more than {count} steps or phase lines per "
                 f"period, and longer than {time_budget.seconds:g} s to find how many; with these "
                 + within_reach(reached)
             )
         changes.append(change(solve(count), solve(finer)))
-        if changes[-1] <= tolerance:
+        if changes[-1] <= allowed:
             tried = [count, finer]
             if solve(finer).work < solve(count).work:
                 tried += counts[k + 2 : k + 3]
-            return min(tried, key=lambda each: solve(each).work), changes[-1]
+            return sorted(tried, key=lambda each: solve(each).work), changes[-1]
         if not (finest or solve(count).repeats or solve(finer).repeats):
             break
-    raise _UnresolvedError(counts[-2], min(changes))
+    raise _UnresolvedError(counts[-2], min(changes) / allowed * tolerance)

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
+from slipmode.rom.contact.further_harmonics import further_harmonics, told_apart
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import (
     Mapped,
@@ -162,19 +162,20 @@ def tabulate(
         )
         further, unanswered = task.further_harmonics(), 0.0
         try:
-            resolution = task.resolved(further)
-            found = task.refined(resolution, list(further))
+            resolution = task.resolution(list(further))
+            told = told_apart(list(further), resolution.grid.lines)
+            found = task.refined(resolution, told)
         except UnsettledError:
             if not further:
                 raise
-            further, resolution = {}, task.resolution()
+            told, resolution = [], task.resolution()
             left_out = task.further_harmonics(resolution.grid)
             unanswered = max(left_out.values(), default=0.0)
             found = task.refined(resolution)
         table = found.table
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, resolution, list(further), detuning)
+            table, off_carriers = task.corrected(found, resolution, told, detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -231,7 +232,7 @@ class _Task:
         return ErrorBudget(self.tolerance)
 
     def further_harmonics(self, grid: Discretisation | None = None) -> dict[Order, float]:
-        """Those that modes respond to beside what they always do; default: at a first look."""
+        """Those that modes respond to beside what they always do; default: that no grid hides."""
         known = self.reduced, self.law, self.amplitude_range
         if grid is None:
             grid = trial_grid(self.reduced, self.combinations, self.tolerance)
@@ -243,18 +244,6 @@ class _Task:
             *(self.reduced, self.law, self.amplitude_range, self.budget),
             *(self.combinations, self.mapped, self.time_budget, list(further)),
         )
-
-    def resolved(self, further: dict[Order, float]) -> Resolution:
-        """The same for what was found at a first look, to which it adds what its lines hid."""
-        lines = trial_grid(self.reduced, self.combinations, self.tolerance).lines
-        resolution = self.resolution(list(further))
-        while resolution.grid.lines > lines:
-            lines, seen = resolution.grid.lines, self.further_harmonics(resolution.grid)
-            if seen.keys() <= further.keys():
-                break
-            further.update(seen)
-            resolution = self.resolution(list(further))
-        return resolution
 
     def refined(self, resolution: Resolution, further: Sequence[Order] = ()) -> _Refined:
         """The table to the tolerance, or as near as it comes."""

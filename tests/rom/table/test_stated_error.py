@@ -20,8 +20,13 @@ from slipmode.rom import (
     two_mass,
 )
 from slipmode.rom.contact.friction_terms import contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
-from slipmode.rom.contact.resolution import Resolution, least_force, resolved_terms
+from slipmode.rom.contact.further_harmonics import further_harmonics, told_apart
+from slipmode.rom.contact.resolution import (
+    Resolution,
+    least_force,
+    resolved_terms,
+    trial_grid,
+)
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation
@@ -61,12 +66,14 @@ def dense_error(model, points, limit):
     if model.reduced.contacts is not None:
         march *= 0.1  # the check is to have no noise; closed phase lines let it be that exact
     grid = Discretisation(accuracy.steps, accuracy.lines)
-    known = model.reduced, model.law, limit, grid, model.combinations
-    further = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
-    if accuracy.unanswered:
-        further = {}
+    further = []
+    if not accuracy.unanswered:
+        first = trial_grid(model.reduced, model.combinations, accuracy.tolerance)
+        known = model.reduced, model.law, limit, first, model.combinations
+        found = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
+        further = told_apart(list(found), grid.lines)
     solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
-    terms = solve(points, 0.1 * limit, model.combinations, 1, list(further))
+    terms = solve(points, 0.1 * limit, model.combinations, 1, further)
     nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
     scale = np.maximum(nodes, least_force(model.reduced, limit))[driven]
@@ -74,7 +81,7 @@ def dense_error(model, points, limit):
     errors = (np.abs(surface - np.hstack((terms.S, terms.T))) / scale).max(axis=1)
     # motion that did not settle, begun with that at the point before, is no reference
     for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
-        alone = solve(points[k : k + 1], 0.1 * limit, model.combinations, 1, list(further))
+        alone = solve(points[k : k + 1], 0.1 * limit, model.combinations, 1, further)
         errors[k] = (np.abs(surface[k] - np.append(alone.S, alone.T)) / scale).max()
     return float(errors.max())
 
