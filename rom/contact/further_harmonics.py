@@ -42,7 +42,7 @@ def further_harmonics(
     amplitude_range : (modes,) ndarray
         Largest amplitudes [kg^1/2 m].
     grid : Discretisation
-        Harmonics that its phase lines cannot tell apart are left out; see told_apart.
+        Harmonics that its phase lines cannot tell apart are left out.
     smallest : float
         Motion that counts, relative to that without friction.
     """
@@ -53,7 +53,6 @@ def further_harmonics(
     candidates = [
         (n, m) for n, m in harmonic_orders(_HIGHEST, modes, reduced.even) if (n, m) not in known
     ]
-    candidates = told_apart(candidates, grid.lines)
     orders = [*known, *candidates]
     reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))
     known_alone = reaction.copy()
@@ -71,8 +70,3 @@ def further_harmonics(
     share = (response / drawn)[settled].max(axis=0, initial=0.0)
     ranked = np.argsort(-share, kind="stable")
     return {candidates[k]: float(share[k]) for k in ranked if share[k] > smallest}
-
-
-def told_apart(orders: Sequence[Order], lines: int) -> list[Order]:
-    """Those of the harmonics that so many phase lines do not take for one another."""
-    return [(n, m) for n, m in orders if 2 * abs(m) < lines]

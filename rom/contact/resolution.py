@@ -12,7 +12,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
-from slipmode.rom.contact.further_harmonics import LINES, told_apart
+from slipmode.rom.contact.further_harmonics import LINES
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
@@ -102,8 +102,8 @@ def choose_resolution(
 ) -> Resolution:
     """Coarsest discretisation whose answer changes by no more than its share when doubled.
 
-    `further` are harmonics that modes respond to beside those of contact_orders, as far as the
-    phase lines tell them apart: what more lines change has what fewer hide.
+    `further` are harmonics that modes respond to beside those of contact_orders, as far as phase
+    lines tell them apart: what more lines change has what fewer hide.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def _resolution(
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
                 *(reduced, law, part, grid, budget.trial_march, amplitude_range, combinations),
-                further=told_apart(further, lines),
+                further=further,
             )
 
         parts = list(mapped(terms, np.split(points, _TASKS[modes])))
@@ -237,26 +237,20 @@ def _resolution(
         apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T))).max(axis=0)
         return float((apart / np.where(scale > 0, scale, 1.0)).max())
 
-    numbers, by_lines = [1], 0.0
-    counts = step_counts(reduced.carrier, _LEAST_STEPS)
-    if modes == 2:
-        numbers, by_lines = _settled(
-            _enough_lines(reduced, combinations),
-            lambda number: solve(counts[1], number),
-            change,
-            budget.lines,
-            *(budget.tolerance, time_budget),
-            finest=not further,
-        )
-    allowed = min(budget.steps, budget.resolution - by_lines)
-    (steps, *_), by_steps = _settled(
-        counts,
-        lambda count: solve(count, numbers[0]),
-        change,
-        allowed,
-        *(budget.tolerance, time_budget),
+    settled = partial(
+        _settled,
+        change=change,
+        tolerance=budget.tolerance,
+        time_budget=time_budget,
         finest=not further,
     )
+    counts = step_counts(reduced.carrier, _LEAST_STEPS)
+    numbers, by_lines = [1], 0.0
+    if modes == 2:
+        enough = _enough_lines(reduced, combinations)
+        numbers, by_lines = settled(enough, lambda n: solve(counts[1], n), budget.lines)
+    left = min(budget.steps, budget.resolution - by_lines)
+    (steps, *_), by_steps = settled(counts, lambda count: solve(count, numbers[0]), left)
     # that number of lines took least work in so many steps; in these, fewer may take less
     lines = min(numbers, key=lambda number: solve(steps, number).work)
     # what contacts that hardly slip do is a small part of what free ones would
@@ -272,18 +266,18 @@ def _enough_lines(reduced: Reduced, combinations: Sequence[CombinationResonance]
 
     Fewer would take one harmonic m for another, and the modes always respond to both.
     """
-    orders = contact_orders(reduced, combinations)
-    return [count for count in _LINES if told_apart(orders, count) == orders]
+    highest = max(abs(m) for _, m in contact_orders(reduced, combinations))
+    return [count for count in _LINES if count > 2 * highest]
 
 
 def _settled(
     counts: Sequence[int],
     solve: Callable[[int], _Trial],
-    change: Callable[[_Trial, _Trial], float],
     allowed: float,
+    *,
+    change: Callable[[_Trial, _Trial], float],
     tolerance: float,
     time_budget: TimeBudget,
-    *,
     finest: bool,
 ) -> tuple[list[int], float]:
     """The first count whose answer the next one changes by no more than is allowed; the change.

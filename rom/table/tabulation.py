@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics, told_apart
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import (
     Mapped,
@@ -163,19 +163,18 @@ def tabulate(
         further, unanswered = task.further_harmonics(), 0.0
         try:
             resolution = task.resolution(list(further))
-            told = told_apart(list(further), resolution.grid.lines)
-            found = task.refined(resolution, told)
+            found = task.refined(resolution, list(further))
         except UnsettledError:
             if not further:
                 raise
-            told, resolution = [], task.resolution()
+            further, resolution = {}, task.resolution()
             left_out = task.further_harmonics(resolution.grid)
             unanswered = max(left_out.values(), default=0.0)
             found = task.refined(resolution)
         table = found.table
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, resolution, told, detuning)
+            table, off_carriers = task.corrected(found, resolution, list(further), detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.torus.grid import Discretisation, closed_lines
 from slipmode.rom.contact.torus.marched_modes import MarchedModes
 from slipmode.rom.contact.torus.problem import torus_problem
@@ -86,6 +86,8 @@ class TorusProblem:
         Of the phases [rad/s].
     steps, lines : int
     orders : (orders, 2) ndarray
+    told : (orders,) ndarray of bool
+        Which of them the lines tell apart: modes respond to these, and the others are 0.
     """
 
     contact: kernel.Contact
@@ -93,6 +95,7 @@ class TorusProblem:
     steps: int
     lines: int
     orders: NDArray[np.int32]
+    told: Flags
 
     __repr__ = short_repr
 
@@ -113,21 +116,27 @@ class TorusProblem:
         """Of arguments as `torus_harmonics` has them."""
         rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
         stepped = periodic = None
+        told = np.ones(len(orders), dtype=bool)
         if reduced.contacts is not None:
             if rates.size == 2:
                 lines, ratio = closed_lines(
                     float(rates[1] / rates[0]), lines, _OFF * tolerance, odd=not reduced.even
                 )
                 rates[1] = ratio * rates[0]
+                told = 2 * np.abs(np.array(orders)[:, 1]) < lines
             stepped, periodic, response = _marched(
                 reduced, grid.steps, tuple(orders), tuple(rates)
             )
-            reaction = reaction - response
+            reaction, periodic = (
+                np.where(told[:, np.newaxis, np.newaxis], values, 0.0)
+                for values in (reaction - response, periodic)
+            )
         contact = torus_problem(
             *(reduced, law, coupling, orders, reaction),
             *(stepped, held, start, periodic, asked),
         )
-        return cls(contact, rates, grid.steps, lines, np.ascontiguousarray(orders, np.int32))
+        numbers = np.ascontiguousarray(orders, np.int32)
+        return cls(contact, rates, grid.steps, lines, numbers, told)
 
     def harmonics(
         self,
@@ -155,6 +164,7 @@ class TorusProblem:
             *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
         )
         kernel.check(status, "contact problem on the torus")
+        P[:, ~self.told] = 0.0
         return ContactHarmonics(P, mean_square, residual, marched)
 
 

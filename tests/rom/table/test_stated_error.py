@@ -20,7 +20,7 @@ from slipmode.rom import (
     two_mass,
 )
 from slipmode.rom.contact.friction_terms import contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics, told_apart
+from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import (
     Resolution,
     least_force,
@@ -71,7 +71,7 @@ def dense_error(model, points, limit):
         first = trial_grid(model.reduced, model.combinations, accuracy.tolerance)
         known = model.reduced, model.law, limit, first, model.combinations
         found = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
-        further = told_apart(list(found), grid.lines)
+        further = list(found)
     solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
     terms = solve(points, 0.1 * limit, model.combinations, 1, further)
     nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
