@@ -44,14 +44,14 @@ class ErrorBudget:
         return 0.5 * self.tolerance
 
     @property
-    def lines(self) -> float:
-        """Of samples, by the phase lines: no more for steps then than what these leave."""
-        return 0.6 * self.resolution
+    def steps(self) -> float:
+        """Of samples, by the steps, or by phase lines that drift: nodes differ by all of that."""
+        return 0.5 * self.resolution
 
     @property
-    def steps(self) -> float:
-        """Of samples, by the steps: what these are off by, all of a run is."""
-        return 0.5 * self.resolution
+    def closed_lines(self) -> float:
+        """Of samples, by phase lines that close; steps may take what these leave."""
+        return 0.6 * self.resolution
 
     @property
     def response(self) -> float:

@@ -244,20 +244,22 @@ def _resolution(
         time_budget=time_budget,
         finest=not further,
     )
-    counts = step_counts(reduced.carrier, _LEAST_STEPS)
+    rigid, counts = reduced.contacts is None, step_counts(reduced.carrier, _LEAST_STEPS)
     numbers, by_lines = [1], 0.0
     if modes == 2:
         enough = _enough_lines(reduced, combinations)
-        numbers, by_lines = settled(enough, lambda n: solve(counts[1], n), budget.lines)
+        share = budget.steps if rigid else budget.closed_lines
+        numbers, by_lines = settled(enough, lambda number: solve(counts[1], number), share)
     left = min(budget.steps, budget.resolution - by_lines)
     (steps, *_), by_steps = settled(counts, lambda count: solve(count, numbers[0]), left)
-    # that number of lines took least work in so many steps; in these, fewer may take less
-    lines = min(numbers, key=lambda number: solve(steps, number).work)
+    lines = numbers[0]
+    if not rigid:  # in so many steps fewer may take less work
+        lines = min(numbers, key=lambda number: solve(steps, number).work)
     # what contacts that hardly slip do is a small part of what free ones would
     moved = least > 0.0
     part = np.abs(solve(steps, lines).S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
-    share = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
-    march = max(budget.march * float(share), _FINEST_MARCH)
+    of_free = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
+    march = max(budget.march * float(of_free), _FINEST_MARCH)
     return Resolution(Discretisation(steps, lines), by_steps + by_lines, march)
 
 
