@@ -84,7 +84,9 @@ class HarmonicFit:
     @cached_property
     def _waves(self) -> Floats:
         """Of the mean, of real parts and of imaginary ones, (samples, columns)."""
-        turn = 2.0 * np.exp(1j * np.outer(self.times(0.0), self.frequency[self._moving]))
+        step = np.exp(1j * self.frequency[self._moving] * self.length / self.samples)
+        # samples are evenly spaced: a product takes a sixth of the time of an exponential
+        turn = 2.0 * np.cumprod(np.broadcast_to(step, (self.samples, step.size)), axis=0)
         return np.hstack((np.full((self.samples, 1), 2.0), turn.real, -turn.imag))
 
     @cached_property

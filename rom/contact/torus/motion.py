@@ -187,7 +187,8 @@ def contact_harmonics(
     amplitudes : (points, modes) array_like
         Modal amplitudes |a_j| [kg^1/2 m], >= 0.
     orders : sequence of (n, m)
-        Harmonics P_nm to compute.
+        Harmonics P_nm to compute. Of elastic contacts those that phase lines cannot tell apart
+        from others are 0.
     tolerance : float
         The march ends when the harmonics repeat to this fraction of the frictionless contact
         displacement at the point's amplitudes.
