@@ -27,7 +27,6 @@ from slipmode.rom.contact.resolution import (
 from slipmode.rom.contact.settled import check_settled
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -167,9 +166,8 @@ def tabulate(
         except UnsettledError:
             if not further:
                 raise
-            further, resolution = {}, task.resolution()
-            left_out = task.further_harmonics(resolution.grid)
-            unanswered = max(left_out.values(), default=0.0)
+            unanswered, further = max(further.values()), {}
+            resolution = task.resolution()
             found = task.refined(resolution)
         table = found.table
         off_carriers: float | None = 0.0
@@ -230,12 +228,11 @@ class _Task:
         """What each part may be off by."""
         return ErrorBudget(self.tolerance)
 
-    def further_harmonics(self, grid: Discretisation | None = None) -> dict[Order, float]:
-        """Those that modes respond to beside what they always do; default: that no grid hides."""
-        known = self.reduced, self.law, self.amplitude_range
-        if grid is None:
-            grid = trial_grid(self.reduced, self.combinations, self.tolerance)
-        return further_harmonics(*known, grid, self.combinations, self.budget.response)
+    def further_harmonics(self) -> dict[Order, float]:
+        """Those that modes respond to beside what they always do, and how far contacts move."""
+        grid = trial_grid(self.reduced, self.combinations, self.tolerance)
+        known = self.reduced, self.law, self.amplitude_range, grid, self.combinations
+        return further_harmonics(*known, self.budget.response)
 
     def resolution(self, further: Sequence[Order] = ()) -> Resolution:
         """Grid and march for these harmonics beside those that modes always respond to."""
