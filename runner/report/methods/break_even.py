@@ -140,14 +140,12 @@ def costs(case: Case, tolerance: float) -> Costs:
             break
     reach = _BEYOND * 0.5 * np.abs(exact).max(axis=0)
     reduced = case.reduced.at_carrier(case.frequency)
-    made = partial(rom.tabulate, reduced, case.law, reach, tolerance, detuning=False)
-    table, model = _seconds(made)
+    made = partial(rom.tabulate, reduced, case.law, reach, detuning=False)
+    table, model = _seconds(partial(made, tolerance=tolerance))
     amplitude = _run(case, model)
     region = rom.Region.along(np.abs(amplitude), reach, _NEAR * reach)
-    part, local = _seconds(partial(made, region=region))
-    closer = rom.tabulate(
-        *(reduced, case.law, reach, tolerance / _CLOSER), detuning=False, region=region
-    )
+    part, local = _seconds(partial(made, tolerance=tolerance, region=region))
+    closer = made(tolerance=tolerance / _CLOSER, region=region)
     runs = (np.vstack((each.real, each.imag)) for each in (amplitude, _run(case, closer)))
     of_run = float(relative_rms(*runs).max())
     arguments = case.more_modes, case.law, case.frequency, case.force, tolerance
