@@ -212,8 +212,11 @@ def contact_findings(
     return found
 
 
-def table_findings(tolerance: float, interpolation: float, unanswered: float) -> list[Finding]:
-    """Where a table is not as exact as asked for, and what it leaves out: see `Accuracy`."""
+def table_findings(tolerance: float, interpolation: float, neglected: float) -> list[Finding]:
+    """Return findings on a table that misses its tolerance or neglects a harmonic response.
+
+    The arguments are `Accuracy.tolerance`, `interpolation` and `neglected_response`.
+    """
     found = []
     if interpolation > tolerance:
         reason = (
@@ -222,13 +225,17 @@ def table_findings(tolerance: float, interpolation: float, unanswered: float) ->
             f"tolerance is {tolerance:g}; compare with slipmode validate"
         )
         found.append(Finding("friction", "uncertain", reason, "warning"))
-    if unanswered:
+    if neglected:
         reason = (
-            f"a harmonic beyond the fifth would move them by up to {unanswered:.1%}, but "
-            "they do not settle with the modes' response to it, which is left out; compare with "
-            "slipmode validate"
+            "the contact motion at the largest amplitudes does not converge, so the response to "
+            "harmonics beyond the fifth is not known and is left out"
+            if neglected == np.inf
+            else "a harmonic beyond the fifth would change the contact motion by up to "
+            f"{neglected:.1%}, but the motion does not converge with the response of the modes to "
+            "it, which is left out"
         )
-        found.append(Finding("contacts", "answered in part", reason, "warning"))
+        reason += "; compare with slipmode validate"
+        found.append(Finding("harmonics", "neglected", reason, "warning"))
     return found
 
 

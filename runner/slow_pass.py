@@ -87,7 +87,7 @@ class SlowPass:
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
         worth = self._model.accuracy
-        found = table_findings(worth.tolerance, worth.interpolation, worth.unanswered)
+        found = table_findings(worth.tolerance, worth.interpolation, worth.neglected_response)
         names = [f"frequency_{mode}" for mode in self._plan.excited.modes]
         found += self._model.detuning_findings(np.array(schedule.extremes(names)))
         record_findings(recorder, (*self._plan.decisions, *found))

@@ -15,6 +15,7 @@ from slipmode.rom.contact.friction_terms import contact_orders
 from slipmode.rom.contact.settled import UNSETTLED
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.motion import reaction_stiffnesses, torus_harmonics
+from slipmode.rom.errors import UnsettledError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import steady_coupling
@@ -45,6 +46,11 @@ def further_harmonics(
         Harmonics that its phase lines cannot tell apart are left out.
     smallest : float
         Motion that counts, relative to that without friction.
+
+    Raises
+    ------
+    UnsettledError
+        If the contact motion converges at none of the amplitudes that are tried.
     """
     if reduced.contacts is None:
         return {}
@@ -65,6 +71,8 @@ def further_harmonics(
         smallest_scale=0.1 * amplitude_range,
     )
     settled = solved.residual <= UNSETTLED
+    if not settled.any():
+        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
     response = np.abs(np.einsum("qcd,pqd->pqc", reaction, solved.P)).max(axis=-1)[:, len(known) :]
     drawn = np.abs(amplitudes @ coupling).max(axis=1, keepdims=True)
     share = (response / drawn)[settled].max(axis=0, initial=0.0)

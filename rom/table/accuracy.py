@@ -19,9 +19,11 @@ class Accuracy:
         Change on doubling steps and lines of the contact problem.
     periodicity : float
         Largest distance from a periodic contact motion.
-    unanswered : float
-        Motion of the contacts by a harmonic that modes are not taken to respond to, at most,
-        relative to that without friction; 0 where none counts.
+    neglected_response : float
+        Largest contact motion due to the response of modes to one higher-order harmonic that the
+        table leaves out, relative to the motion without friction. 0 if the table has every
+        harmonic that counts; infinity if it could not be measured, because the contact motion
+        converges at none of the amplitudes that are tried.
     detuning : float or None
         Error of forcing 5 % from the carriers, the largest of what was tried, without headroom.
         It grows with the square of that distance where the table has dS_j / dOmega_k, else in
@@ -37,7 +39,7 @@ class Accuracy:
     interpolation: float
     resolution: float
     periodicity: float
-    unanswered: float
+    neglected_response: float
     detuning: float | None
     steps: int
     lines: int

@@ -75,7 +75,10 @@ def tabulate(
     Parameters
     ----------
     reduced : Reduced
-    law : Tanh or Coulomb
+    law : contact law
+        Tanh or Coulomb if `reduced` has rigid contacts. Otherwise the elastic law that
+        `rom.reduce` received (Jenkins, Iwan, Sliders, FrictionalContact or Contacts), or one with
+        the same stiffness of stuck contacts.
     amplitude : sequence of float
         Largest amplitude |a_j| of each mode [kg^1/2 m].
     tolerance : float
@@ -159,14 +162,18 @@ def tabulate(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
             *(region, beyond, time_budget, map if quick else pool.map, bar),
         )
-        further, unanswered = task.further_harmonics(), 0.0
+        neglected = 0.0
+        try:
+            further = task.further_harmonics()
+        except UnsettledError:  # nothing is known about the response to them
+            further, neglected = {}, np.inf
         try:
             resolution = task.resolution(list(further))
             found = task.refined(resolution, list(further))
         except UnsettledError:
             if not further:
                 raise
-            unanswered, further = max(further.values()), {}
+            neglected, further = max(further.values()), {}
             resolution = task.resolution()
             found = task.refined(resolution)
         table = found.table
@@ -178,14 +185,14 @@ def tabulate(
         interpolation=found.error,
         resolution=resolution.error,
         periodicity=found.samples.periodicity,
-        unanswered=unanswered,
+        neglected_response=neglected,
         detuning=off_carriers,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
         solved=found.samples.solved,
     )
     if warned:
-        warn(table_findings(tolerance, found.error, unanswered))
+        warn(table_findings(tolerance, found.error, neglected))
     carried = found.carried
     kept = None if carried is None else _harmonics(table, found.orders, carried)
     if reduced.force_patterns is None:

@@ -35,7 +35,7 @@ def test_a_mode_at_the_seventh_harmonic_responds():
     largest = np.abs(model.table.nodes()[..., 0]).max()
     assert np.abs(without - exact).max() > 0.04 * largest
     assert np.abs(model.table(points) - exact).max() < 1e-2 * largest
-    assert model.accuracy.unanswered == 0.0
+    assert model.accuracy.neglected_response == 0.0
 
 
 def test_the_strongest_response_comes_first():
@@ -97,6 +97,17 @@ def test_rigid_contacts_have_none():
     )
 
 
+def test_a_response_that_is_not_known_is_not_stated_as_zero(monkeypatch, tmp_path):
+    monkeypatch.setattr("slipmode.rom.contact.further_harmonics.UNSETTLED", -1.0)
+    law = rom.Jenkins(2.0, 50.0)
+    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), law=law)
+    with pytest.warns(rom.ValidityWarning, match="^harmonics neglected: .* does not converge"):
+        model = rom.tabulate(reduced, law, (4.0,), 1e-2)
+    assert model.accuracy.neglected_response == np.inf
+    model.save(tmp_path / "model.rom")
+    assert rom.Model.load(tmp_path / "model.rom").accuracy == model.accuracy
+
+
 def test_a_table_that_does_not_settle_with_them_says_what_it_leaves_out():
     case = member(7)
     reduced = rom.reduce(
@@ -109,7 +120,7 @@ def test_a_table_that_does_not_settle_with_them_says_what_it_leaves_out():
     steady = rom.steady_state(reduced, case.law, case.frequency, case.force)
     reached = np.abs(np.array(steady.amplitude))
     region = Region.along(np.array([0.0 * reached, reached]), 2.0 * reached, reached / 16)
-    with pytest.warns(rom.ValidityWarning, match="contacts answered in part: .* by up to 5.9%"):
+    with pytest.warns(rom.ValidityWarning, match="harmonics neglected: .* by up to 5.9%"):
         model = rom.tabulate(reduced, case.law, 2.0 * reached, 1e-2, region=region)
     # about as much where contacts move most, at twice the steady amplitudes
-    assert 0.05 < model.accuracy.unanswered < 0.07
+    assert 0.05 < model.accuracy.neglected_response < 0.07

@@ -67,7 +67,7 @@ def dense_error(model, points, limit):
         march *= 0.1  # the check is to have no noise; closed phase lines let it be that exact
     grid = Discretisation(accuracy.steps, accuracy.lines)
     further = []
-    if not accuracy.unanswered:
+    if not accuracy.neglected_response:
         first = trial_grid(model.reduced, model.combinations, accuracy.tolerance)
         known = model.reduced, model.law, limit, first, model.combinations
         found = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
