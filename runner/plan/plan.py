@@ -177,13 +177,14 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         SMALLEST_RESPONSE if scene.tabulated else _SMALLEST_INTEGRATED,
         progress=progress,
     )
+    initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
     excited = Excited(
         modes,
         reduced,
         law,
         tuple(_force_pattern(scene, mode, reduced, index) for index, mode in enumerate(modes)),
-        tuple(scene.initial.get(mode, 0.0) for mode in modes),
-        tuple(scene.initial.get(mode, 0.0) for mode in modes),
+        initial,
+        initial,
     )
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
