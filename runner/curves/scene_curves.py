@@ -147,11 +147,17 @@ def scene_performance(
     forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan
     at = _place(plan.excited.modes, mode)
-    law = plan.excited.law
+    if not forcing.force[at].any():
+        name = plan.excited.modes[at]
+        raise SlipmodeError(
+            f"forcing.{name}: must not be 0: the resonance peak of mode {name} is under this force"
+        )
+    law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(
         plan.structure,
         (plan.excited.reduced.modes[at],),
         law=None if isinstance(law, RigidFriction) else law,
+        aerodynamics=None if aerodynamics is None else aerodynamics[at : at + 1].tolist(),
         warned=False,
         progress=progress,
     )

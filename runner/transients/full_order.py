@@ -124,8 +124,9 @@ class FullOrder:
     def __init__(self, plan: Plan, reduced: Reduced) -> None:
         patterns = np.array(plan.excited.force_patterns)
         self._plan = plan
-        structure = aeroelastic(plan.structure, reduced)
-        self.projection = Projection.of(structure, reduced, list(patterns))
+        small = Projection.of(plan.structure, reduced, list(patterns))
+        shapes = small.to_coordinates @ reduced.mode_shapes
+        self.projection = replace(small, structure=aeroelastic(small.structure, reduced, shapes))
         basis = self.projection.basis
         straight, modes = plan.schedule.stretches(), plan.excited.modes
         self.excitation = excitation_of(plan, patterns @ basis, straight)

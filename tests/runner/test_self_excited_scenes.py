@@ -5,6 +5,8 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.fmu import StoppedError
+from slipmode.runner.cli import main
+from slipmode.runner.curves.scene_curves import scene_performance
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.validate import validate
 
@@ -119,3 +121,26 @@ def test_refused_in_one_line(given, message):
         scene(**given)
     assert str(refused.value).startswith(message)
     assert "\n" not in str(refused.value)
+
+
+def test_what_a_single_run_costs_is_in_the_plan(tmp_path, capsys):
+    """It integrates at full order, where the damping of a self-excited mode is negative."""
+    of = tmp_path / "flutter.toml"
+    of.write_text(scene().text)
+    assert main(["plan", str(of)]) == 0
+    assert "s of a processor integrated" in capsys.readouterr().out
+
+
+def test_full_order_of_a_self_excited_scene_is_that_of_slow_time(tmp_path):
+    reached = []
+    for more in ("", '[model]\ntable = "none"'):
+        recording = runner.run(scene(initial="A = [0.6, 0.0]", more=more), tmp_path)
+        reached.append(runner.load(recording.mcap)["/modes"].column("A_abs")[-1])
+    assert reached[1] == pytest.approx(reached[0], rel=5e-3)
+
+
+def test_a_design_needs_a_force_and_knows_the_aerodynamics():
+    with pytest.raises(rom.SlipmodeError, match=r"^forcing\.A: must not be 0"):
+        scene_performance(scene())
+    with pytest.raises(rom.SlipmodeError, match=r"^mode: A has no damping at .*rom.limit_cycles"):
+        scene_performance(scene(more=f"{FORCED}amplitude = [4.0, 1.0]"))

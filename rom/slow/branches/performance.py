@@ -125,16 +125,15 @@ def performance_curve(
     Raises
     ------
     SlipmodeError
-        If the law does not scale, the force does not move the mode, the mode is self-excited, or
-        contacts hardly slip within the friction table.
+        If the law does not scale, the force does not move the mode, the mode is self-excited or
+        undamped, or contacts hardly slip within the friction table.
     """
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
             f"law: must be one that scales with its limits, not tanh, and without gaps; got "
             f"{model.law!r}"
         )
-    if not 0 <= mode < model.modes:
-        raise SlipmodeError(f"mode: must be 0 to {model.modes - 1}, got {mode}")
+    model.check_mode(mode)
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
@@ -183,7 +182,7 @@ def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Flo
     Raises
     ------
     SlipmodeError
-        If the mode is self-excited.
+        If the mode is self-excited or undamped.
     """
     curve, held = _phase_resonances(model, mode)
     r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)
@@ -204,5 +203,9 @@ def _phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
         model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
     )
     if np.any(curve.damping <= 0.0):
-        raise SlipmodeError(f"mode: {'AB'[mode]} is self-excited; rom.limit_cycles is for that")
+        r = curve.amplitude[curve.damping <= 0.0][0]
+        raise SlipmodeError(
+            f"mode: {'AB'[mode]} has no damping at |a| = {r:.3g} kg^1/2 m, so it has no resonance "
+            "peak; rom.limit_cycles finds the limit cycles of self-excited modes"
+        )
     return curve, 4.0 * curve.damping * curve.frequency**2 * curve.amplitude
