@@ -1,10 +1,35 @@
-"""Types of the arrays that go from room to room."""
+"""Types of the arrays that go from room to room, and the check of arrays that users give."""
 
-from typing import TypeAlias
+import reprlib
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.rom.errors import SlipmodeError
+
 Floats: TypeAlias = NDArray[np.float64]
 Complexes: TypeAlias = NDArray[np.complex128]
 Flags: TypeAlias = NDArray[np.bool_]
+
+
+def as_floats(key: str, given: Any) -> Floats:
+    """Return what a user gives as an array of floats; NaN and infinity are not refused.
+
+    Raises
+    ------
+    SlipmodeError
+        If an entry is not a real number, or rows have different lengths. The message names `key`.
+    """
+    try:
+        array = np.asarray(given)
+        if array.dtype.kind not in "cSU":  # numpy would drop imaginary parts and parse text
+            return np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        pass
+    raise SlipmodeError(f"{key}: must be real numbers, got {in_one_line(given)}")
+
+
+def in_one_line(given: Any) -> str:
+    """Return a short representation of any object, for messages."""
+    return " ".join(reprlib.repr(given).split())

@@ -27,5 +27,11 @@ class OutsideRegionError(SlipmodeError):
         )
 
 
+class UnknownChannelError(SlipmodeError, KeyError):
+    """A topic that a recording does not have."""
+
+    __str__ = Exception.__str__  # without the quotes of KeyError
+
+
 class UnsettledError(SlipmodeError):
     """A contact problem whose search has found no periodic motion."""

@@ -9,7 +9,23 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from slipmode.rom.arrays import in_one_line
+from slipmode.rom.errors import SlipmodeError
+
 PART = ".part"  # how the name of an unfinished file ends
+
+
+def as_path(key: str, given: str | os.PathLike[str]) -> Path:
+    """Return a path that a user gives.
+
+    Raises
+    ------
+    SlipmodeError
+        If it is neither a string nor a path. The message names `key`.
+    """
+    if not isinstance(given, str | os.PathLike):
+        raise SlipmodeError(f"{key}: must be a string or a path, got {in_one_line(given)}")
+    return Path(given)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from mcap import records
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, UnknownChannelError
 from slipmode.rom.short_repr import short_list, short_repr
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import EVENTS, Channel, Event, Field, decode_event
@@ -58,6 +58,14 @@ class Signals(NamedTuple):
                 f"{self.channel.topic} has no field {name}: {', '.join(self.channel.names)}"
             )
         return self.values[:, self.channel.names.index(name)]
+
+
+class Channels(dict[str, Signals]):
+    """Signals by topic; a topic that is not there raises an error that lists the topics."""
+
+    def __missing__(self, topic: object) -> Signals:
+        known = ", ".join(self) or "none"
+        raise UnknownChannelError(f"{topic}: no such channel; the recording has {known}")
 
 
 @dataclass(frozen=True)
@@ -127,7 +135,8 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
     Raises
     ------
     SlipmodeError
-        If there is no such file, or it is not such a recording.
+        If there is no such file, or it is not such a recording; and by a look-up of a topic that
+        is not in it. The message names the topics that are.
     """
     return read(path).channels
 
@@ -204,7 +213,7 @@ class _Gathered:
             raise SlipmodeError("no slipmode recording")
         for complaint in self.statistics.mixed_clocks():
             raise SlipmodeError(complaint)
-        channels, left_out = {}, []
+        channels, left_out = Channels(), []
         for number, record in self.statistics.channels.items():
             if record.topic in (EVENTS, overview.TOPIC):
                 continue

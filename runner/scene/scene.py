@@ -13,6 +13,7 @@ import numpy as np
 
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import as_path
 from slipmode.rom.slow.units import FrequencyUnit, LengthUnit, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import DIRECTIONS
@@ -115,7 +116,7 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
     SlipmodeError
         Naming the file and the key that is refused.
     """
-    path = Path(scene)
+    path = as_path("scene", scene)
     if not (_exists(path) and path.is_file()):
         shipped = shipped_scenes()
         if str(scene) not in shipped:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from os import PathLike
-from pathlib import Path
 from typing import BinaryIO
 
 from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import as_path
 
 
 @contextmanager
@@ -24,7 +24,7 @@ def opened(path: str | PathLike[str]) -> Iterator[BinaryIO]:
     """
     with ExitStack() as stack:
         try:
-            file = stack.enter_context(Path(path).open("rb"))
+            file = stack.enter_context(as_path("path", path).open("rb"))
         except OSError as error:
             raise SlipmodeError(f"{path}: {error.strerror}") from error
         with naming(path):

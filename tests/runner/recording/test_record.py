@@ -15,9 +15,10 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
+from slipmode import runner
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.load import read
+from slipmode.runner.recording.load import load, read
 from slipmode.runner.recording.mcapfile import writer
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
@@ -95,6 +96,29 @@ def test_units_metadata_and_scene(recorded):
     (scene,) = recorded.iter_attachments()
     assert (scene.name, scene.media_type) == ("scene.toml", "application/toml")
     assert scene.data.decode() == HEADER.scene_text
+
+
+def test_a_channel_that_is_not_there_is_refused_with_those_that_are(tmp_path):
+    with McapSink(tmp_path / "run.mcap", HEADER, CHANNELS) as sink:
+        fill(sink, 5)
+    channels = load(tmp_path / "run.mcap")
+    with pytest.raises(SlipmodeError) as refusal:
+        channels["/mode"]
+    topics = ", ".join(channel.topic for channel in CHANNELS)
+    assert str(refusal.value) == f"/mode: no such channel; the recording has {topics}"
+    assert isinstance(refusal.value, KeyError)
+    assert channels.get("/mode") is None and "/mode" not in channels
+
+
+@pytest.mark.parametrize("call", [runner.run, runner.load_scene])
+def test_what_is_no_scene_is_refused(call):
+    with pytest.raises(SlipmodeError, match=r"^scene: must be a string or a path, got 3$"):
+        call(3)
+
+
+def test_what_is_no_file_is_refused():
+    with pytest.raises(SlipmodeError, match=r"^path: must be a string or a path, got 3$"):
+        load(3)
 
 
 def test_statistics_and_chunks(tmp_path):
