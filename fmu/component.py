@@ -37,10 +37,10 @@ from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
-from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.validity import Finding, force_strain, model_findings, strain_findings, warn
 
 STEPS_PER_PERIOD = 40
@@ -151,13 +151,8 @@ class Component:
         if not np.isfinite(start).all():
             raise SlipmodeError(f"amplitude: must be finite, got {given}")
         if status == kernel.OUTSIDE_TABLE:
-            amplitude_range = limit_scale(self._inputs) * self.model.table.amplitude_range
-            if np.all(np.abs(start[: self.model.modes]) <= amplitude_range):
-                raise OutsideRegionError
-            raise SlipmodeError(
-                f"amplitude: {np.abs(start[:modes])} is outside the friction table, "
-                f"whose range is {amplitude_range}"
-            )
+            scale = limit_scale(self._inputs)
+            raise outside_table(np.abs(start[:modes]), self.model.table, scale)
         kernel.check(status, "reset")
 
     def set_amplitude(self, amplitude: Complexes) -> None:

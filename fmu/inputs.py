@@ -10,7 +10,7 @@ from slipmode.rom import Model, SlipmodeError, Tanh, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.reduced import force_vector
+from slipmode.rom.reduction.reduced import force_vectors
 from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal
 
 MODE_NAMES = ("A", "B")
@@ -170,9 +170,8 @@ def force_factors(model: Model, force_patterns: ForcePatterns | None) -> Floats:
     """Modal force per unit of the force input, (MODES,)."""
     factors = np.ones(kernel.MODES)
     if force_patterns is not None:
-        if len(force_patterns) != model.modes:
-            raise SlipmodeError(f"force_patterns: needs one entry per mode ({model.modes})")
-        for mode, pattern in enumerate(force_patterns):
-            vector = force_vector(pattern, model.reduced.n_dofs, "force_patterns")
+        n_dofs = model.reduced.n_dofs
+        vectors = force_vectors(force_patterns, model.modes, n_dofs, "force_patterns")
+        for mode, vector in enumerate(vectors):
             factors[mode] = model.reduced.modal_force(mode, vector)
     return factors

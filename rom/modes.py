@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
@@ -127,8 +127,12 @@ def modes(
     progress : bool, default False
         Whether to say on standard error what a large structure is at.
     """
-    if n < 1:
-        raise SlipmodeError(f"n: must be at least 1, got {n}")
+    if not isinstance(n, int | np.integer) or n < 1:
+        raise SlipmodeError(f"n: must be an integer of at least 1, got {n!r}")
+    if law is not None and not isinstance(law, Elastic):
+        raise SlipmodeError(
+            f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
+        )
     count = min(n, structure.n_dofs - structure.n_contacts)
     with phases("modes", shown=progress):
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)

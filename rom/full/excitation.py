@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduction import force_vector
 from slipmode.rom.short_repr import short_repr
@@ -100,16 +100,16 @@ class Excitation:
         >>> forces = ({0: 0.15}, {1: 0.25})
         >>> excitation = Excitation.harmonic(structure, forces, (0.98, 1.65))
         """
-        if isinstance(force, Mapping) or len(force) not in (1, 2):
+        if not isinstance(force, Sequence | np.ndarray) or len(force) not in (1, 2):
             raise SlipmodeError("force: must be one or two forces, one per mode")
         patterns = np.array([force_vector(each, structure.n_dofs) for each in force])
         row = (1, len(patterns))
         values = {}
         for name, value in (("frequency", frequency), ("phase", phase)):
-            try:
-                values[name] = np.broadcast_to(np.asarray(value, dtype=float), row)
-            except ValueError:
-                raise SlipmodeError(f"{name}: must be {row[1]} numbers, one per mode") from None
+            given = as_floats(name, value)
+            if given.shape not in ((), row[1:]):
+                raise SlipmodeError(f"{name}: must be {row[1]} numbers, one per mode")
+            values[name] = np.broadcast_to(given, row)
         zero = np.zeros(row)
         return cls(
             patterns=patterns,

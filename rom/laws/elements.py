@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
 from slipmode.rom.short_repr import short_repr
@@ -108,7 +108,7 @@ def joined(parts: Sequence[tuple[Elements, Sequence[int]]], contacts: int) -> El
 
 def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
     """A parameter of each contact, from one number or from one per contact."""
-    given = np.asarray(value, dtype=float)
+    given = as_floats(name, value)
     if given.ndim == 1 and given.size != contacts:
         raise SlipmodeError(
             f"{name}: must be one number or {contacts} numbers (one per contact), got {given.size}"
@@ -120,7 +120,7 @@ def checked(
     name: str, value: float | Sequence[float], unit: str, *, positive: bool = False
 ) -> float | tuple[float, ...]:
     """A parameter as it is compared and hashed: by value; >= 0, or > 0 if `positive`."""
-    given = np.asarray(value, dtype=float)
+    given = as_floats(name, value)
     fine = given.ndim <= 1 and given.size > 0 and fits(given) and bool(np.all(given >= 0))
     if not fine or (positive and not given.all()):
         zero = "" if positive else "0 or "

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import checked, per_contact
@@ -37,7 +37,7 @@ class Tanh:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
-        if not SMALLEST <= self.alpha <= LARGEST:
+        if not SMALLEST <= as_floats("alpha", self.alpha) <= LARGEST:
             raise SlipmodeError(
                 f"alpha: must be {SMALLEST:g} to {LARGEST:g} [m/s], got {self.alpha}"
             )
@@ -93,8 +93,13 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
     Raises
     ------
     SlipmodeError
-        Also on a wrong number of limits.
+        If the law is not one, was not used in the reduction, or has a wrong number of limits.
     """
+    if not isinstance(law, Friction):
+        raise SlipmodeError(
+            "law: must be a contact law (Tanh, Coulomb, Jenkins, Iwan, Sliders, FrictionalContact "
+            f"or Contacts), got {in_one_line(law)}"
+        )
     if isinstance(law, Tanh | Coulomb):
         limits(law, contacts)
         if reference is not None:

@@ -14,10 +14,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.rom.arrays import as_floats
+from slipmode.rom.errors import SlipmodeError
+
 # Distance from a carrier, relative to it, that counts as near, by |n| + |m| up to which it does: a
 # harmonic of higher order is smaller, and drives as much only from closer by.
 SEPARATION = {7: 0.1, 9: 0.01}
 MOST = 8  # that the core takes
+_HIGHEST = 31  # |n| and |m| that the finest two grids distinguish, of 64 and 128 phase lines
 
 Order = tuple[int, int]
 CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
@@ -32,12 +36,31 @@ class CombinationResonance:
     mode : int
         0 for A, 1 for B.
     n, m : int
-        Of the frequency n Omega_A + m Omega_B.
+        Of the frequency n Omega_A + m Omega_B; -31 to 31.
+
+    Raises
+    ------
+    SlipmodeError
+        If one of them is not allowed, or (n, m) is the carrier of the mode itself.
     """
 
     mode: int
     n: int
     m: int
+
+    def __post_init__(self) -> None:
+        if self.mode not in (0, 1):
+            raise SlipmodeError(f"mode: must be 0 or 1, got {self.mode!r}")
+        for key, value in (("n", self.n), ("m", self.m)):
+            if not isinstance(value, int | np.integer) or abs(value) > _HIGHEST:
+                raise SlipmodeError(
+                    f"{key}: must be an integer from {-_HIGHEST} to {_HIGHEST}, got {value!r}"
+                )
+        if (self.n, self.m) == CARRIERS[self.mode]:
+            raise SlipmodeError(
+                f"n, m: ({self.n}, {self.m}) is the carrier of mode {'AB'[self.mode]}, "
+                "not a combination"
+            )
 
     @property
     def stored_order(self) -> Order:
@@ -100,9 +123,21 @@ def combination_resonances(
     -------
     tuple of CombinationResonance
         Lowest orders first, at most 8; empty for one mode.
+
+    Raises
+    ------
+    SlipmodeError
+        If the frequencies are not finite numbers > 0 of one or two modes.
     """
-    start = np.atleast_2d(np.asarray(frequencies, dtype=float))
-    end = start if until is None else np.atleast_2d(np.asarray(until, dtype=float))
+    start = np.atleast_2d(as_floats("frequencies", frequencies))
+    end = start if until is None else np.atleast_2d(as_floats("until", until))
+    for key, points in (("frequencies", start), ("until", end)):
+        fits = points.ndim == 2 and points.shape[1] in (1, 2) and points.shape == start.shape
+        if not (fits and np.isfinite(points).all() and (points > 0.0).all()):
+            raise SlipmodeError(
+                f"{key}: must be finite numbers > 0 of shape (points, modes), of one or two modes "
+                "[rad/s]"
+            )
     if start.shape[1] == 1:
         return ()
     ends = np.unique(np.stack((start, end), axis=1), axis=0)  # (sweeps, 2, modes)

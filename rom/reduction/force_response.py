@@ -15,9 +15,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.reduced import Reduced, force_vector
+from slipmode.rom.reduction.reduced import Reduced, force_vectors
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
@@ -54,19 +54,22 @@ class AppliedForces:
     @classmethod
     def of(cls, reduced: Reduced, force: Forces) -> Self:
         """Of one {DOF: amplitude} or (n,) array per mode."""
-        modes = len(reduced.modes)
-        if len(force) != modes:
-            raise SlipmodeError(f"force: needs one entry per mode ({modes}), got {len(force)}")
-        return cls(reduced, np.array([force_vector(each, reduced.n_dofs) for each in force]))
+        return cls(reduced, force_vectors(force, len(reduced.modes), reduced.n_dofs))
 
     @cached_property
     def modal(self) -> Floats:
         """F_j, (modes,) [N kg^-1/2]."""
         return np.array([self.reduced.modal_force_of(j, f) for j, f in enumerate(self.force)])
 
-    def excitation(self, phase: Sequence[float]) -> Complexes:
-        """F_j exp(i phase_j), (modes,)."""
-        return phasor(self.modal, np.asarray(phase)[: self.modal.size])
+    def excitation(self, phase: ArrayLike) -> Complexes:
+        """Return F_j exp(i phase_j), (modes,), for one phase or one phase per mode [rad]."""
+        angle = as_floats("phase", phase)
+        if angle.shape not in ((), self.modal.shape) or not np.isfinite(angle).all():
+            raise SlipmodeError(
+                f"phase: must be a finite number or {self.modal.size}, one per mode [rad], "
+                f"got {in_one_line(phase)}"
+            )
+        return phasor(self.modal, angle)
 
     @cached_property
     def per_modal_force(self) -> Floats:

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
@@ -284,8 +284,20 @@ class Reduced:
         return np.asarray(nu**2 * self.carried_mass - dampers, dtype=complex)
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
-        """The same model with its contact problem at other carrier frequencies [rad/s]."""
-        frequencies = np.asarray(carrier, dtype=float)
+        """Return the model with its contact problem at other carrier frequencies [rad/s].
+
+        Raises
+        ------
+        SlipmodeError
+            In the paper's formulation, whose slow flow has the natural frequencies alone; or if
+            the frequencies are not positive numbers, one per mode.
+        """
+        if self.formulation == "paper":
+            raise SlipmodeError(
+                'carrier: the "paper" formulation solves contacts at the natural frequencies; '
+                'leave carrier out or use formulation="consistent"'
+            )
+        frequencies = as_floats("carrier", carrier)
         if frequencies.shape != self.frequency.shape or not np.all(
             (frequencies >= SMALLEST) & (frequencies <= LARGEST)
         ):
@@ -348,16 +360,36 @@ def force_vector(
     if isinstance(force, Mapping):
         vector = np.zeros(n_dofs)
         for dof, amplitude in force.items():
-            if not 0 <= dof < n_dofs:
+            if not (isinstance(dof, int | np.integer) and 0 <= dof < n_dofs):
                 raise SlipmodeError(
-                    f"{key}: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+                    f"{key}: DOF {dof!r} is out of range, allowed: 0 to {n_dofs - 1}"
                 )
-            vector[dof] = amplitude
+            number = as_floats(key, amplitude)
+            if number.ndim:
+                raise SlipmodeError(f"{key}: must be one number at DOF {dof}, got {amplitude}")
+            vector[dof] = number
     else:
-        vector = np.asarray(force, dtype=float)
+        vector = as_floats(key, force)
     largest = float(np.abs(vector).max(initial=0.0))
     if vector.shape != (n_dofs,) or not (largest == 0.0 or SMALLEST <= largest <= LARGEST):
         raise SlipmodeError(
             f"{key}: must be {n_dofs} finite numbers, one per DOF, the largest {ALLOWED}"
         )
     return vector
+
+
+def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> Floats:
+    """Return the forces (modes, n) of one {DOF: amplitude} or array per mode.
+
+    Raises
+    ------
+    SlipmodeError
+        If there is not one entry per mode, or an entry is not a force. The message names `key`.
+    """
+    is_list = isinstance(forces, Sequence | np.ndarray) and not isinstance(forces, str)
+    if not is_list or len(forces) != modes:
+        raise SlipmodeError(
+            f"{key}: needs one entry per mode ({modes}), each {{DOF: amplitude}} or an array of "
+            f"{n_dofs} numbers, got {in_one_line(forces)}"
+        )
+    return np.array([force_vector(each, n_dofs, key) for each in forces])

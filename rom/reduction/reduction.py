@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 import scipy.linalg
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.directions import skewed_directions
@@ -22,7 +22,7 @@ from slipmode.rom.reduction.nonresonant import (
     no_nonresonant_modes,
     nonresonant_modes,
 )
-from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector
+from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vector, force_vectors
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.held import bonded as hold_bonded
@@ -66,7 +66,7 @@ def reduce(
         of all others that move differently from what they would statically.
     carrier : sequence of float, optional
         Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
-        the forcing the better. Default, and always in "paper": the natural frequencies.
+        the forcing the better. Not with "paper". Default: the natural frequencies.
     law : elastic law, optional
         Jenkins, Iwan, Sliders, FrictionalContact or Contacts: stuck contacts are its springs.
         Default: rigid friction (Tanh, Coulomb), whose stuck contacts are bonded.
@@ -102,10 +102,14 @@ def reduce(
     """
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
-    modes = tuple(int(mode) for mode in modes)
-    if len(modes) not in (1, 2) or len(set(modes)) != len(modes):
-        raise SlipmodeError(f"modes: must be one or two different modes, got {modes}")
-    if not 0 <= smallest_response <= 1:
+    numbers = as_floats("modes", list(modes) if np.iterable(modes) else modes)
+    chosen = set(numbers.ravel().tolist())
+    if numbers.ndim != 1 or len(chosen) != numbers.size or numbers.size not in (1, 2):
+        raise SlipmodeError(f"modes: must be one or two different modes, got {in_one_line(modes)}")
+    if not all(mode.is_integer() for mode in chosen):
+        raise SlipmodeError(f"modes: must be integers, got {in_one_line(modes)}")
+    modes = tuple(int(mode) for mode in numbers)
+    if not 0 <= as_floats("smallest_response", smallest_response) <= 1:
         raise SlipmodeError(f"smallest_response: must be 0 to 1, got {smallest_response}")
     if law is not None:
         if formulation == "paper":
@@ -161,12 +165,8 @@ def _specified(
         reduced = reduced.at_carrier(carrier)
     if patterns is None:
         return reduced
-    if len(patterns) != len(reduced.modes):
-        raise SlipmodeError(
-            f"force_patterns: needs one entry per mode ({len(reduced.modes)}), got {len(patterns)}"
-        )
-    f = [force_vector(pattern, reduced.n_dofs, "force_patterns") for pattern in patterns]
-    return replace(reduced, force_patterns=np.array(f))
+    f = force_vectors(patterns, len(reduced.modes), reduced.n_dofs, "force_patterns")
+    return replace(reduced, force_patterns=f)
 
 
 def _aeroelastic(reduced: Reduced, aerodynamics: Sequence[complex]) -> Reduced:

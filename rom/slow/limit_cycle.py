@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
@@ -62,7 +63,7 @@ def limit_cycles(
     model: Model,
     frequency: Sequence[float | None] | None = None,
     force: Forces | None = None,
-    phase: Sequence[float] = (0.0, 0.0),
+    phase: ArrayLike = 0.0,
 ) -> tuple[LimitCycle, ...]:
     """Every limit cycle within the friction table, by ascending amplitude.
 
@@ -78,7 +79,7 @@ def limit_cycles(
         Forcing frequencies [rad/s], one per mode; those of unforced modes do not matter.
     force : one {DOF: amplitude} or (n,) array_like per mode, optional
         Force amplitudes [N] as in `steady`; {} of an unforced mode. Default: nothing is forced.
-    phase : sequence of float
+    phase : float or (modes,) array_like
         Phases of the forces [rad].
 
     Returns
@@ -131,7 +132,7 @@ def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced:
     natural = model.reduced.frequency
     if frequency is None and not forced.any():
         return natural.copy()
-    given = np.asarray(np.nan if frequency is None else frequency, dtype=float)
+    given = as_floats("frequency", np.nan if frequency is None else frequency)
     if given.shape != natural.shape or not np.isfinite(given[forced]).all():
         raise SlipmodeError(
             f"frequency: must be {natural.size} numbers [rad/s], finite for each mode that is "

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
@@ -126,7 +126,7 @@ def steady(
     model: Model,
     frequency: ArrayLike,
     force: Forces,
-    phase: Sequence[float] = (0.0, 0.0),
+    phase: ArrayLike = 0.0,
 ) -> Complexes:
     """Steady complex amplitudes under constant forcing, on the branch reached from rest.
 
@@ -138,7 +138,7 @@ def steady(
     force : one {DOF: amplitude} or (n,) array_like per mode
         Force amplitudes [N] on the DOFs: magnitude times pattern, which `fmu.Component` takes
         apart (`force_patterns`, and the inputs force_A and force_B).
-    phase : sequence of float
+    phase : float or (modes,) array_like
         Phases of the forces [rad].
 
     Returns
@@ -158,7 +158,7 @@ def steady(
     ValidityWarning
         Where friction or the force strain what the method assumes.
     """
-    Omega = np.atleast_1d(np.asarray(frequency, dtype=float))
+    Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
@@ -192,7 +192,13 @@ def resonance(
     frequency_B : (n_B,) array_like
         [rad/s]
     """
-    axis_A, axis_B = (np.asarray(axis, dtype=float) for axis in (frequency_A, frequency_B))
+    axes = {"frequency_A": frequency_A, "frequency_B": frequency_B}
+    if model.modes != 2:
+        raise SlipmodeError("model: must be of two modes for a grid of two forcing frequencies")
+    axis_A, axis_B = (as_floats(key, axis) for key, axis in axes.items())
+    for key, axis in zip(axes, (axis_A, axis_B), strict=True):
+        if axis.ndim != 1:
+            raise SlipmodeError(f"{key}: must be a sequence of numbers [rad/s], got {axis}")
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
     return ResonanceSurface(
         axis_A, axis_B, steady(model, grid, force), model.reduced.mode_shapes.copy()
@@ -212,10 +218,29 @@ def resonance_curve(
     force : {DOF: amplitude} or (n,) array_like
         Force amplitudes [N] on this mode; what they do to the contacts directly is left out.
     amplitudes : (n, modes) array_like
-        Amplitudes of all modes; the other mode's may be held.
+        Amplitudes of all modes [kg^1/2 m]: > 0 of this mode, >= 0 of the other. With one mode
+        (n,) is allowed too.
+
+    Raises
+    ------
+    SlipmodeError
+        If the mode does not exist, or an amplitude is not allowed.
     """
-    points = np.asarray(amplitudes, dtype=float)
+    model.check_mode(mode)
+    points = as_floats("amplitudes", amplitudes)
+    if points.ndim == 1 and model.modes == 1:
+        points = points[:, np.newaxis]
+    if points.ndim != 2 or points.shape[1] != model.modes:
+        raise SlipmodeError(
+            f"amplitudes: must have shape (n, {model.modes}), one column per mode, got shape "
+            f"{points.shape}"
+        )
     r = points[:, mode]
+    if not (np.isfinite(points).all() and (points >= 0.0).all() and (r > 0.0).all()):
+        raise SlipmodeError(
+            f"amplitudes: must be finite and >= 0, and > 0 for mode {'AB'[mode]} [kg^1/2 m], got "
+            f"{in_one_line(amplitudes)}"
+        )
     half_force = 0.5 * abs(model.reduced.modal_force(mode, force)) / r
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
     paper = model.reduced.formulation == "paper"

@@ -85,12 +85,13 @@ def _solve(problem: SteadyProblem, places: np.ndarray, found: SteadyPoints) -> N
             _solve(problem.only(slice(k, k + 1)), places[k : k + 1], found)
         return
     edge = np.asarray(problem.at_edge(amplitude).any(axis=1))
+    effective = problem.effective_modulus(amplitude, problem.inputs)
     for k, place in enumerate(places.tolist()):
         if stands[k]:
             found.amplitude[place] = amplitude[k]
         elif edge[k]:
             found.outside[place] = True
-            found.reason[place] = str(outside_table(np.abs(amplitude[k]), problem.model.table))
+            found.reason[place] = str(outside_table(effective[k], problem.model.table))
         else:
             _from_rest(problem.only(slice(k, k + 1)), place, found)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
@@ -66,8 +67,20 @@ class SteadyProblem:
                 "far friction holds it"
             )
         if outside.any():
-            raise outside_table(np.abs(amplitude[outside]), self.model.table)
+            effective = self.effective_modulus(amplitude, inputs)[outside]
+            raise outside_table(effective, self.model.table)
         return found
+
+    def effective_modulus(self, amplitude: Complexes, inputs: NDArray[np.void]) -> Floats:
+        """Return the amplitudes at which the friction table is looked up, (points, modes).
+
+        They include the direct action of the forces on the contacts, and the change of the
+        coupling with the forcing frequency.
+        """
+        modes = slice(0, self.model.modes)
+        force = inputs["force"][:, modes] * np.exp(1j * inputs["phase"][:, modes])
+        factor = coupling_factor(self.model.reduced, inputs["frequency"][:, modes])
+        return np.asarray(np.abs(factor * (amplitude + self.shift * force)))
 
     def relax(self) -> Complexes:
         """(stiffness - Q) a = F / 2 + Q shift F, half a step at a time from rest."""
@@ -146,8 +159,8 @@ class SteadyProblem:
                 return found
             if free.any() and self.imbalance(point)[0] <= _CONVERGED:
                 raise SlipmodeError(
-                    f"force: mode {_named(free)} is self-excited and no force holds it: it does "
-                    "not stay at rest; rom.limit_cycles has what it settles to"
+                    f"aerodynamics: mode {_named(free)} is self-excited and not forced: it does "
+                    "not stay at rest; rom.limit_cycles finds its limit cycles"
                 )
         held = ""
         if self._excited.any():

@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from slipmode.rom.arrays import as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, fits
 
@@ -31,7 +32,7 @@ class Rayleigh:
 
     def __post_init__(self) -> None:
         for name, value in (("alpha", self.alpha), ("beta", self.beta)):
-            if not (value >= 0.0 and fits(value)):
+            if not (as_floats(f"damping: {name}", value) >= 0.0 and fits(value)):
                 raise SlipmodeError(
                     f"damping: {name} must be a finite number >= 0, {ALLOWED}, got {value}"
                 )
@@ -50,7 +51,8 @@ class Rayleigh:
             If no alpha, beta >= 0 have them: between the frequencies the ratios may differ at
             most as the frequencies do.
         """
-        zeta, omega = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (ratio, frequency))
+        given = {"ratio": ratio, "frequency": frequency}
+        zeta, omega = (np.atleast_1d(as_floats(key, value)) for key, value in given.items())
         if zeta.shape not in ((1,), (2,)) or zeta.shape != omega.shape:
             raise SlipmodeError(
                 f"ratio, frequency: must be one or two of each, got {ratio} and {frequency}"

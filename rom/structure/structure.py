@@ -13,6 +13,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
@@ -31,37 +32,43 @@ from slipmode.rom.structure.solvers.definiteness import is_positive_mass, is_pos
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Structure:
-    """M x'' + C x' + K x + W g(W^T x') = f, Eq. (1), with friction g at the contacts.
+    """Matrices and contact directions of a structure with dry friction, Eq. (1).
+
+    The equation of motion is M x'' + C x' + K x + W g = f, with the contact forces g (N_c,) that
+    the contact law gives for the contact motion x_c = W^T x. The law is no part of the structure.
 
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        M [kg], symmetric, positive definite.
+        M [kg], symmetric and positive definite.
     stiffness : (n, n) array or sparse matrix
-        K [N/m], symmetric. May have rigid-body modes, as long as the contacts hold them.
+        K [N/m] without contacts, symmetric. Rigid-body modes are allowed here. `rom.reduce`
+        refuses those that remain with bonded contacts (Tanh, Coulomb); with the springs of
+        elastic contacts they may remain, but cannot be retained.
     damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
-        beta [s] for C = beta K, `Rayleigh` for damping ratios or a loss factor at frequencies, or
-        C [N s/m] itself: symmetric, positive semidefinite.
+        beta [s] of C = beta K, `Rayleigh` for C = alpha M + beta K, or C itself [N s/m],
+        symmetric and positive semidefinite.
     contact : sequence of int, or (n, N_c) array or sparse matrix
-        The contact DOFs, or directions W: the contact displacement is x_c = W^T x, so a
-        column with +1 and -1 is the relative displacement of two nodes.
+        Indices of the contact DOFs, or the directions W [-], with 1 <= N_c < n linearly
+        independent columns. A column with +1 and -1 is the relative displacement of two nodes.
     labels : Labels, optional
-        Which node and direction each DOF is, of structures that other programs made.
+        Node and direction of each DOF.
 
     Attributes
     ----------
     mass, stiffness, damping : (n, n) matrix
-        Read-only ndarrays; CSC matrices if mass or stiffness was given sparse.
+        M, K and C. Read-only ndarrays, or CSC arrays if mass or stiffness was given sparse.
     beta : float or None
-        None if `damping` was not given as a number.
+        The factor of C = beta K [s]. None for any other damping.
     directions : (n, N_c) matrix
-        W, dense or CSC like the others.
+        W, dense or CSC like the other matrices.
     labels : Labels or None
+        Node and direction of each DOF.
 
     Raises
     ------
     SlipmodeError
-        Naming the argument that is refused and what it may be.
+        If an argument is not allowed. The message names it.
     """
 
     mass: Matrix
@@ -202,7 +209,7 @@ def load_structure(
     SlipmodeError
         Naming the file and the part that is missing, unreadable or refused.
     """
-    file = Path(path)
+    file = as_path("path", path)
     if file.is_dir() or file.suffix not in ENDINGS:
         matrices = read_matrices(file)
     else:

@@ -139,7 +139,7 @@ class Table:
             Outside the table: it is never extrapolated.
         """
         points = kernel.contiguous(amplitudes)
-        if points.shape[-1] != self.modes:
+        if points.ndim == 0 or points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
         status = kernel.lib.sm_table_lookup_many(
@@ -151,14 +151,31 @@ class Table:
         return result
 
 
-def outside_table(amplitudes: Floats, table: Table) -> SlipmodeError:
-    """What to say of amplitudes (..., modes) of which some are outside a table."""
-    largest = amplitudes.reshape(-1, table.modes).max(axis=0)
-    if table.region is not None and np.all(largest <= table.amplitude_range):
+def outside_table(amplitudes: Floats, table: Table, limit_scale: float = 1.0) -> SlipmodeError:
+    """Return the refusal of effective amplitudes that are outside a table, or about to leave it.
+
+    Parameters
+    ----------
+    amplitudes : (..., modes) ndarray
+        Moduli |a_j| as the contacts see them [kg^1/2 m]. The message names the mode that is
+        furthest outside.
+    limit_scale : float
+        Factor on the friction limits of the table [-]: its range grows with them.
+    """
+    largest, ends = amplitudes.reshape(-1, table.modes).max(axis=0), table.amplitude_range
+    ends = limit_scale * ends
+    if table.region is not None and np.all(largest <= ends):
         return OutsideRegionError()
+    j = int(np.argmax(largest / ends))
+    reached, end = float(largest[j]), float(ends[j])
+    if reached > end:
+        shown = f"{reached:.4g}" if reached > 1.001 * end else repr(reached)
+        what = f"mode {'AB'[j]} reaches {shown} kg^1/2 m at the contacts,"
+    else:  # a search that was held inside the table
+        what = f"mode {'AB'[j]} goes"
     return OutsideTableError(
-        f"amplitude: {largest} is outside the friction table, whose range is "
-        f"{table.amplitude_range}; tabulate a larger range"
+        f"amplitude: {what} outside the friction table, which ends at {end:.6g} kg^1/2 m; "
+        "tabulate a larger range"
     )
 
 

@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 from dataclasses import asdict, astuple, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
+from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -86,6 +85,11 @@ class Model:
         """Hexadecimal content hash: equal for equal models."""
         return digest(self._header(), self._content())
 
+    def check_mode(self, mode: int) -> None:
+        """Raise a SlipmodeError if the model has no mode of this index."""
+        if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
+            raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
+
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
         seen = slice(None) if forced is None else forced
@@ -111,7 +115,7 @@ class Model:
             If the file is missing, of another version, damaged (its hash does not fit), or no
             model all the same.
         """
-        path = Path(path)
+        path = as_path("path", path)
         try:
             with np.load(path, allow_pickle=False) as archive:
                 content = {name: archive[name] for name in archive.files}

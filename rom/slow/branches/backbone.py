@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import short_repr
@@ -123,16 +123,17 @@ def backbone(
     SlipmodeError
         If there is no such mode, or an amplitude is outside the friction table.
     """
-    if not 0 <= mode < model.modes:
-        raise SlipmodeError(f"mode: must be 0 to {model.modes - 1}, got {mode}")
+    model.check_mode(mode)
+    if not (np.ndim(other) == 0 and as_floats("other", other) >= 0.0):
+        raise SlipmodeError(f"other: must be a number >= 0 [kg^1/2 m], got {other}")
     if model.modes == 1 and other != 0.0:
         raise SlipmodeError(f"other: must be 0 in a model of one mode, got {other}")
     if amplitude is None:
         largest = model.table.amplitude_range[mode]
         r = np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
     else:
-        r = np.atleast_1d(np.asarray(amplitude, dtype=float))
-        if r.ndim > 1 or not np.all(np.isfinite(r) & (r > 0.0)):
+        r = np.atleast_1d(as_floats("amplitude", amplitude))
+        if r.ndim > 1 or r.size == 0 or not np.all(np.isfinite(r) & (r > 0.0)):
             raise SlipmodeError("amplitude: must be finite numbers > 0 [kg^1/2 m]")
     a = np.full((r.size, model.modes), abs(other), dtype=complex)
     a[:, mode] = r

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
@@ -56,7 +56,7 @@ class ForcedSlowFlow:
         model: Model,
         frequency: ArrayLike,
         force: Forces,
-        phase: Sequence[float],
+        phase: ArrayLike,
         vary: Varied,
         span: Sequence[ArrayLike],
         largest_step: float = LARGEST_STEP,
@@ -67,7 +67,7 @@ class ForcedSlowFlow:
         allowed = [name for name in _NAMES if model.modes == 2 or name[-2:] != "_B"]
         if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
-        ends = [np.asarray(end, dtype=float) for end in span]
+        ends = [as_floats("span", end) for end in (span if np.iterable(span) else ())]
         both = vary == "frequency"
         shape = (model.modes,) if both else ()
         fits = len(ends) == 2 and all(end.shape == shape for end in ends)
@@ -83,7 +83,7 @@ class ForcedSlowFlow:
                 "vary: limits vary with factors > 0, and of laws that scale with them: not of "
                 f"tanh, nor across a gap; got {model.law!r}, span {span}"
             )
-        Omega = np.asarray(frequency, dtype=float)
+        Omega = as_floats("frequency", frequency)
         if Omega.shape != (model.modes,):
             raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
         inputs = np.repeat(inputs_of(excitation[np.newaxis], Omega), 2)

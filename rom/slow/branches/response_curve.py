@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
@@ -172,7 +172,7 @@ def response_curve(
     force: Forces,
     vary: Varied,
     span: Sequence[ArrayLike],
-    phase: Sequence[float] = (0.0, 0.0),
+    phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
 ) -> ResponseCurve:
     """Follow every steady state within the friction table, through folds, with its stability.
@@ -195,7 +195,7 @@ def response_curve(
         "force": a factor on the forces; "limit": a factor on friction limits and preloads.
     span : pair
         First and last value.
-    phase : sequence of float
+    phase : float or (modes,) array_like
         Phases of the forces [rad].
     largest_step : float
         From one point to the next, over the whole span and the range of the table: 1e-4 to 0.1;
@@ -217,7 +217,7 @@ def response_curve(
         Where friction or the force strain what the method assumes, or a branch has too many
         points.
     """
-    if not 1e-4 <= largest_step <= 0.1:
+    if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []

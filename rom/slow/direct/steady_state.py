@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -128,15 +128,17 @@ def steady_state(
         If no steady state is found, or none to the tolerance; if the motion from rest is not
         periodic in the phases of the forces.
     """
-    if not 1e-6 <= tolerance <= 0.1:
+    if not 1e-6 <= as_floats("tolerance", tolerance) <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    if start is not None and not isinstance(start, SteadyState):
+        raise SlipmodeError(f"start: must be a SteadyState, got {in_one_line(start)}")
     modes = len(reduced.modes)
     f = AppliedForces.of(reduced, force).force
     if reduced.formulation == "paper":
         raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")
     reference = None if reduced.contacts is None else reduced.contacts.reference
     check_law(reduced.n_contacts, reference, law)
-    Omega = np.asarray(frequency, dtype=float)
+    Omega = as_floats("frequency", frequency)
     if Omega.shape != (modes,):
         raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")
     reduced = reduced.at_carrier(Omega.tolist())
