@@ -107,8 +107,15 @@ def integrated(
     Raises
     ------
     SlipmodeError
-        If it is not periodic in the phases of the carriers, or does not become steady.
+        If a mode is self-excited, or the motion is not periodic in the phases of the carriers or
+        does not become steady.
     """
+    if (reduced.modal_damping < 0.0).any():
+        mode = "AB"[int(np.argmin(reduced.modal_damping))]
+        raise SlipmodeError(
+            f"aerodynamics: mode {mode} is self-excited, and no steady state was found in which "
+            "its force holds it; rom.limit_cycles finds the limit cycles of a tabulated model"
+        )
     march, modes, shortest = _March(reduced, law, force), len(reduced.modes), _shortest(reduced)
     rigid = reduced.contacts is None
     refined, by_steps = (list(_RIGID), _LEFT_BY_STEPS) if rigid else (list(_ELASTIC), 1.0)

@@ -171,6 +171,13 @@ def test_a_steady_state_that_is_none_is_refused():
         rom.steady(of, (0.98,), ({0: 0.15},))
 
 
+def test_a_steady_state_that_is_not_found_names_the_aerodynamics():
+    law = rom.Jenkins(2.0, 50.0)
+    reduced = rom.reduce(rom.two_mass(beta=0.01), law=law, aerodynamics=(0.0, -0.1j))
+    with pytest.raises(rom.SlipmodeError, match=r"^aerodynamics: mode B is self-excited"):
+        rom.steady_state(reduced, law, (0.98, 1.65), ({0: 0.15}, {1: 0.25}))
+
+
 def test_a_force_at_its_own_frequency_holds_a_self_excited_mode():
     of = model()
     stable, _ = rom.limit_cycles(of)
