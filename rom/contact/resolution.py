@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm, frictionless_force
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import LINES
 from slipmode.rom.contact.settled import check_settled
+from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
@@ -23,17 +25,18 @@ from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import round_up
 
-# Fractions of the largest amplitudes at which resolution is tried: both modes strong, each
-# strong over a weak one, and both near the slip threshold.
-_PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]])
+# Fractions of the largest amplitudes at which resolution is tried. One mode: down to small ones.
+# Two: both strong, each strong over a weak one, and both near the slip threshold.
+_PROBES = {
+    1: np.array([[1.0], [0.6], [0.35], [0.2], [0.1], [0.03], [0.01], [0.003]]),
+    2: np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]]),
+}
+# Of the amplitude at which the first contact begins to slip: it slips for a fraction of a step there.
+_PAST_ONSET = np.array([1.006, 1.03])
 _LEAST_STEPS = 32
 _STEPS = 40.0  # squared, times a tolerance: of second order, 64 were seen to do for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into; fixed, whatever the number of threads
-# Of the frictionless S_j: marches repeat to a tolerance of the frictionless motion, so that less
-# of it, as the creep of contacts that never slip, cannot be asked to converge relative to itself.
-_LEAST_SHARE = 1e-6
-_PART_OF_FREE = 0.25  # that S has at its largest: marches need not repeat better for it
 _CLOSER = 0.1
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
@@ -65,7 +68,7 @@ class Resolution:
     grid : Discretisation
     error : float
         Change of S, and of the T of combination resonances, on doubling steps and on doubling
-        lines, relative to the largest |S_j| of their mode.
+        lines, in terms of `ErrorNorm`.
     march : float
         How well marches have to repeat, relative to the frictionless motion.
     """
@@ -78,16 +81,6 @@ class Resolution:
     def closer(self) -> Resolution:
         """With marches that go on for longer."""
         return replace(self, march=max(_CLOSER * self.march, _FINEST_MARCH))
-
-
-def least_force(reduced: Reduced, amplitude_range: Floats) -> Floats:
-    """|S_j| (modes,) below which it cannot be asked to converge relative to itself."""
-    if reduced.contacts is None:
-        moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    else:
-        moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
-    frictionless = np.abs(np.einsum("jc,cj->j", reduced.coupling, moved)) * amplitude_range
-    return np.asarray(_LEAST_SHARE * frictionless)
 
 
 def choose_resolution(
@@ -209,7 +202,7 @@ def _resolution(
 ) -> Resolution:
     """As choose_resolution, but for the advice."""
     modes = amplitude_range.size
-    points = _PROBES[:, :modes] * amplitude_range
+    points, norm = _probes(reduced, law, amplitude_range), ErrorNorm.of(reduced, amplitude_range)
 
     @cache
     def solve(steps: int, lines: int) -> _Trial:
@@ -217,11 +210,12 @@ def _resolution(
 
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
-                *(reduced, law, part, grid, budget.trial_march, amplitude_range, combinations),
+                *(reduced, law, part, grid, budget.trial_march),
+                *(SMALLEST_SHARE * amplitude_range, combinations),
                 further=further,
             )
 
-        parts = list(mapped(terms, np.split(points, _TASKS[modes])))
+        parts = list(mapped(terms, np.array_split(points, _TASKS[modes])))
         for part in parts:
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
@@ -229,13 +223,12 @@ def _resolution(
         repeats = all(part.residual.max() <= budget.trial_march for part in parts)
         return _Trial(S, T, work, repeats)
 
-    least = least_force(reduced, amplitude_range)
     driven = [*range(modes), *(term.mode for term in combinations)]
 
     def change(coarse: _Trial, fine: _Trial) -> float:
-        scale = np.maximum(np.abs(fine.S).max(axis=0), least)[driven]
-        apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T))).max(axis=0)
-        return float((apart / np.where(scale > 0, scale, 1.0)).max())
+        scale = norm.known(fine.S).scale(points, fine.S)[:, driven]
+        apart = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T)))
+        return float((apart / scale).max())
 
     settled = partial(
         _settled,
@@ -255,12 +248,24 @@ def _resolution(
     lines = numbers[0]
     if not rigid:  # in so many steps fewer may take less work
         lines = min(numbers, key=lambda number: solve(steps, number).work)
-    # what contacts that hardly slip do is a small part of what free ones would
-    moved = least > 0.0
-    part = np.abs(solve(steps, lines).S).max(axis=0)[moved] * _LEAST_SHARE / least[moved]
-    of_free = np.maximum(part / _PART_OF_FREE, _LEAST_SHARE).min(initial=1.0)
+    # marches repeat to a tolerance of the frictionless motion, of which S_j may be a small part
+    S, free = solve(steps, lines).S, frictionless_force(reduced)
+    moved = free > 0.0
+    part = (norm.known(S).scale(points, S) / points)[:, moved] / free[moved]
+    of_free = part.min(initial=1.0)
     march = max(budget.march * float(of_free), _FINEST_MARCH)
     return Resolution(Discretisation(steps, lines), by_steps + by_lines, march)
+
+
+def _probes(reduced: Reduced, law: Friction, amplitude_range: Floats) -> Floats:
+    """Amplitudes (points, modes) at which resolution is tried."""
+    points = _PROBES[amplitude_range.size] * amplitude_range
+    onset = onset_lines(reduced, law)
+    if amplitude_range.size == 1 and onset.size:
+        past = _PAST_ONSET[:, np.newaxis] / onset.max()
+        inside = points.min() <= past[0, 0] and past[-1, 0] <= amplitude_range[0]
+        points = np.concatenate((points, past)) if inside else points
+    return np.asarray(points)
 
 
 def _enough_lines(reduced: Reduced, combinations: Sequence[CombinationResonance]) -> list[int]:

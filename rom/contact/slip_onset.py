@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, RigidFriction, limits
+from slipmode.rom.reduction.force_response import steady_coupling
 from slipmode.rom.reduction.reduced import Reduced
 
 
@@ -19,13 +20,27 @@ def onset_lines(reduced: Reduced, law: Friction) -> Floats:
 
     Contacts that nothing holds, or that nothing moves, have none.
     """
-    L = 2.0 * np.abs(reduced.coupling)
+    coupling = 2.0 * steady_coupling(reduced)
     if isinstance(law, RigidFriction):
-        motion, holding = L, limits(law, reduced.n_contacts)
+        motion, holding = np.abs(coupling), limits(law, reduced.n_contacts)
     else:
-        motion, holding = _elastic(2.0 * reduced.coupling, law.elements(reduced.n_contacts))
+        motion, holding = _elastic(coupling, law.elements(reduced.n_contacts))
     yields = (holding > 0.0) & (motion > 0.0).any(axis=0)
     return np.unique((motion[:, yields] / holding[yields]).T, axis=0)
+
+
+def stick(reduced: Reduced, law: Friction, amplitudes: Floats) -> Flags:
+    """Return at which amplitudes (points, modes) all contacts are certain to stick, (points,).
+
+    Elastic contacts alone: what they do beside their reference springs is 0 there. Contacts that
+    slide in two directions begin to on a curve that is not known.
+    """
+    if isinstance(law, RigidFriction):
+        return np.zeros(len(amplitudes), dtype=bool)
+    elements = law.elements(reduced.n_contacts).element
+    if np.any((elements["law"] != SLIDERS) & (elements["tangents"] == 2)):
+        return np.zeros(len(amplitudes), dtype=bool)
+    return np.asarray((amplitudes @ onset_lines(reduced, law).T).max(axis=1, initial=0.0) < 1.0)
 
 
 def _elastic(L: Complexes, elements: Elements) -> tuple[Floats, Floats]:

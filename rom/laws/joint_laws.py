@@ -12,8 +12,10 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
 
-_SLIDERS = 30  # of Iwan's distribution
-_LEAST_SLIDER = 1e-3  # displacement at which the first slides, relative to macro-slip
+# Of Iwan's distribution, 16 a decade of displacement: the energy lost in a cycle is within 1 % of
+# that of the continuous distribution from 2e-3 of macro-slip on (tests/rom/test_iwan.py).
+_SLIDERS = 64
+_LEAST_SLIDER = 1e-4  # displacement at which the first slides, relative to macro-slip
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from slipmode.rom.contact.detuning import (
     detuned_problems,
     friction_detuning,
 )
+from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.rate_correction import friction_rate_correction
-from slipmode.rom.contact.resolution import least_force
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS, Order
@@ -101,9 +101,7 @@ def with_detuning(
     """
     probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
     points = np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
-    largest = np.abs(S).max(axis=(0, 1))
-    scale = np.maximum(largest, least_force(reduced, table.amplitude_range))
-    scale[scale == 0.0] = 1.0  # modes that touch no contact
+    norm = ErrorNorm.of(reduced, table.amplitude_range).known(S)
     held, near = S[probes if table.modes == 2 else (*probes, 0)], None
     if reduced.contacts is not None:
         at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
@@ -119,6 +117,7 @@ def with_detuning(
             rest -= np.einsum("pjk,ck->cpj", slope, aparts * carrier)
         return float(np.nan_to_num(np.abs(rest) / scale, nan=1.0).max())
 
+    scale = norm.scale(points, held)
     error = missed_by(None)
     if tolerance is None or error <= tolerance:
         return table, error

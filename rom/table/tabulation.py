@@ -13,6 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
@@ -20,12 +21,11 @@ from slipmode.rom.contact.resolution import (
     Mapped,
     Resolution,
     choose_resolution,
-    least_force,
     resolved_terms,
     trial_grid,
 )
 from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.slip_onset import onset_lines, stick
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
@@ -266,8 +266,8 @@ class _Task:
         columns = Columns(
             orders=tuple(tabulated_orders(self.combinations, modes)),
             drives=(*range(modes), *(term.mode for term in self.combinations)),
-            swing=2.0 * reduced.carrier * self.amplitude_range,
-            least=least_force(reduced, self.amplitude_range),
+            norm=ErrorNorm.of(reduced, self.amplitude_range),
+            swing=2.0 * reduced.carrier,
             loss=_structural_loss(reduced),
             # sliders begin with those of samples nearby
             carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or sliders else 0,
@@ -276,13 +276,19 @@ class _Task:
 
         def solve(amplitudes: Floats, near: Complexes | None = None) -> ContactTerms:
             return resolved_terms(
-                *(reduced, self.law, resolution, amplitudes, 0.1 * self.amplitude_range),
+                *(
+                    reduced,
+                    self.law,
+                    resolution,
+                    amplitudes,
+                    SMALLEST_SHARE * self.amplitude_range,
+                ),
                 *(self.combinations, highest, further, near if sliders else None),
             )
 
         check = partial(check_settled, reduced, self.combinations)
         samples = ContactSamples(
-            *(solve, columns, self.mapped, self.bar, check),
+            *(solve, columns, self.mapped, self.bar, check, partial(stick, reduced, self.law)),
             *(reduced.n_contacts, self.amplitude_range),
         )
         sampling = Sampling(
@@ -310,7 +316,7 @@ class _Task:
         ) -> ContactTerms:
             return contact_terms(
                 *(reduced, self.law, amplitudes, resolution.grid, march),
-                *(0.1 * self.amplitude_range, self.combinations, 1, further, near),
+                *(SMALLEST_SHARE * self.amplitude_range, self.combinations, 1, further, near),
             )
 
         def rated(part: Table) -> Table:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.contact.resolution import Mapped
 from slipmode.rom.table.refinement.sampling import Columns
@@ -52,6 +52,7 @@ class ContactSamples:
         mapped: Mapped,
         bar: tqdm[Any],
         check: Callable[[ContactTerms], None],
+        sticks: Callable[[Floats], Flags],
         contacts: int,
         largest: Floats,
     ) -> None:
@@ -61,16 +62,26 @@ class ContactSamples:
         self._mapped = mapped
         self._bar = bar
         self._check = check
+        self._sticks = sticks
         self._largest = largest
-        self.carriers = np.zeros((0, 0), dtype=complex)
+        self.carriers = np.zeros((largest.size, contacts), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 
     def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         """The tabulated columns, then those that are carried along, (points, columns).
 
-        `near` are about these, (points, carried).
+        `near` are about these, (points, carried). Nothing is solved where all contacts stick.
         """
+        sticks = self._sticks(amplitudes)
+        columns = len(self._columns.orders) + self._columns.carried
+        samples = np.zeros((len(amplitudes), columns), dtype=complex)
+        if not sticks.all():
+            begin = None if near is None else near[~sticks]
+            samples[~sticks] = self._solved(amplitudes[~sticks], begin)
+        return samples
+
+    def _solved(self, amplitudes: Floats, near: Complexes | None) -> Complexes:
         parts, carriers = [], []
         beside = [] if near is None or not self._columns.carried else [self._harmonics(near)]
         for terms in in_tasks(self._mapped, self._solve, amplitudes, *beside):

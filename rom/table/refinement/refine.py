@@ -103,7 +103,7 @@ class _Checks:
         And then, should it be asked for, those around the largest errors.
         """
         sampling, axes = self._sampling, table.axes
-        scale = sampling.scale(table)
+        norm = sampling.norm(table)
         doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
         held = np.ones(doubt.shape, dtype=bool)
         if sampling.region is not None:
@@ -113,7 +113,7 @@ class _Checks:
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Those of them where the table has to hold; errors at all, and their blocks."""
             self._add(points[held[grid.cells(points)]])
-            errors = sampling.error_of(table.terms(self.points), self._exact, scale)
+            errors = sampling.error_of(self.points, table.terms(self.points), self._exact, norm)
             return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
@@ -322,7 +322,8 @@ def _halve(
         known = sampling.at(points[taken.ravel()], near)
     if known is not None:
         lines = lines.taken(taken, known)
-    error = sampling.error_of(surface, lines.tabulated, sampling.scale(table))
+    places = points.reshape(*taken.shape, -1)
+    error = sampling.error_of(places, surface, lines.tabulated, sampling.norm(table))
     finer = grid.halved(mode, taken, np.where(counts, error, 0.0), tolerance)
     return finer, samples.with_lines(mode, new, lines)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.check_points import unpredicted
@@ -24,12 +25,11 @@ class Columns:
     orders : tuple of (n, m)
         Harmonics behind the tabulated columns: S_j of the modes first, the power last.
     drives : tuple of int
-        The mode that each column but the power drives: its largest |S_j| is the column's scale.
+        The mode that each column but the power drives: the scale of its S_j is the column's.
+    norm : ErrorNorm
+        Of S_j, before any is known.
     swing : (modes,) ndarray
-        2 Omega_j |a_j| at the largest amplitude: the scale of the power is what the largest S_j
-        would take, not the power itself, which weak friction leaves to the rounding.
-    least : (modes,) ndarray
-        Below it |S_j| is rounding, which cannot be tabulated relative to itself.
+        2 Omega_j: an error of S_j changes the power by this times |a_j| [rad/s].
     loss : (modes,) ndarray
         Structural loss of each mode, see `make_table`.
     carried : int
@@ -40,20 +40,31 @@ class Columns:
 
     orders: tuple[Order, ...]
     drives: tuple[int, ...]
+    norm: ErrorNorm
     swing: Floats
-    least: Floats
     loss: Floats
     carried: int = 0
     kept: bool = False
 
     __repr__ = short_repr
 
-    def scale(self, S: Complexes) -> Floats:
-        """What errors of the tabulated columns are relative to, of values (..., columns)."""
-        largest = np.abs(S[..., : self.swing.size]).max(axis=tuple(range(S.ndim - 1)))
-        largest = np.maximum(largest, self.least)
-        scale = np.append(largest[list(self.drives)], self.swing @ largest)
-        return np.where(scale > 0.0, scale, 1.0)
+    def errors(self, norm: ErrorNorm, points: Floats, off: Complexes, exact: Complexes) -> Floats:
+        """Return the largest relative error (...,) of the tabulated columns.
+
+        Parameters
+        ----------
+        norm : ErrorNorm
+        points : (..., modes) ndarray
+            Amplitudes [kg^1/2 m].
+        off, exact : (..., columns) complex ndarray
+            Error and value of the columns. Errors at amplitudes that are too small to be part of
+            what a table states are 0.
+        """
+        scale = norm.scale(points, exact[..., : self.swing.size])
+        power = (scale * points * self.swing).sum(axis=-1, keepdims=True)
+        power = np.where(power > 0.0, power, 1.0)
+        relative = np.abs(off) / np.concatenate((scale[..., list(self.drives)], power), axis=-1)
+        return np.where(norm.share(points) < SMALLEST_SHARE, 0.0, relative.max(axis=-1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,13 +97,20 @@ class Sampling:
         ends = corners(self.region.cells(node_a, node_b))
         return ends, with_neighbours(ends)
 
+    def norm(self, table: Table) -> ErrorNorm:
+        """Return the norm with the largest |S_j| at the nodes of a table."""
+        return self.columns.norm.known(table.nodes())
+
     def doubts(self, table: Table) -> Floats:
         """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
-        S, scale = table.nodes(), self.scale(table)
+        S = table.nodes()
+        points = amplitude_pairs(table.node_a, table.node_b, table.modes)
+        points = points.reshape(*S.shape[:2], -1)
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        return np.array([(part / scale).max(axis=-1) for part in parts])
+        norm = self.norm(table)
+        return np.array([self.columns.errors(norm, points, part, S) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Table through the tabulated columns on a grid."""
@@ -100,18 +118,12 @@ class Sampling:
         table = make_table(axes[0], axes[1], tabulated, orders, loss)
         return table if self.inner is None else table.keeping(self.inner)
 
-    def error_of(self, surface: Complexes, exact: Complexes, scale: Floats) -> Floats:
-        """Relative error of values of a table of such a scale where samples are `exact`."""
+    def error_of(
+        self, points: Floats, surface: Complexes, exact: Complexes, norm: ErrorNorm
+    ) -> Floats:
+        """Return the relative error (...,) of a surface (..., columns) where samples are `exact`."""
         tabulated = exact[..., : len(self.columns.orders)]
-        return np.asarray((np.abs(surface - tabulated) / scale).max(axis=-1))
-
-    def scale(self, table: Table) -> Floats:
-        """What errors of a table are relative to: its values up to the amplitude range."""
-        inside = [
-            np.searchsorted(node, end, "right")
-            for node, end in zip(table.axes, self.amplitude_range, strict=True)
-        ]
-        return self.columns.scale(table.nodes()[tuple(slice(count) for count in inside)])
+        return self.columns.errors(norm, points, surface - tabulated, tabulated)
 
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:

@@ -1,0 +1,83 @@
+"""What errors of the friction terms S_j are relative to: the terms of the amplitude equation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.reduced import Reduced
+
+#: Amplitudes below this share of the range are not part of what a table states.
+SMALLEST_SHARE = 1e-3
+# Of the largest |S_j|, times the distance from rest, by modes. One mode: where a structure without
+# damping begins to slip, S_j cannot be exact relative to itself. Two modes: near the amplitudes
+# at which a strong mode begins to make a contact slip, S_j of the weak mode has a linear kink along
+# a slanted line. Cells that resolve it relative to S_j of the weak mode alone would have to be
+# 3e-4 of the range wide at a tolerance of 1e-2 (tests/rom/table/test_error_norm.py).
+_FLOOR = {1: 1e-2, 2: 1.0}
+# Of the frictionless S_j: contact motion is exact to rounding and march tolerance relative to the
+# frictionless motion, so that smaller terms cannot be exact relative to themselves.
+_LEAST_SHARE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorNorm:
+    """Scale of the error of S_j at an amplitude.
+
+        scale_j = |S_j| + gamma_j Omega_j |a_j| + floor rho max |S_j|,
+        rho = max_k |a_k| / range_k,
+
+    so that an error of `tolerance` times it changes frequency and damping of mode j by that part
+    of what friction and structural damping make of them together.
+
+    Attributes
+    ----------
+    loss : (modes,) ndarray
+        gamma_j Omega_j, the structural damping [rad/s^2].
+    least : (modes,) ndarray
+        |S_j| per rho that is rounding [N kg^-1/2].
+    amplitude_range : (modes,) ndarray
+        [kg^1/2 m]
+    largest : (modes,) ndarray
+        max |S_j| over the range, as far as it is known [N kg^-1/2].
+    """
+
+    loss: Floats
+    least: Floats
+    amplitude_range: Floats
+    largest: Floats
+
+    @classmethod
+    def of(cls, reduced: Reduced, amplitude_range: Floats) -> Self:
+        """Return the norm before any S_j is known."""
+        loss = np.abs(reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
+        least = _LEAST_SHARE * frictionless_force(reduced) * amplitude_range
+        return cls(loss, least, amplitude_range, np.zeros(amplitude_range.size))
+
+    def known(self, S: Complexes) -> Self:
+        """Return the norm with the largest of values S (..., modes or more)."""
+        values = S[..., : self.loss.size]
+        return replace(self, largest=np.abs(values).max(axis=tuple(range(S.ndim - 1))))
+
+    def share(self, amplitudes: Floats) -> Floats:
+        """Return rho (...,) of amplitudes (..., modes)."""
+        return np.asarray((amplitudes / self.amplitude_range).max(axis=-1))
+
+    def scale(self, amplitudes: Floats, S: Complexes) -> Floats:
+        """Return scale_j (..., modes) at amplitudes (..., modes) with values S (..., modes)."""
+        floor = _FLOOR[self.loss.size] * self.largest + self.least
+        share = self.share(amplitudes)[..., np.newaxis]
+        scale = np.abs(S) + self.loss * amplitudes + floor * share
+        return np.asarray(np.where(scale > 0.0, scale, 1.0))
+
+
+def frictionless_force(reduced: Reduced) -> Floats:
+    """Return |S_j| / |a_j| of contacts without friction, (modes,) [rad^2/s^2]."""
+    if reduced.contacts is None:
+        moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    else:
+        moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
+    return np.abs(np.einsum("jc,cj->j", reduced.coupling, moved))
