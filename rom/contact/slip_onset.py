@@ -19,19 +19,38 @@ def onset_lines(reduced: Reduced, law: Friction) -> Floats:
 
     Contacts that nothing holds, or that nothing moves, have none.
     """
-    L = 2.0 * np.abs(reduced.coupling)
-    if isinstance(law, RigidFriction):
-        motion, holding = L, limits(law, reduced.n_contacts)
-    else:
-        motion, holding = _elastic(2.0 * reduced.coupling, law.elements(reduced.n_contacts))
+    motion, holding = _loads(reduced, law)
     yields = (holding > 0.0) & (motion > 0.0).any(axis=0)
     return np.unique((motion[:, yields] / holding[yields]).T, axis=0)
 
 
-def _elastic(L: Complexes, elements: Elements) -> tuple[Floats, Floats]:
-    """Force (modes, lines) per amplitude and the one that holds (lines,), or displacements.
+def largest_load(reduced: Reduced, law: Friction, amplitude: Floats) -> float:
+    """Return the largest load on a contact that sticks, relative to the load at which it yields.
 
-    Friction on a disk, in two directions, begins on a curve that is left out.
+    Below 1, no contact slips or opens at amplitudes up to these (modes,). Infinite where modes
+    move a contact that nothing holds. Of friction in two directions it is an upper bound.
+    """
+    motion, holding = _loads(reduced, law, disks=True)
+    load = np.abs(amplitude) @ motion
+    share = np.divide(load, holding, out=np.full(load.size, np.inf), where=holding > 0.0)
+    return float(share[load > 0.0].max(initial=0.0))
+
+
+def _loads(reduced: Reduced, law: Friction, *, disks: bool = False) -> tuple[Floats, Floats]:
+    """Return loads (modes, lines) per amplitude and what holds (lines,): forces, or displacements.
+
+    With `disks`, an upper bound of the load of friction in two directions is among them.
+    """
+    L = 2.0 * reduced.coupling
+    if isinstance(law, RigidFriction):
+        return np.abs(L), limits(law, reduced.n_contacts)
+    return _elastic(L, law.elements(reduced.n_contacts), disks)
+
+
+def _elastic(L: Complexes, elements: Elements, disks: bool) -> tuple[Floats, Floats]:
+    """`_loads` of elastic contacts.
+
+    Friction on a disk, in two directions, begins on a curve, of which there is only a bound.
     """
     motion, holding = [], []
     for element in elements.element:
@@ -53,4 +72,8 @@ def _elastic(L: Complexes, elements: Elements) -> tuple[Floats, Floats]:
             )
             motion += [np.abs(force + friction * pressing), np.abs(force - friction * pressing)]
             holding += 2 * [friction * element["preload"]]
+        elif disks:
+            force = element["tangential_stiffness"] * np.linalg.norm(L[:, tangential], axis=1)
+            motion.append(force + element["friction"] * np.abs(pressing))
+            holding.append(element["friction"] * element["preload"])
     return np.array(motion).T, np.array(holding)
