@@ -108,7 +108,8 @@ def carrier_findings(
         In which the user gave them.
     """
     found = []
-    for name, own, values in zip(names, omega, frequency.reshape(-1, omega.size).T, strict=False):
+    for j, (name, own) in enumerate(zip(names, omega.tolist(), strict=False)):
+        values = frequency[..., j].ravel()
         if is_near(own, values).all():
             continue
         farthest = float(values[np.argmax(np.abs(np.log(values / own)))])
