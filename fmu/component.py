@@ -202,7 +202,8 @@ class Component:
         )
         self._inputs = changed
         self._warn_of_forces(changed)
-        self._warn_of_frequencies(changed)
+        if not self._named.frequencies.isdisjoint(values):
+            self._warn_of_frequencies(changed)
 
     def do_step(self, time: float, duration: float) -> None:
         """Advance from `time`, where the component must stand, by `duration` > 0 [s].

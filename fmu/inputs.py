@@ -69,6 +69,7 @@ class Inputs:
         self._omega = model.reduced.frequency
         natural = self._omega.tolist()
         self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
+        self.frequencies = self._natural.keys()
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
