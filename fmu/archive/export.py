@@ -138,8 +138,6 @@ def export(
         tolerance=tolerance,
         warned=False,
     )
-    findings = [*findings_of(model, modes), *_forcing_findings(model, modes, start or {}, stimuli)]
-    warn(findings)
     choice = Choice(
         mode_names=modes,
         newtons=force_patterns is not None,
@@ -150,6 +148,8 @@ def export(
         largest=largest_force or {},
     )
     variables = list_variables(model, choice)
+    findings = [*findings_of(model, modes), *_forcing_findings(model, modes, choice.start, stimuli)]
+    warn(findings)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
     if fmi == 2:
         variables = [v for v in variables if v.size is None]

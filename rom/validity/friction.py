@@ -42,7 +42,7 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
         found.append(Finding("friction", "faint", reason, "warning"))
     elif 0.0 < load < 1.0 and not any(each.choice == "blurred" for each in of_tanh):
         reason = (
-            f"no contact slips or opens: the largest load on a contact is {load:.2g} of what it "
+            f"no contact slips or opens: the largest load on a contact is {load:.3g} of what it "
             f"holds, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
             "the force or the amplitude too small, or the limit in another unit?"
         )
