@@ -148,8 +148,6 @@ def export(
         largest=largest_force or {},
     )
     variables = list_variables(model, choice)
-    findings = [*findings_of(model, modes), *_forcing_findings(model, modes, choice.start, stimuli)]
-    warn(findings)
     resources = resource_files(model, force_patterns, contact, elastic, variables)
     if fmi == 2:
         variables = [v for v in variables if v.size is None]
@@ -165,7 +163,6 @@ def export(
         origin=origin or Origin(),
     )
     writer = Fmi2Writer if fmi == 2 else Fmi3Writer
-    page = index_html(name, model, variables, fmi, description.version, findings)
     host = binaries.host_platform()
     libraries = {host: binaries.host_binary()}
     libraries |= {other: cross.platform_binary(other) for other in platforms if other != host}
@@ -174,13 +171,20 @@ def export(
         **{_library_path(at, fmi): library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
-        "documentation/index.html": page,
         "documentation/licenses/slipmode.txt": _license(),
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon_png(),
         **reference_files(
             *(component, modes, choice.start, variables, description.experiment), stimuli
         ),
     }
+    # after the reference result, which refuses start values that nothing can follow
+    findings = [
+        *findings_of(model, modes),
+        *_forcing_findings(model, modes, choice.start, stimuli),
+    ]
+    warn(findings)
+    page = index_html(name, model, variables, fmi, description.version, findings)
+    content["documentation/index.html"] = page
     if fmi == 3:
         content["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_xml(variables)
         content["sources/buildDescription.xml"] = build_description(description.sources)
