@@ -41,7 +41,14 @@ from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.slow.response_surface import response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.hermite import outside_table
-from slipmode.rom.validity import Finding, force_strain, model_findings, strain_findings, warn
+from slipmode.rom.validity import (
+    Finding,
+    force_strain,
+    mode_frequency_findings,
+    model_findings,
+    strain_findings,
+    warn,
+)
 
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
@@ -84,7 +91,8 @@ class Component:
     -----
     ValidityWarning
         Where contacts or friction strain what the method assumes, at the largest amplitudes of
-        the table; and, once, where force inputs that are set do.
+        the table, or frequencies of modes are implausible; and, once each, where force inputs
+        that are set strain it, or frequency inputs are far from their mode.
     """
 
     def __init__(
@@ -115,6 +123,7 @@ class Component:
         self._start_address = self._start.ctypes.data
         self.reset()
         self._strain = self._strain_of(force_patterns) if warned else None
+        self._frequencies_checked = warned
         if warned:
             warn(findings_of(model, self._named.mode_names))
 
@@ -188,6 +197,8 @@ class Component:
         )
         self._inputs = changed
         self._warn_of_forces(changed)
+        if not self._named.frequencies.isdisjoint(values):
+            self._warn_of_frequencies(changed)
 
     def do_step(self, time: float, duration: float) -> None:
         """Advance from `time`, where the component must stand, by `duration` > 0 [s].
@@ -207,6 +218,8 @@ class Component:
         if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
             raise self._stopped(status, duration, self._inputs, none)
+        if later is not self._inputs:
+            self._warn_of_frequencies(later)
         self._inputs = later
 
     def outputs(self) -> dict[str, float]:
@@ -251,6 +264,7 @@ class Component:
             last = done.value - 1
             self._inputs = moved_on(records[last : done.value].copy(), float(lengths[last]))
         self._warn_of_forces(records[: done.value])
+        self._warn_of_frequencies(records[: done.value])
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
@@ -288,6 +302,7 @@ class Component:
             )
             before, k = k, done.value
             self._warn_of_forces(records[before:k])
+            self._warn_of_frequencies(records[before:k])
             if elapsed.value > 0.0:
                 self._inputs = moved_on(records[k : k + 1].copy(), elapsed.value)
             elif k > 0:
@@ -341,6 +356,12 @@ class Component:
         largest = (forces / records[:, place("limit_scale"), np.newaxis]).max(axis=0, initial=0.0)
         if findings := strain_findings(self._strain * largest, self._named.mode_names):
             self._strain = None
+            warn(findings, stacklevel=4)
+
+    def _warn_of_frequencies(self, records: Floats) -> None:
+        """Warn once of frequency inputs that are far from their mode."""
+        if self._frequencies_checked and (findings := self._named.findings(records)):
+            self._frequencies_checked = False
             warn(findings, stacklevel=4)
 
     def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats]:
@@ -402,9 +423,12 @@ class Component:
 
 
 def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
-    """What a model strains of what the method assumes."""
-    largest = model.table.amplitude_range
-    return model_findings(model.reduced, model.law, largest, model.combinations, mode_names)
+    """Return what a model strains of what the method assumes."""
+    reduced, largest = model.reduced, model.table.amplitude_range
+    return [
+        *mode_frequency_findings(mode_names, reduced.frequency),
+        *model_findings(reduced, model.law, largest, model.combinations, mode_names),
+    ]
 
 
 def _output_names(

@@ -11,7 +11,15 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.reduced import force_vectors
-from slipmode.rom.validity import can_carry, carrier_refusal, carriers_meet, meeting_refusal
+from slipmode.rom.validity import (
+    Finding,
+    can_carry,
+    carrier_findings,
+    carrier_refusal,
+    carriers_meet,
+    is_near,
+    meeting_refusal,
+)
 
 MODE_NAMES = ("A", "B")
 
@@ -58,8 +66,10 @@ class Inputs:
             self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
         self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
-        natural = model.reduced.frequency.tolist()
+        self._omega = model.reduced.frequency
+        natural = self._omega.tolist()
         self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
+        self.frequencies = self._natural.keys()
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
@@ -125,6 +135,13 @@ class Inputs:
             if name == "limit_scale" and value <= 0:
                 return f"{name}: must be > 0, got {value:g}"
         return ""
+
+    def findings(self, records: Floats) -> list[Finding]:
+        """Report frequencies of records (n, width) that are far from their mode."""
+        frequency = records[:, _FREQUENCIES[: self._omega.size]]
+        if is_near(self._omega, frequency).all():
+            return []
+        return carrier_findings("frequency_{}", self.mode_names, self._omega, frequency)
 
     def refusal_later(self, start: Floats, end: Floats) -> str:
         """Why a step from record to record (1, width) is refused; "" if it is not."""

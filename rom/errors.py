@@ -1,4 +1,13 @@
-"""The exceptions that users of slipmode are meant to see."""
+"""The exceptions, warnings and findings that users of slipmode are meant to see."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+Level = Literal["info", "warning", "error"]
 
 
 class SlipmodeError(ValueError):
@@ -35,3 +44,21 @@ class UnknownChannelError(SlipmodeError, KeyError):
 
 class UnsettledError(SlipmodeError):
     """A contact problem whose search has found no periodic motion."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is, or is not, modelled; or an assumption that is strained."""
+
+    subject: str
+    choice: str
+    reason: str
+    level: Level = "info"
+
+
+def warn(findings: Iterable[Finding], stacklevel: int = 3) -> None:
+    """Issue findings above the level "info" as `ValidityWarning`."""
+    for each in findings:
+        if each.level != "info":
+            words = f"{each.subject} {each.choice}: {each.reason}"
+            warnings.warn(words, ValidityWarning, stacklevel=stacklevel)

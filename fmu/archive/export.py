@@ -9,6 +9,8 @@ from math import isfinite
 from os import PathLike
 from pathlib import Path
 
+import numpy as np
+
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.resources import resource_files
@@ -32,7 +34,7 @@ from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.text import checked_line
-from slipmode.rom.validity import warn
+from slipmode.rom.validity import Finding, carrier_findings, warn
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the same model gives the same bytes
 
@@ -111,7 +113,8 @@ def export(
     Warns
     -----
     ValidityWarning
-        As `Component` does of the model.
+        As `Component` does of the model, and where the frequencies of `start` and `stimuli` are
+        far from their mode. The documentation inside the FMU lists these warnings.
     """
     target = Path(path)
     checked_line("name", name)
@@ -135,7 +138,6 @@ def export(
         tolerance=tolerance,
         warned=False,
     )
-    warn(findings_of(model, modes))
     choice = Choice(
         mode_names=modes,
         newtons=force_patterns is not None,
@@ -161,7 +163,6 @@ def export(
         origin=origin or Origin(),
     )
     writer = Fmi2Writer if fmi == 2 else Fmi3Writer
-    page = index_html(name, model, variables, fmi, description.version)
     host = binaries.host_platform()
     libraries = {host: binaries.host_binary()}
     libraries |= {other: cross.platform_binary(other) for other in platforms if other != host}
@@ -170,18 +171,37 @@ def export(
         **{_library_path(at, fmi): library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
-        "documentation/index.html": page,
         "documentation/licenses/slipmode.txt": _license(),
         "model.png" if fmi == 2 else "terminalsAndIcons/icon.png": icon_png(),
         **reference_files(
             *(component, modes, choice.start, variables, description.experiment), stimuli
         ),
     }
+    # after the reference result, which refuses start values that nothing can follow
+    findings = [
+        *findings_of(model, modes),
+        *_forcing_findings(model, modes, choice.start, stimuli),
+    ]
+    warn(findings)
+    page = index_html(name, model, variables, fmi, description.version, findings)
+    content["documentation/index.html"] = page
     if fmi == 3:
         content["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_xml(variables)
         content["sources/buildDescription.xml"] = build_description(description.sources)
     _write(target, content)
     return target
+
+
+def _forcing_findings(
+    model: Model, modes: Sequence[str], start: Mapping[str, float], stimuli: Stimuli | None
+) -> list[Finding]:
+    """Report frequencies of the start values and of the stimuli that are far from their mode."""
+    names, omega = [f"frequency_{mode}" for mode in modes], model.reduced.frequency
+    reached = np.array([[start.get(*each) for each in zip(names, omega, strict=True)]])
+    if stimuli is not None and set(names) <= set(stimuli.names):
+        columns = [list(stimuli.names).index(name) for name in names]
+        reached = np.vstack((reached, stimuli.values[:, columns]))
+    return carrier_findings("frequency_{}", modes, omega, reached)
 
 
 def _library_path(platform_tuple: str, fmi: FmiVersion) -> str:

@@ -14,6 +14,7 @@ from slipmode.fmu.description.xml_writer import literal
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.fmu.variables.variable import Causality, Variable
 from slipmode.rom import Model
+from slipmode.rom.errors import Finding
 from slipmode.rom.laws.directions import law_words
 
 _STYLE = (
@@ -80,9 +81,19 @@ _USE = (
 
 
 def index_html(
-    name: str, model: Model, variables: Sequence[Variable], fmi: FmiVersion, version: str
+    name: str,
+    model: Model,
+    variables: Sequence[Variable],
+    fmi: FmiVersion,
+    version: str,
+    findings: Sequence[Finding] = (),
 ) -> bytes:
-    """The page that a tool opens as the FMU's documentation."""
+    """The page that a tool opens as the FMU's documentation; it lists findings as warnings."""
+    warnings = [
+        escape(f"{each.subject} {each.choice}: {each.reason}")
+        for each in findings
+        if each.level != "info"
+    ]
     sections = [
         f"<h1>{escape(name)}</h1>",
         f"<p>FMI {fmi}.0, Co-Simulation and Model Exchange, made by slipmode {version}.</p>",
@@ -95,6 +106,7 @@ def index_html(
         _list(_USE),
         "<h2>Validity</h2>",
         _list((_contact_validity(model), *_VALIDITY)),
+        *(("<h2>Warnings</h2>", _list(warnings)) if warnings else ()),
         "<h2>Variables</h2>",
     ]
     header = ("Reference", "Name", "Description", "Unit", "Start")

@@ -13,7 +13,7 @@ from slipmode.fmu.variables.variable import Causality, Kind, Variable
 
 LOG_CATEGORIES = {
     "logEvents": "What the instance does, besides warnings and errors",
-    "logStatusWarning": "Calls that did something else than they asked for",
+    "logStatusWarning": "Calls that did something else than was asked, and implausible inputs",
     "logStatusDiscard": "Steps and evaluations that could not be done, and why",
     "logStatusError": "Calls that were refused, and why",
 }

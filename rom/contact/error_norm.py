@@ -12,11 +12,11 @@ from slipmode.rom.reduction.reduced import Reduced
 
 #: Amplitudes below this share of the range are not part of what a table states.
 SMALLEST_SHARE = 1e-3
-# Of the largest |S_j|, times the distance from rest, by modes. One mode: where a structure without
-# damping begins to slip, S_j cannot be exact relative to itself. Two modes: near the amplitudes
-# at which a strong mode begins to make a contact slip, S_j of the weak mode has a linear kink along
-# a slanted line. Cells that resolve it relative to S_j of the weak mode alone would have to be
-# 3e-4 of the range wide at a tolerance of 1e-2 (tests/rom/table/test_error_norm.py).
+# Of the largest |S_j|, times the distance from rest, by the number of modes. One mode: where a
+# structure without damping begins to slip, S_j cannot be exact relative to itself. Two modes:
+# where a strong mode begins to make a contact slip, S_j of a weak mode has a linear kink along a
+# slanted line. Relative to S_j of the weak mode alone, cells would have to be 3e-4 of the range
+# wide there at a tolerance of 1e-2, some 10 000 of them.
 _FLOOR = {1: 1e-2, 2: 1.0}
 # Of the frictionless S_j: contact motion is exact to rounding and march tolerance relative to the
 # frictionless motion, so that smaller terms cannot be exact relative to themselves.
@@ -80,4 +80,4 @@ def frictionless_force(reduced: Reduced) -> Floats:
         moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
     else:
         moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
-    return np.abs(np.einsum("jc,cj->j", reduced.coupling, moved))
+    return np.asarray(np.abs(np.einsum("jc,cj->j", reduced.coupling, moved)))

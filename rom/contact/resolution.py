@@ -31,7 +31,7 @@ _PROBES = {
     1: np.array([[1.0], [0.6], [0.35], [0.2], [0.1], [0.03], [0.01], [0.003]]),
     2: np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.6, 0.6], [0.35, 0.35], [0.25, 0.1]]),
 }
-# Of the amplitude at which the first contact begins to slip: it slips for a fraction of a step there.
+# Of the amplitude at which the first contact begins to slip: for a fraction of a step there.
 _PAST_ONSET = np.array([1.006, 1.03])
 _LEAST_STEPS = 32
 _STEPS = 40.0  # squared, times a tolerance: of second order, 64 were seen to do for 1e-2

@@ -20,33 +20,58 @@ def onset_lines(reduced: Reduced, law: Friction) -> Floats:
 
     Contacts that nothing holds, or that nothing moves, have none.
     """
-    coupling = 2.0 * steady_coupling(reduced)
-    if isinstance(law, RigidFriction):
-        motion, holding = np.abs(coupling), limits(law, reduced.n_contacts)
-    else:
-        motion, holding = _elastic(coupling, law.elements(reduced.n_contacts))
+    motion, holding = _loads(reduced, law)
     yields = (holding > 0.0) & (motion > 0.0).any(axis=0)
     return np.unique((motion[:, yields] / holding[yields]).T, axis=0)
 
 
 def stick(reduced: Reduced, law: Friction, amplitudes: Floats) -> Flags:
-    """Return at which amplitudes (points, modes) all contacts are certain to stick, (points,).
+    """Return where all elastic contacts are certain to stick, (...,), at amplitudes (..., modes).
 
-    Elastic contacts alone: what they do beside their reference springs is 0 there. Contacts that
-    slide in two directions begin to on a curve that is not known.
+    What they do beside their reference springs is 0 there. Rigid contacts creep, or lose energy
+    in their dampers, while they stick: False.
     """
     if isinstance(law, RigidFriction):
-        return np.zeros(len(amplitudes), dtype=bool)
-    elements = law.elements(reduced.n_contacts).element
-    if np.any((elements["law"] != SLIDERS) & (elements["tangents"] == 2)):
-        return np.zeros(len(amplitudes), dtype=bool)
-    return np.asarray((amplitudes @ onset_lines(reduced, law).T).max(axis=1, initial=0.0) < 1.0)
+        return np.zeros(amplitudes.shape[:-1], dtype=bool)
+    return largest_load(reduced, law, amplitudes) < 1.0
 
 
-def _elastic(L: Complexes, elements: Elements) -> tuple[Floats, Floats]:
-    """Force (modes, lines) per amplitude and the one that holds (lines,), or displacements.
+def largest_load(reduced: Reduced, law: Friction, amplitudes: Floats) -> Floats:
+    """Return the largest load on a contact that sticks, relative to the load at which it yields.
 
-    Friction on a disk, in two directions, begins on a curve that is left out.
+    Below 1, no contact slips or opens at amplitudes up to these. Infinite where modes move a
+    contact that nothing holds. Of friction in two directions it is an upper bound.
+
+    Parameters
+    ----------
+    amplitudes : (..., modes) ndarray
+
+    Returns
+    -------
+    (...,) ndarray
+    """
+    motion, holding = _loads(reduced, law, disks=True)
+    load = np.abs(amplitudes) @ motion
+    unheld = np.where(load > 0.0, np.inf, 0.0)
+    share = np.divide(load, holding, out=unheld, where=holding > 0.0)
+    return np.asarray(share.max(axis=-1, initial=0.0))
+
+
+def _loads(reduced: Reduced, law: Friction, *, disks: bool = False) -> tuple[Floats, Floats]:
+    """Return loads (modes, lines) per amplitude and what holds (lines,): forces, or displacements.
+
+    With `disks`, an upper bound of the load of friction in two directions is among them.
+    """
+    L = 2.0 * steady_coupling(reduced)
+    if isinstance(law, RigidFriction):
+        return np.abs(L), limits(law, reduced.n_contacts)
+    return _elastic(L, law.elements(reduced.n_contacts), disks)
+
+
+def _elastic(L: Complexes, elements: Elements, disks: bool) -> tuple[Floats, Floats]:
+    """`_loads` of elastic contacts.
+
+    Friction on a disk, in two directions, begins on a curve, of which there is only a bound.
     """
     motion, holding = [], []
     for element in elements.element:
@@ -68,4 +93,8 @@ def _elastic(L: Complexes, elements: Elements) -> tuple[Floats, Floats]:
             )
             motion += [np.abs(force + friction * pressing), np.abs(force - friction * pressing)]
             holding += 2 * [friction * element["preload"]]
+        elif disks:
+            force = element["tangential_stiffness"] * np.linalg.norm(L[:, tangential], axis=1)
+            motion.append(force + element["friction"] * np.abs(pressing))
+            holding.append(element["friction"] * element["preload"])
     return np.array(motion).T, np.array(holding)

@@ -11,7 +11,8 @@ import numpy as np
 import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.errors import SlipmodeError, ValidityWarning, warn
+from slipmode.rom.frequencies import check_table_carriers, mode_frequency_findings
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.progress import phases
@@ -85,20 +86,23 @@ def reduce(
         the more modes respond; a steady state without a table hardly, and 1e-5 is worth it where
         contacts are about as stiff as the body.
     warned : bool
-        Warn of contact directions; a scene has them in its plan instead.
+        Warn of contact directions and implausible frequencies; a scene has these warnings in its
+        plan instead.
     progress : bool, default False
         Whether to say on standard error what a large structure is at, and the memory it takes.
 
     Raises
     ------
     SlipmodeError
-        If a mode does not exist, the bonded structure can move without deforming, or
-        aerodynamics take away all stiffness of a mode.
+        If a mode does not exist, the bonded structure can move without deforming,
+        aerodynamics take away all stiffness of a mode, or a carrier is below 0.62 or above 10
+        times the frequency of its mode.
 
     Warns
     -----
     ValidityWarning
-        Where directions of a frictional contact seem not to be at right angles or equally long.
+        Where directions of a frictional contact seem not to be at right angles or equally long,
+        or the frequency of a mode is outside 1e-3 to 1e6 Hz.
     """
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
@@ -120,15 +124,17 @@ def reduce(
         if warned and (skewed := skewed_directions(structure.directions, law)):
             warnings.warn(f"contacts: {skewed}", ValidityWarning, stacklevel=2)
         with phases("reduction", shown=progress):
-            stuck = reduce_stuck(structure, modes, elements, smallest_response)
-        return _specified(stuck, carrier, force_patterns, aerodynamics)
-    if formulation == "paper" and force_patterns is not None:
-        raise SlipmodeError("force_patterns: formulation must be 'consistent'")
-    if formulation == "paper" and aerodynamics is not None:
-        raise SlipmodeError("aerodynamics: formulation must be 'consistent'")
-    with phases("reduction", shown=progress):
-        bonded = _reduce_bonded(structure, modes, formulation, smallest_response)
-    return _specified(bonded, carrier, force_patterns, aerodynamics)
+            reduced = reduce_stuck(structure, modes, elements, smallest_response)
+    else:
+        if formulation == "paper" and force_patterns is not None:
+            raise SlipmodeError("force_patterns: formulation must be 'consistent'")
+        if formulation == "paper" and aerodynamics is not None:
+            raise SlipmodeError("aerodynamics: formulation must be 'consistent'")
+        with phases("reduction", shown=progress):
+            reduced = _reduce_bonded(structure, modes, formulation, smallest_response)
+    if warned:
+        warn(mode_frequency_findings("AB", reduced.frequency))
+    return _specified(reduced, carrier, force_patterns, aerodynamics)
 
 
 def _reduce_bonded(
@@ -163,6 +169,7 @@ def _specified(
         reduced = _aeroelastic(reduced, aerodynamics)
     if carrier is not None:
         reduced = reduced.at_carrier(carrier)
+        check_table_carriers(reduced.frequency, reduced.carrier)
     if patterns is None:
         return reduced
     f = force_vectors(patterns, len(reduced.modes), reduced.n_dofs, "force_patterns")

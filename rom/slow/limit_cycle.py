@@ -24,7 +24,13 @@ from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, shifted_flow
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import carrier_range, check_carriers, motion_findings, warn
+from slipmode.rom.validity import (
+    carrier_range,
+    check_carriers,
+    forcing_findings,
+    motion_findings,
+    warn,
+)
 
 _SCANNED = {1: 400, 2: 64}  # amplitudes of each self-excited mode, by their number
 _PASSES = 60
@@ -111,6 +117,7 @@ def limit_cycles(
             "aerodynamics with an imaginary part that makes its modal damping negative"
         )
     Omega = _frequencies(model, frequency, forced)
+    warn(forcing_findings(model.reduced, Omega, forced))
     flow = shifted_flow(model, applied.shift)
     some = chain.from_iterable(combinations(excited, n) for n in range(1, excited.size + 1))
     found = [

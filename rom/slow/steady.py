@@ -18,7 +18,13 @@ from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_problem import SteadyProblem
 from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import can_carry, check_carriers, motion_findings, warn
+from slipmode.rom.validity import (
+    can_carry,
+    check_carriers,
+    forcing_findings,
+    motion_findings,
+    warn,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -156,7 +162,7 @@ def steady(
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes.
+        Where friction, the force or its frequency strain what the method assumes.
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
@@ -172,6 +178,7 @@ def steady(
     amplitude = problem.polish(problem.relax())
     for point in np.flatnonzero(~problem.is_steady(amplitude)):
         amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
+    warn(forcing_findings(model.reduced, points, excitation != 0.0))
     warn(motion_findings(model.law, applied, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)

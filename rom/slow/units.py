@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 from typing import Literal, get_args
 
 import numpy as np
@@ -11,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
 
-FrequencyUnit = Literal["rad/s", "Hz"]
 LengthUnit = Literal["m", "mm", "um"]
 
-_PER_UNIT = {"rad/s": 1.0, "Hz": 2.0 * pi, "m": 1.0, "mm": 1e-3, "um": 1e-6}
+_PER_LENGTH = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 MODAL = "kg$^{1/2}$ m"
 
 
@@ -44,7 +43,7 @@ class Units:
     @property
     def per_frequency(self) -> float:
         """[rad/s] in one."""
-        return _PER_UNIT[self.frequency]
+        return PER_UNIT[self.frequency]
 
     def of_frequency(self, omega: ArrayLike) -> Floats:
         """An angular frequency [rad/s] in these units."""
@@ -52,7 +51,7 @@ class Units:
 
     def of_displacement(self, x: ArrayLike) -> Floats:
         """A displacement [m] in these units."""
-        return np.asarray(x, dtype=float) / _PER_UNIT[self.displacement]
+        return np.asarray(x, dtype=float) / _PER_LENGTH[self.displacement]
 
     def named(self, name: str) -> str:
         """A column of frequencies: with its unit where that is not rad/s."""

@@ -47,7 +47,7 @@ from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tas
 from slipmode.rom.table.refinement.refine import headroom_intervals, refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.table.region import Region
-from slipmode.rom.validity import model_findings, table_findings, warn
+from slipmode.rom.validity import check_table_carriers, model_findings, table_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
@@ -115,12 +115,14 @@ def tabulate(
     Raises
     ------
     SlipmodeError
-        If the tolerance cannot be reached, or not within the budget.
+        If the tolerance cannot be reached, or not within the budget; if a carrier of `reduced` is
+        below 0.62 or above 10 times the frequency of its mode.
 
     Warns
     -----
     ValidityWarning
-        Where contacts or friction strain what the method assumes, over that range.
+        Where contacts or friction strain what the method assumes, over that range; where a carrier
+        is far from its mode.
     """
     amplitude_range = np.asarray(amplitude, dtype=float)
     if amplitude_range.shape != (len(reduced.modes),) or not np.all(
@@ -145,6 +147,7 @@ def tabulate(
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
+    check_table_carriers(reduced.frequency, reduced.carrier)
     if warned:
         warn(model_findings(reduced, law, amplitude_range, combinations or ()))
     if combinations is None:

@@ -6,18 +6,35 @@ import numpy as np
 
 from slipmode.rom import Structure
 from slipmode.rom.arrays import Floats
+from slipmode.rom.frequencies import FrequencyUnit
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.validity import (
     Finding,
+    carrier_findings,
     contact_findings,
     direction_findings,
     force_findings,
     friction_findings,
+    mode_frequency_findings,
     separation_findings,
     share_findings,
 )
 from slipmode.runner.plan.amplitude_range import DryRun, Excited
+from slipmode.runner.scene.schedule import Schedule
+
+
+def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit) -> list[Finding]:
+    """Report implausible frequencies of modes, and forcing far from them: also of unforced modes.
+
+    An unforced mode moves at the frequency of its [forcing] too.
+    """
+    omega, names = excited.reduced.frequency, excited.modes
+    reached = np.array(schedule.extremes([f"frequency_{mode}" for mode in names]))
+    return [
+        *mode_frequency_findings(names, omega),
+        *carrier_findings("forcing.{}.frequency", names, omega, reached, unit),
+    ]
 
 
 def check_assumptions(

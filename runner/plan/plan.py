@@ -24,8 +24,9 @@ from slipmode.rom.slow.transient import LARGEST_CHANGE, said_change
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import Finding as Decision
+from slipmode.rom.validity import frictionless_findings
 from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
-from slipmode.runner.plan.assumptions import check_assumptions
+from slipmode.runner.plan.assumptions import check_assumptions, check_frequencies
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.recording.channels import MODES, Level, Mode
@@ -189,8 +190,15 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     _check_outputs(scene, reduced)
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     check_time_scales(scene, schedule, modes, reduced)
+    of_frequencies = check_frequencies(excited, schedule, scene.units.frequency)
     if not scene.tabulated:
-        decisions = [*mode_decisions, *_preload_decisions(rest), *_integrated(scene, schedule)]
+        decisions = [
+            *mode_decisions,
+            *_preload_decisions(rest),
+            *_integrated(scene, schedule),
+            *of_frequencies,
+            *frictionless_findings(law, structure.n_contacts),
+        ]
         return Plan(scene, structure, excited, schedule, (), None, (), None, decisions)
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
@@ -221,6 +229,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         _transients(scene, modes, seen),
         *motion_decisions,
         *_recording_decisions(scene),
+        *of_frequencies,
         *check_assumptions(
             *(structure, excited, np.array(amplitude) if seen is None else seen.reached),
             *(np.abs(schedule.extremes([f"force_{m}" for m in modes])).max(axis=0), seen),

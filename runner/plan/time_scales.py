@@ -29,7 +29,8 @@ def check_time_scales(
     """
     reached = schedule.extremes([f"frequency_{mode}" for mode in modes])
     for mode, omega, *values in zip(modes, reduced.frequency, *reached, strict=True):
-        check_carrier(f"forcing.{mode}.frequency", mode, float(omega), np.array(values))
+        key, unit = f"forcing.{mode}.frequency", scene.units.frequency
+        check_carrier(key, mode, float(omega), np.array(values), unit)
     fastest = float(reached[1].max())
     longest = _LONGEST_STEP * 2 * pi / fastest
     if scene.run.step > longest:

@@ -14,7 +14,8 @@ import numpy as np
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path
-from slipmode.rom.slow.units import FrequencyUnit, LengthUnit, Units
+from slipmode.rom.frequencies import FrequencyUnit
+from slipmode.rom.slow.units import LengthUnit, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.structure import two_mass

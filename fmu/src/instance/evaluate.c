@@ -3,8 +3,15 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* As in rom/frequencies.py. */
+#define FARTHEST_FORCING 1.5
+#define NEAR_TWO_PI 0.25
+#define TWO_PI 6.283185307179586
+#define HINT 64
 
 /* The core's status as one of FMI's, logged unless it is OK. A computation that fails may succeed
  * with a shorter step; a wrong value cannot. */
@@ -48,17 +55,42 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
                    "frequency_A, frequency_B: must differ at all times, the same one staying above");
 }
 
-/* Forcing frequencies must be such as the slow flow of their mode can follow: rom/validity.py. */
-static fmu_status check_carriers(const fmu_instance *instance, const sm_inputs *inputs) {
+/* What to give where a factor 2 pi explains how far a frequency is from its mode; "" if not. */
+static const char *unit_hint(double frequency, double natural, char hint[HINT]) {
+    const double ratio = frequency / natural;
+    hint[0] = 0;
+    if (fabs(ratio * TWO_PI - 1.0) < NEAR_TWO_PI)
+        snprintf(hint, HINT, "; if that is in Hz, give %.4g rad/s", frequency * TWO_PI);
+    else if (fabs(ratio / TWO_PI - 1.0) < NEAR_TWO_PI)
+        snprintf(hint, HINT, "; a factor 2 pi explains it: give %.4g rad/s", frequency / TWO_PI);
+    return hint;
+}
+
+/* Forcing frequencies must be such as the slow flow of their mode can follow, see
+ * rom/frequencies.py. The first that is far from its mode is logged. */
+static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs) {
     const fmu_model *model = instance->model;
+    char hint[HINT];
     for (int j = 0; j < model->modes; j++) {
-        const double low = model->carrier_range[0] * model->flow.natural[j];
-        const double high = model->carrier_range[1] * model->flow.natural[j];
-        if (inputs->frequency[j] >= low && inputs->frequency[j] <= high) continue;
+        const double natural = model->flow.natural[j], frequency = inputs->frequency[j];
+        if (frequency * FARTHEST_FORCING >= natural && frequency <= FARTHEST_FORCING * natural)
+            continue;
         const int32_t slot = (int32_t)(offsetof(sm_inputs, frequency) / sizeof(double)) + j;
-        return fmu_say(instance, too_far(instance, inputs),
-                       "%s: must be %.6g to %.6g rad/s, got %g", fmu_name_of(instance, FMU_INPUT, slot), low,
-                       high, inputs->frequency[j]);
+        const char *name = fmu_name_of(instance, FMU_INPUT, slot);
+        const double low = model->carrier_range[0] * natural;
+        const double high = model->carrier_range[1] * natural;
+        unit_hint(frequency, natural, hint);
+        if (!(frequency >= low && frequency <= high))
+            return fmu_say(instance, too_far(instance, inputs),
+                           "%s: must be %.6g to %.6g rad/s, got %g%s", name, low, high, frequency,
+                           hint);
+        if (instance->far_forcing_logged) continue;
+        instance->far_forcing_logged = 1;
+        fmu_say(instance, FMU_WARNING,
+                "%s: far from its mode, %.4g rad/s is %.3g times the natural frequency of %.4g "
+                "rad/s, outside %.2g to %g%s",
+                name, frequency, frequency / natural, natural, 1.0 / FARTHEST_FORCING,
+                FARTHEST_FORCING, hint);
     }
     return check_apart(instance, inputs, inputs);
 }

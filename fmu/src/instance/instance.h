@@ -80,6 +80,7 @@ typedef struct {
     double refused_at, refused;         /* time and duration of the last step that was discarded */
     int event_mode, early_return;       /* Co-Simulation: what the importer allows */
     int terminated;                     /* whether it was, and to try again would not help */
+    int far_forcing_logged;             /* whether a frequency far from its mode was */
     int started;                        /* whether the start values are in effect */
     int inputs_current, outputs_current, rates_current;
     fmu_motion_known motion_current;

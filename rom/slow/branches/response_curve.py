@@ -25,7 +25,7 @@ from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Vari
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import Finding, motion_findings, warn
+from slipmode.rom.validity import Finding, forcing_findings, motion_findings, warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -236,11 +236,14 @@ def response_curve(
     rows = np.concatenate([branch.points.rows for branch in branches])
     points = Points(rows, problem.curve.unknowns)
     amplitude = problem.amplitude(points.z)
-    warn(motion_findings(model.law, problem.applied, np.abs(amplitude).max(axis=0)))
+    relative = np.abs(amplitude) / problem.limit_scale(points.z[:, -1])[:, np.newaxis]
+    warn(motion_findings(model.law, problem.applied, relative.max(axis=0)))
     frequencies, forces = (
         problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
     )
-    warn(model.detuning_findings(frequencies, (forces != 0.0).any(axis=0)))
+    forced = (forces != 0.0).any(axis=0)
+    warn(forcing_findings(model.reduced, frequencies, forced))
+    warn(model.detuning_findings(frequencies, forced))
     ends = _cut_off(branches)
     cut_off = problem.parameter(np.array([end[-1] for end in ends]))
     warn(_cut_off_findings(vary, cut_off))

@@ -27,6 +27,7 @@ from slipmode.rom.slow.direct.forced_balance import (
 from slipmode.rom.slow.direct.integrated import integrated, integration_effort, settles_soon
 from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
 from slipmode.rom.structure.structure import Structure
+from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
 _LEAST_STEPS = 128
@@ -127,6 +128,11 @@ def steady_state(
     SlipmodeError
         If no steady state is found, or none to the tolerance; if the motion from rest is not
         periodic in the phases of the forces.
+
+    Warns
+    -----
+    ValidityWarning
+        Where a forcing frequency is far from its mode, or friction does nothing or hardly acts.
     """
     if not 1e-6 <= as_floats("tolerance", tolerance) <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
@@ -145,6 +151,8 @@ def steady_state(
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
     error, found, method = _found(reduced, law, f, tolerance, start)
+    warn(forcing_findings(reduced, Omega, np.ones(modes, dtype=bool)))
+    warn(friction_findings(reduced, law, np.abs(found.amplitude)))
     return SteadyState(error, found, reduced, f, method)
 
 

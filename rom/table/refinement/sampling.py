@@ -48,7 +48,9 @@ class Columns:
 
     __repr__ = short_repr
 
-    def errors(self, norm: ErrorNorm, points: Floats, off: Complexes, exact: Complexes) -> Floats:
+    def errors(
+        self, norm: ErrorNorm, points: Floats, off: Complexes | Floats, exact: Complexes
+    ) -> Floats:
         """Return the largest relative error (...,) of the tabulated columns.
 
         Parameters
@@ -121,7 +123,7 @@ class Sampling:
     def error_of(
         self, points: Floats, surface: Complexes, exact: Complexes, norm: ErrorNorm
     ) -> Floats:
-        """Return the relative error (...,) of a surface (..., columns) where samples are `exact`."""
+        """Return the relative error (...,) of a surface (..., columns), `exact` in samples."""
         tabulated = exact[..., : len(self.columns.orders)]
         return self.columns.errors(norm, points, surface - tabulated, tabulated)
 

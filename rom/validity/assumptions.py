@@ -9,107 +9,37 @@ that are warnings are issued as `ValidityWarning`.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from math import pi
-from typing import Literal
+from collections.abc import Sequence
 
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.laws.directions import skewed_directions
-from slipmode.rom.laws.friction import Friction, Tanh, limits
+from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
-from slipmode.rom.representable import round_down, round_up
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
-
-# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
-# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
-# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
-LOWEST_CARRIER, HIGHEST_CARRIER = 0.62, 10.0
-_LIKE_HERTZ = 0.25  # distance of 2 pi times a refused frequency from its mode, relative
+from slipmode.rom.validity.friction import elastic_force, friction_findings
 
 _SEPARATION = 0.1  # relative distance of a mode from its neighbours
 _TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
 _SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
-# Friction limit relative to the elastic force on a contact that sticks, at the largest amplitudes.
-# Friction then changes the amplitude of `two_mass` by 2 % at most.
-_FAINT = 3e-3
-# tanh velocity relative to the one at which a contact slides without friction.
-_BLURRED, _SHARP = 2.0, 1e-10
 _ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
 
 _AT_CARRIER = 1e-9  # relative distance that is rounding
 _DETUNED = 0.05  # distance from the carriers that a table states the error of
 
-Level = Literal["info", "warning", "error"]
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that is, or is not, modelled; or an assumption that is strained."""
-
-    subject: str
-    choice: str
-    reason: str
-    level: Level = "info"
-
-
-def warn(findings: Iterable[Finding], stacklevel: int = 3) -> None:
-    """Issue what is no mere information as `ValidityWarning`."""
-    for each in findings:
-        if each.level != "info":
-            words = f"{each.subject} {each.choice}: {each.reason}"
-            warnings.warn(words, ValidityWarning, stacklevel=stacklevel)
-
-
-def carrier_range(omega: float) -> tuple[float, float]:
-    """Forcing frequencies that a mode of natural frequency omega can follow [rad/s]."""
-    return LOWEST_CARRIER * omega, HIGHEST_CARRIER * omega
-
-
-def can_carry(omega: Floats | float, frequency: Floats) -> Flags:
-    """Whether forcing frequencies [rad/s] lie in `carrier_range`."""
-    return np.asarray(
-        (frequency >= LOWEST_CARRIER * omega) & (frequency <= HIGHEST_CARRIER * omega)
-    )
-
-
-def carrier_refusal(key: str, mode: str, omega: float, frequency: float) -> str:
-    """Why a forcing frequency [rad/s] is refused, naming its key; "" if it is not."""
-    low, high = carrier_range(omega)
-    if low <= frequency <= high:
-        return ""
-    hertz = ""
-    if abs(2.0 * pi * frequency / omega - 1.0) < _LIKE_HERTZ:
-        hertz = f"; if that is in Hz, give {2.0 * pi * frequency:.4g} rad/s"
-    return (
-        f"{key}: must be {round_up(low, 3):g} to {round_down(high, 3):g} rad/s, for mode "
-        f"{mode} resonates at {omega:.3g} rad/s; got {frequency:g}{hertz}"
-    )
-
-
-def check_carrier(key: str, mode: str, omega: float, frequencies: Floats) -> None:
-    """Refuse forcing frequencies that the slow flow of a mode cannot follow.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the key and what it may be.
-    """
-    for value in (frequencies.min(), frequencies.max()):
-        if refusal := carrier_refusal(key, mode, omega, float(value)):
-            raise SlipmodeError(refusal)
-
 
 def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
-    """The same at points (..., modes) of all modes that are forced (modes,), which must differ."""
+    """Refuse points (..., modes) [rad/s] that the slow flow of the forced modes cannot follow.
+
+    Also where the frequencies of two forced modes are equal; `forced` is (modes,).
+    """
     for j in np.flatnonzero(forced):
         check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
@@ -123,6 +53,13 @@ def check_carriers_along(reduced: Reduced, ends: Floats, forced: Flags) -> None:
         raise SlipmodeError(
             "frequency: those of modes A and B must differ all along, the same one staying above"
         )
+
+
+def forcing_findings(reduced: Reduced, frequency: Floats, forced: Flags) -> list[Finding]:
+    """Report forced modes (modes,) far from their forcing (..., modes) [rad/s]."""
+    names = [name for name, each in zip("AB", forced, strict=False) if each]
+    own = reduced.frequency[forced]
+    return carrier_findings("frequency", names, own, frequency[..., forced])
 
 
 def carriers_meet(frequency: Floats) -> Flags:
@@ -143,8 +80,9 @@ def model_findings(
     combinations: Sequence[CombinationResonance] = (),
     names: Sequence[str] = "AB",
 ) -> list[Finding]:
-    """Whatever a model tells by itself, at the largest amplitudes (modes,) of its table."""
+    """Return what a model strains by itself, at the largest amplitudes (modes,) of its table."""
     return [
+        *carrier_findings("carrier", names, reduced.frequency, reduced.carrier),
         *contact_findings(reduced, combinations, names),
         *friction_findings(reduced, law, amplitude_range),
     ]
@@ -285,48 +223,6 @@ def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
     ]
 
 
-def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
-    """Friction must be able to hold and to let go at the largest amplitudes (modes,)."""
-    limit = limits(law, reduced.n_contacts)
-    force = _elastic_force(reduced, amplitude)
-    touched = (force > 0.0) & (limit > 0.0)
-    if not touched.any():
-        return []
-    held = limit[touched] / force[touched]
-    found = []
-    if held.min() < _FAINT:
-        contact = np.flatnonzero(touched)[np.argmin(held)]
-        reason = (
-            f"at contact {contact} the limit is {held.min():.1e} of the elastic force at the "
-            f"largest amplitude, below {_FAINT:g}: friction hardly acts; is the force or the "
-            "amplitude too large, or the limit in another unit?"
-        )
-        found.append(Finding("friction", "faint", reason, "warning"))
-    elif held.min() > 1.0:
-        reason = (
-            f"the friction limit is at least {held.min():.2g} times the elastic force on a "
-            "contact at the largest amplitude"
-        )
-        found.append(Finding("friction", "sticks", reason))
-    if not isinstance(law, Tanh):
-        return found
-    speed = _sliding_speed(reduced, amplitude, np.maximum(limit, force))[touched]
-    if law.alpha > _BLURRED * speed.max():
-        reason = (
-            f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
-            f"above {_BLURRED:g}: they neither stick nor slide, friction is a dashpot; an alpha "
-            f"of {round_down(0.1 * speed.max()):g} m/s would resolve both"
-        )
-        found.append(Finding("friction", "blurred", reason, "warning"))
-    elif law.alpha < _SHARP * speed.min():
-        reason = (
-            f"alpha is {law.alpha / speed.min():.1e} of the velocity at which contacts slide, "
-            f"below {_SHARP:g}: no march resolves it; Coulomb's law is its limit, and exact"
-        )
-        found.append(Finding("friction", "too sharp", reason, "warning"))
-    return found
-
-
 def force_findings(
     law: Friction, applied: AppliedForces, amplitude: Floats, names: Sequence[str] = "AB"
 ) -> list[Finding]:
@@ -351,7 +247,7 @@ def force_strain(law: Friction, applied: AppliedForces, amplitude: Floats) -> Fl
     aside = np.abs(residual * applied.modal[:, np.newaxis])
     if reduced.contacts is not None:
         aside = aside * reduced.contacts.reference
-    holds = np.maximum(limits(law, reduced.n_contacts), _elastic_force(reduced, amplitude))
+    holds = np.maximum(limits(law, reduced.n_contacts), elastic_force(reduced, amplitude))
     part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0)
     return np.asarray(part.max(axis=1))
 
@@ -368,19 +264,3 @@ def strain_findings(strain: Floats, names: Sequence[str] = "AB") -> list[Finding
         for mode, each in zip(names, strain, strict=False)
         if each > _ASIDE
     ]
-
-
-def _elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
-    """Largest force of the modes on contacts that stick, (N_c,) [N]."""
-    reference = 1.0 if reduced.contacts is None else reduced.contacts.reference
-    return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling) * reference)
-
-
-def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:
-    """Velocity (N_c,) [m/s] of contacts that such forces (N_c,) move freely.
-
-    At the highest frequency that moves them: that of the mode with the largest force there.
-    """
-    moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
-    Omega = reduced.carrier[np.argmax(moved, axis=0)]
-    return np.asarray(Omega * force / np.diag(reduced.stiffness))

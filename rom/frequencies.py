@@ -1,0 +1,155 @@
+"""Frequencies of modes and of forcing: which are refused, which are reported as implausible."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+from typing import Literal
+
+import numpy as np
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.representable import round_down, round_up
+
+FrequencyUnit = Literal["rad/s", "Hz"]
+PER_UNIT: dict[FrequencyUnit, float] = {"rad/s": 1.0, "Hz": 2.0 * pi}  # [rad/s]
+
+# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
+# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
+# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
+LOWEST_CARRIER, HIGHEST_CARRIER = 0.62, 10.0
+# Ratio of forcing and natural frequency, or its inverse, beyond which forcing is not resonant.
+FARTHEST_FORCING = 1.5
+_NEAR_TWO_PI = 0.25  # relative distance of a ratio of frequencies from 2 pi that hints at a unit
+_LOWEST_MODE, _HIGHEST_MODE = 1e-3, 1e6  # natural frequencies of plausible structures [Hz]
+
+
+def carrier_range(omega: float) -> tuple[float, float]:
+    """Return the forcing frequencies that a mode of natural frequency omega can follow [rad/s]."""
+    return LOWEST_CARRIER * omega, HIGHEST_CARRIER * omega
+
+
+def can_carry(omega: Floats | float, frequency: Floats) -> Flags:
+    """Return whether forcing frequencies [rad/s] lie in `carrier_range`."""
+    return np.asarray(
+        (frequency >= LOWEST_CARRIER * omega) & (frequency <= HIGHEST_CARRIER * omega)
+    )
+
+
+def is_near(omega: Floats | float, frequency: Floats) -> Flags:
+    """Return whether forcing frequencies [rad/s] are within `FARTHEST_FORCING` of omega."""
+    return np.asarray(
+        (frequency * FARTHEST_FORCING >= omega) & (frequency <= FARTHEST_FORCING * omega)
+    )
+
+
+def carrier_refusal(
+    key: str, mode: str, omega: float, frequency: float, unit: FrequencyUnit = "rad/s"
+) -> str:
+    """Return why a forcing frequency [rad/s] is refused, in the user's unit; "" if it is not."""
+    low, high = carrier_range(omega)
+    if low <= frequency <= high:
+        return ""
+    per_unit = PER_UNIT[unit]
+    return (
+        f"{key}: must be {round_up(low / per_unit, 3):g} to {round_down(high / per_unit, 3):g} "
+        f"{unit}, for mode {mode} resonates at {omega / per_unit:.3g} {unit}; "
+        f"got {frequency / per_unit:g}{_unit_hint(omega, frequency, unit)}"
+    )
+
+
+def check_carrier(
+    key: str, mode: str, omega: float, frequencies: Floats, unit: FrequencyUnit = "rad/s"
+) -> None:
+    """Refuse forcing frequencies [rad/s] that the slow flow of a mode cannot follow.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the key and what it may be.
+    """
+    for value in (frequencies.min(), frequencies.max()):
+        if refusal := carrier_refusal(key, mode, omega, float(value), unit):
+            raise SlipmodeError(refusal)
+
+
+def check_table_carriers(omega: Floats, carrier: Floats) -> None:
+    """Refuse carriers (modes,) of a contact problem [rad/s] that no slow flow of it can follow.
+
+    Raises
+    ------
+    SlipmodeError
+    """
+    for mode, own, given in zip("AB", omega.tolist(), carrier, strict=False):
+        check_carrier("carrier", mode, own, given)
+
+
+def carrier_findings(
+    key: str,
+    names: Sequence[str],
+    omega: Floats,
+    frequency: Floats,
+    unit: FrequencyUnit = "rad/s",
+) -> list[Finding]:
+    """Report carrier frequencies that are far from the natural frequency of their mode.
+
+    Parameters
+    ----------
+    key : str
+        What the user gave, with {} where the name of the mode stands.
+    names : sequence of str
+        Of the modes.
+    omega : (modes,) ndarray
+        Natural frequencies [rad/s].
+    frequency : (..., modes) ndarray
+        Forcing frequencies [rad/s]; the farthest of each mode is reported.
+    unit : {"rad/s", "Hz"}
+        In which the user gave them.
+    """
+    found = []
+    for j, (name, own) in enumerate(zip(names, omega.tolist(), strict=False)):
+        values = frequency[..., j].ravel()
+        if is_near(own, values).all():
+            continue
+        farthest = float(values[np.argmax(np.abs(np.log(values / own)))])
+        hint = _unit_hint(own, farthest, unit)
+        reason = (
+            f"{farthest / PER_UNIT[unit]:.4g} {unit} is {farthest / own:.3g} times the natural "
+            f"frequency of {own / PER_UNIT[unit]:.4g} {unit}, outside {1 / FARTHEST_FORCING:.2g} "
+            f"to {FARTHEST_FORCING:g}"
+            f"{hint or '; retain the mode that is nearest, or compare with slipmode validate'}"
+        )
+        found.append(Finding(key.format(name), f"far from mode {name}", reason, "warning"))
+    return found
+
+
+def _unit_hint(omega: float, frequency: float, unit: FrequencyUnit) -> str:
+    """Return what to give where a factor 2 pi explains the distance; "" where it does not."""
+    given = frequency / PER_UNIT[unit]
+    meant: dict[FrequencyUnit, tuple[float, FrequencyUnit]]
+    meant = {"rad/s": (2.0 * pi, "Hz"), "Hz": (0.5 / pi, "rad/s")}
+    factor, other = meant[unit]
+    if abs(factor * frequency / omega - 1.0) < _NEAR_TWO_PI:
+        return f"; if that is in {other}, give {factor * given:.4g} {unit}"
+    if abs(frequency / (factor * omega) - 1.0) < _NEAR_TWO_PI:
+        return f"; a factor 2 pi explains it: give {given / factor:.4g} {unit}"
+    return ""
+
+
+def mode_frequency_findings(names: Sequence[str], omega: Floats) -> list[Finding]:
+    """Report natural frequencies (modes,) [rad/s] that no structure has."""
+    reason = (
+        "{:.3g} Hz, outside {:g} to {:g} Hz: are mass and stiffness swapped, or in units other "
+        "than kg and N/m?"
+    )
+    return [
+        Finding(
+            f"mode {name}",
+            "implausible frequency",
+            reason.format(hertz, _LOWEST_MODE, _HIGHEST_MODE),
+            "warning",
+        )
+        for name, hertz in zip(names, (omega / (2.0 * pi)).tolist(), strict=False)
+        if not _LOWEST_MODE <= hertz <= _HIGHEST_MODE
+    ]

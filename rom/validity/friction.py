@@ -1,0 +1,136 @@
+"""Whether friction limits are plausible at the amplitudes that are reached."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.contact.slip_onset import largest_load
+from slipmode.rom.errors import Finding
+from slipmode.rom.laws.elements import FRICTIONAL
+from slipmode.rom.laws.friction import Friction, RigidFriction, Tanh, limits
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.representable import round_down
+from slipmode.rom.short_repr import short_list
+
+# Friction limit relative to the elastic force on a contact that sticks, at the largest amplitudes.
+# Below, another unit is likelier than a design: prefixes of units are factors of 1000.
+_EXCEEDED = 1e-2
+# tanh velocity relative to the one at which a contact slides without friction.
+_BLURRED, _SHARP = 2.0, 1e-10
+
+
+def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
+    """Report friction that does nothing, or hardly acts, at the largest amplitudes (modes,)."""
+    found = frictionless_findings(law, reduced.n_contacts)
+    limit = limits(law, reduced.n_contacts)
+    force = elastic_force(reduced, amplitude)
+    touched = (force > 0.0) & (limit > 0.0)
+    if not touched.any():
+        return found
+    where, share = _least_holding(law, limit, force, touched)
+    load = largest_load(reduced, law, amplitude)
+    of_tanh = []
+    if isinstance(law, Tanh):
+        of_tanh = _tanh_findings(reduced, law, amplitude, np.maximum(limit, force), touched)
+    if share < _EXCEEDED:
+        reason = (
+            f"{where} {share:.1e} of the elastic force at the largest amplitude, below "
+            f"{_EXCEEDED:g}: friction hardly acts; is the force or the amplitude too large, or "
+            "the limit in another unit?"
+        )
+        found.append(Finding("friction", "faint", reason, "warning"))
+    elif 0.0 < load < 1.0 and not any(each.choice == "blurred" for each in of_tanh):
+        reason = (
+            f"no contact slips or opens: the largest load on a contact is {load:.3g} of what it "
+            f"holds, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
+            "the force or the amplitude too small, or the limit in another unit?"
+        )
+        found.append(Finding("friction", "does nothing", reason, "warning"))
+    return [*found, *of_tanh]
+
+
+def frictionless_findings(law: Friction, contacts: int) -> list[Finding]:
+    """Report contacts without friction: a limit of 0, or a friction coefficient of 0.
+
+    With a coefficient of 0 a contact still opens, so that is only information.
+    """
+    free = np.flatnonzero((limits(law, contacts) == 0.0) & ~_is_preloaded(law, contacts))
+    found = []
+    if free.size:
+        which = "all" if free.size == contacts else short_list(map(str, free))
+        reason = f"the friction limit is 0 at contacts: {which}; friction does not act there"
+        found.append(Finding("friction", "none", reason, "warning"))
+    if not isinstance(law, RigidFriction):
+        element = law.elements(contacts).element
+        smooth = element[(element["law"] == FRICTIONAL) & (element["friction"] == 0.0)]
+        if smooth.size:
+            which = short_list(map(str, smooth["column"][:, 0]))
+            reason = (
+                f"the friction coefficient is 0 at contacts: {which}; they only open and close"
+            )
+            found.append(Finding("friction", "none", reason))
+    return found
+
+
+def elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
+    """Return the largest force of the modes on contacts that stick, (N_c,) [N]."""
+    reference = 1.0 if reduced.contacts is None else reduced.contacts.reference
+    return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling) * reference)
+
+
+def _is_preloaded(law: Friction, contacts: int) -> Flags:
+    """Return which contact DOFs (N_c,) have a limit that follows from a preload."""
+    preloaded = np.zeros(contacts, dtype=bool)
+    if not isinstance(law, RigidFriction):
+        for element in law.elements(contacts).element:
+            if element["law"] == FRICTIONAL:
+                preloaded[element["column"][: element["tangents"] + 1]] = True
+    return preloaded
+
+
+def _least_holding(
+    law: Friction, limit: Floats, force: Floats, touched: Flags
+) -> tuple[str, float]:
+    """Return where the limit is the least part of the elastic force, in words, and that part.
+
+    A preload is small at the edge of an area in contact, so preloaded contacts count together.
+    """
+    preloaded = _is_preloaded(law, limit.size)
+    single, together = np.flatnonzero(touched & ~preloaded), touched & preloaded
+    shares = {f"at contact {k} the limit is": float(limit[k] / force[k]) for k in single}
+    if together.any():
+        whole = float(limit[together].sum() / force[together].sum())
+        shares["of preloaded contacts the limits are together"] = whole
+    return min(shares.items(), key=lambda each: each[1])
+
+
+def _tanh_findings(
+    reduced: Reduced, law: Tanh, amplitude: Floats, force: Floats, touched: Flags
+) -> list[Finding]:
+    """Report a velocity alpha at which contacts neither stick nor slide, or too small a one."""
+    speed = _sliding_speed(reduced, amplitude, force)[touched]
+    if law.alpha > _BLURRED * speed.max():
+        reason = (
+            f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
+            f"above {_BLURRED:g}: they neither stick nor slide, friction is a dashpot; an alpha "
+            f"of {round_down(0.1 * speed.max()):g} m/s would resolve both"
+        )
+        return [Finding("friction", "blurred", reason, "warning")]
+    if law.alpha < _SHARP * speed.min():
+        reason = (
+            f"alpha is {law.alpha / speed.min():.1e} of the velocity at which contacts slide, "
+            f"below {_SHARP:g}: no march resolves it; Coulomb's law is its limit, and exact"
+        )
+        return [Finding("friction", "too sharp", reason, "warning")]
+    return []
+
+
+def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:
+    """Return the velocity (N_c,) [m/s] of contacts that such forces (N_c,) move freely.
+
+    At the highest frequency that moves them: that of the mode with the largest force there.
+    """
+    moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
+    Omega = reduced.carrier[np.argmax(moved, axis=0)]
+    return np.asarray(Omega * force / np.diag(reduced.stiffness))
