@@ -6,6 +6,7 @@ import argparse
 import logging
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
@@ -50,12 +51,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Warnings of the log on standard error, a line each."""
+    """Print each warning once, in one line on standard error, while the context lasts."""
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("slipmode: %(message)s"))
+    handler.setFormatter(logging.Formatter("slipmode: warning: %(message)s"))
+    shown: set[str] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        message = record.getMessage()
+        known = message in shown
+        shown.add(message)
+        return not known
+
+    def show(message: Warning | str, *_where: object, **_more: object) -> None:
+        _log.warning("%s", " ".join(str(message).split()))
+
+    handler.addFilter(is_new)
     _log.addHandler(handler)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", ValidityWarning)
+            warnings.showwarning = show
+            yield
     finally:
         _log.removeHandler(handler)
 
@@ -119,9 +135,8 @@ def _plan(options: argparse.Namespace) -> int:
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:
         print(f"{subject:{widths[0]}}  {choice:{widths[1]}}  {reason}")
-    for decision in plan.decisions:
-        if decision.level != "info":
-            print(f"warning: {decision.subject} {decision.choice}: {decision.reason}")
+    for warning in plan.warnings:
+        print(f"warning: {warning}")
     return 0
 
 

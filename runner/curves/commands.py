@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import logging
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
@@ -16,8 +14,6 @@ from slipmode.rom.extras import extra
 if TYPE_CHECKING:
     from slipmode import rom
     from slipmode.runner.scene.scene import Scene
-
-_log = logging.getLogger("slipmode.curves")
 
 _BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
 
@@ -80,10 +76,7 @@ def _curve(options: argparse.Namespace) -> int:
     of_frequency = options.vary is None or options.vary.startswith("frequency")
     if span is not None and of_frequency:
         span = [end * units.per_frequency for end in span]
-    with warnings.catch_warnings(record=True) as said:
-        curve = scene_response_curve(scene, options.vary, span, progress=True)
-    for words in dict.fromkeys(str(each.message) for each in said):
-        _log.warning("%s", words)
+    curve = scene_response_curve(scene, options.vary, span, progress=True)
     _written(options, f"{scene.name}.curve", curve, scene, 1)
     for point in curve.special:
         sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))

@@ -85,6 +85,15 @@ class Plan:
         )
 
     @property
+    def warnings(self) -> list[str]:
+        """Return the decisions that are warnings, each as one line."""
+        return [
+            f"{each.subject} {each.choice}: {each.reason}"
+            for each in self.decisions
+            if each.level != "info"
+        ]
+
+    @property
     def may_be_integrated(self) -> bool:
         """Whether `model.table = "none"` could be had instead of the table."""
         scene = self.scene
