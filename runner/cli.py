@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.runner.command_words import command_words
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _warnings_shown():
             return int(options.command(options))
     except SlipmodeError as error:
-        return _fail(str(error))
+        return _fail(command_words(str(error), vars(options)))
     except MemoryError as error:
         return _fail(f"out of memory: {error}" if str(error) else "out of memory")
     except BrokenPipeError:  # the reader of our output has seen enough
@@ -63,7 +64,7 @@ def _warnings_shown() -> Iterator[None]:
         return not known
 
     def show(message: Warning | str, *_where: object, **_more: object) -> None:
-        _log.warning("%s", " ".join(str(message).split()))
+        _log.warning("%s", command_words(" ".join(str(message).split())))
 
     handler.addFilter(is_new)
     _log.addHandler(handler)

@@ -127,7 +127,7 @@ def scene_backbone(
     """
     plan = make_plan(scene, progress=progress)
     at = _place(plan.excited.modes, mode)
-    model, _ = plan.model(progress=progress)
+    model, _ = plan.model(detuning=True, progress=progress)  # frequency follows amplitude
     return rom.backbone(model, at, other)
 
 

@@ -106,12 +106,14 @@ class Plan:
         contact: bool = False,
         region: bool = False,
         headroom: float = 1.0,
+        detuning: bool = False,
         progress: bool = False,
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
         `contact` asks for one that has contact motion whatever the scene wants of it, `region`
-        for one that has to hold no further than the scene is expected to go.
+        for one that has to hold no further than the scene is expected to go, `detuning` for one
+        whose friction follows frequencies off the carriers, though the scene's do not move.
         """
         self.scene.check_tabulated()
         return cached_model(
@@ -121,7 +123,7 @@ class Plan:
             harmonics=self._harmonics(contact),
             region=self.region if region else None,
             headroom=headroom,
-            detuning=self._frequencies_move,
+            detuning=detuning or self._frequencies_move,
             budget=self.scene.model.budget,
             progress=progress,
         )

@@ -7,6 +7,7 @@ from collections import Counter
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.summary.choice import Choice, choice
@@ -52,7 +53,9 @@ def summarise(done: StudyResults) -> list[str]:
 def _failures(dataset: Any) -> list[str]:
     """The most frequent reasons."""
     reasons = Counter(dataset["reason"].values[dataset["status"].values == FAILED].tolist())
-    lines = [f"failed: {n} x {why}" for why, n in reasons.most_common(_MOST_REASONS)]
+    lines = [
+        f"failed: {n} x {command_words(why)}" for why, n in reasons.most_common(_MOST_REASONS)
+    ]
     left = len(reasons) - len(lines)
     return [*lines, f"and {left} other reasons"] if left > 0 else lines
 

@@ -83,9 +83,9 @@ def test_missing_files_and_schedulers_are_one_line(study_file, tmp_path, capsys,
     nowhere = "tcp://127.0.0.1:9"
     assert main(["study", path, "-o", str(tmp_path), "--scheduler", nowhere]) == 1
     lines = capsys.readouterr().err.splitlines()
-    assert lines[-1].startswith(f"slipmode: scheduler: {nowhere} does not answer")
+    assert lines[-1].startswith(f"slipmode: --scheduler: {nowhere} does not answer")
     assert main(["study", path, "-o", str(tmp_path), "--scheduler", "x:y"]) == 1
-    assert "slipmode: scheduler: x:y does not answer" in capsys.readouterr().err
+    assert "slipmode: --scheduler: x:y does not answer" in capsys.readouterr().err
 
 
 def test_values_are_crossed_with_what_is_drawn(study_file):
