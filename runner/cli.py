@@ -169,11 +169,13 @@ def _validate(options: argparse.Namespace) -> int:
     from slipmode.runner.validate import validate
 
     found = validate(options.scene, options.output, progress=True)
+    print(found.compared())
     print("relative error            reduced   full order at half its resolution")
     for line in found.comparisons:
         print(f"{line.subject:30}{line.error:9.2e}  {line.reference_error:9.2e}")
+    before = "friction table" if found.reduced == "slow time" else "plan"
     print(
-        f"time: slow {found.slow_seconds * 1e3:.1f} ms (friction table apart: "
+        f"time: {found.reduced} {found.slow_seconds * 1e3:.1f} ms (and {before} "
         f"{found.table_seconds * 1e3:.0f} ms), full order {found.full_seconds * 1e3:.1f} ms "
         f"on {found.coordinates} coordinates"
     )
