@@ -59,7 +59,9 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
         parser.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     for parser in (curve, backbone, design):
         parser.add_argument(
-            "--dof", type=int, help="amplitudes of a DOF besides, in the scene's [units]"
+            "--dof",
+            type=int,
+            help="the amplitude of a DOF, contacts included, in the scene's [units]",
         )
         parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
         parser.add_argument(

@@ -19,10 +19,12 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
-from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
+from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -48,12 +50,18 @@ class PerformanceCurve:
         Where it is [rad/s].
     mode_shape : (n_dofs,) ndarray
         [kg^-1/2]
+    motion : SteadyMotion
+        Of all modes at the peaks.
+    mode : int
+        Which of them it is.
     """
 
     limit: Floats
     peak: Floats
     frequency: Floats
     mode_shape: Floats
+    motion: SteadyMotion
+    mode: int
 
     __repr__ = short_repr
 
@@ -73,14 +81,14 @@ class PerformanceCurve:
         return low, high
 
     def displacement(self, dof: int) -> Floats:
-        """Peak of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
-        return modal_displacement(self.mode_shape, self.peak, dof)
+        """Return the amplitude of a DOF at the peaks, (n,) [m]."""
+        return self.motion.displacement(dof)[:, self.mode]
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
-        peak = shown.size(self.mode_shape, self.peak)
+        peak = shown.size(self.motion)[:, self.mode]
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
@@ -147,7 +155,29 @@ def performance_curve(
         )
     limit = F / held[::-1]
     frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
-    return PerformanceCurve(limit, peak, frequency, curve.mode_shape)
+    motion = _at_peaks(model, mode, force, limit, curve.motion)
+    return PerformanceCurve(limit, peak, frequency, curve.mode_shape, motion, mode)
+
+
+def _at_peaks(
+    model: Model,
+    mode: int,
+    force: Mapping[int, float] | ArrayLike,
+    limit: Floats,
+    free: SteadyMotion,
+) -> SteadyMotion:
+    """Motion at the peaks (n,): of the backbone, scaled, and the force a quarter turn ahead."""
+    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
+    forces[mode] = force
+    applied = AppliedForces.of(model.reduced, forces)
+    return SteadyMotion(
+        model,
+        limit[:, np.newaxis] * free.amplitude[::-1],
+        free.frequency[::-1],
+        np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
+        applied,
+        limit,
+    )
 
 
 def _advice(model: Model, mode: int) -> str:
