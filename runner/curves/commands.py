@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
+from slipmode.rom.slow.units import Shown
 
 if TYPE_CHECKING:
     from slipmode import rom
@@ -80,12 +82,17 @@ def _curve(options: argparse.Namespace) -> int:
         span = [end * units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     _written(options, f"{scene.name}.curve", curve, scene, 1)
-    for point in curve.special:
-        sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))
+    shown = Shown(options.dof, units, "kg^0.5 m")
+    sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
+
+    def listed(row: Floats) -> str:
+        named = zip(modes, row, strict=True)
+        return ", ".join(f"{shown.named(f'|{mode}|')} = {size:.4g}" for mode, size in named)
+
+    for point, size in zip(curve.special, sizes.special, strict=True):
         at = float(units.of_frequency(point.parameter)) if of_frequency else point.parameter
-        print(f"{point.kind} at {curve.vary} = {at:.6g}: {sizes}")
-    peaks = np.abs(curve.amplitude).max(axis=0)
-    print("largest: " + ", ".join(f"|{'AB'[j]}| = {peak:.4g}" for j, peak in enumerate(peaks)))
+        print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
+    print(f"largest: {listed(sizes.points.max(axis=0))}")
     return 0
 
 
@@ -109,12 +116,14 @@ def _design(options: argparse.Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
     _written(options, f"{scene.name}.design", curve, scene, 1)
-    limit, peak = curve.optimum
-    if peak >= _BETTER * curve.peak[-1]:
-        print(f"lowest peak {peak:.4g} kg^0.5 m where the contacts stick: no limit is better")
+    shown = Shown(options.dof, scene.units, "kg^0.5 m")
+    limit, peak = curve.lowest(shown)
+    lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
+    if peak >= _BETTER * curve.size(shown)[-1]:
+        print(f"{lowest} where the contacts stick: no limit is better")
         return 0
-    low, high = curve.within(1.1)
-    print(f"lowest peak {peak:.4g} kg^0.5 m at {limit:.3g} times the scene's limits and preloads;")
+    low, high = curve.within(1.1, shown)
+    print(f"{lowest} at {limit:.3g} times the scene's limits and preloads;")
     print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
     return 0
 

@@ -36,7 +36,7 @@ def curve_charts(
                 _line("/damping", "Damping ratio", x, "damping [-]", size, curve.damping),
             ]
         ]
-    peak = shown.size(curve.motion)[:, curve.mode]
+    peak = curve.size(shown)
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
     lowest = f"lowest at {curve.limit[best]:.3g}"
     point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)

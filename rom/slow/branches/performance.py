@@ -67,18 +67,28 @@ class PerformanceCurve:
 
     @property
     def optimum(self) -> tuple[float, float]:
-        """The factor at which the peak is lowest, and that peak."""
-        at = int(np.argmin(self.peak))
-        return float(self.limit[at]), float(self.peak[at])
+        """The factor at which the peak |a| is lowest, and that peak."""
+        return self.lowest()
 
-    def within(self, factor: float) -> tuple[float, float]:
+    def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
+        """Return the factor at which the peak is lowest, and that peak, as it is shown: |a|."""
+        size = self.size(shown)
+        at = int(np.argmin(size))
+        return float(self.limit[at]), float(size[at])
+
+    def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
         """The range of limits around the optimum whose peaks are at most `factor` times its."""
-        at = int(np.argmin(self.peak))
-        worse = np.flatnonzero(self.peak > factor * self.peak[at])
+        size = self.size(shown)
+        at = int(np.argmin(size))
+        worse = np.flatnonzero(size > factor * size[at])
         first = worse[worse < at].max(initial=-1) + 1
-        last = worse[worse > at].min(initial=self.peak.size) - 1
+        last = worse[worse > at].min(initial=size.size) - 1
         low, high = sorted((float(self.limit[first]), float(self.limit[last])))
         return low, high
+
+    def size(self, shown: Shown | None = None) -> Floats:
+        """Return the peaks (n,) as they are shown; default: |a|."""
+        return self.peak if shown is None else shown.size(self.motion)[:, self.mode]
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at the peaks, (n,) [m]."""
@@ -88,7 +98,7 @@ class PerformanceCurve:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
-        peak = shown.size(self.motion)[:, self.mode]
+        peak = self.size(shown)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")

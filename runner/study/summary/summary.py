@@ -14,6 +14,7 @@ from slipmode.runner.study.summary.choice import Choice, choice
 from slipmode.runner.study.summary.picture import draw
 from slipmode.runner.study.summary.recording import record
 from slipmode.runner.study.summary.sensitivity import sensitivity
+from slipmode.runner.study.summary.shown import shown_as
 
 _log = logging.getLogger("slipmode.study")
 
@@ -29,7 +30,7 @@ def summarise(done: StudyResults) -> list[str]:
     chosen: Choice | None = None
     if done.study.choose is not None:
         try:
-            chosen = choice(dataset, done.study.choose)
+            chosen = choice(dataset, done.study.choose, shown_as(done.study))
         except SlipmodeError as refusal:
             lines.append(str(refusal))
         else:
