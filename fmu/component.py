@@ -10,6 +10,10 @@ outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
 
+From rest an amplitude may start at a value other than 0 although no force is near its mode: the
+force of the other mode moves it off resonance, and where that force sets in, the free vibration
+that cancels this response is part of the amplitude. x_<dof> has both, and starts at 0.
+
 An input holds its value, and moves at its rate, until it is set again; so sweeps are exact and
 continuous in phase whatever the step.
 """
@@ -38,7 +42,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
-from slipmode.rom.slow.response_surface import response_surface
+from slipmode.rom.slow.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.validity import (
@@ -461,6 +465,8 @@ def _create(
         contacts_out = kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
         motion.wanted, motion.elastic = 1, len(elastic)
         motion.modes_out = surface.modes_out.ctypes.data
+        by_forces = forces_out(model, force_patterns, elastic)
+        motion.forces_out = by_forces.ctypes.data
         motion.contacts_out = contacts_out.ctypes.data
         motion.orders_count = len(surface.orders)
         motion.orders = surface.orders.ctypes.data

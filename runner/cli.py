@@ -6,6 +6,7 @@ import argparse
 import logging
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -13,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.runner.command_words import command_words
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
@@ -34,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with _warnings_shown():
             return int(options.command(options))
     except SlipmodeError as error:
-        return _fail(str(error))
+        return _fail(command_words(str(error), vars(options)))
     except MemoryError as error:
         return _fail(f"out of memory: {error}" if str(error) else "out of memory")
     except BrokenPipeError:  # the reader of our output has seen enough
@@ -50,12 +52,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Warnings of the log on standard error, a line each."""
+    """Print each warning once, in one line on standard error, while the context lasts."""
     handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("slipmode: %(message)s"))
+    handler.setFormatter(logging.Formatter("slipmode: warning: %(message)s"))
+    shown: set[str] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        message = record.getMessage()
+        known = message in shown
+        shown.add(message)
+        return not known
+
+    def show(message: Warning | str, *_where: object, **_more: object) -> None:
+        _log.warning("%s", command_words(" ".join(str(message).split())))
+
+    handler.addFilter(is_new)
     _log.addHandler(handler)
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("always", ValidityWarning)
+            warnings.showwarning = show
+            yield
     finally:
         _log.removeHandler(handler)
 
@@ -119,9 +136,8 @@ def _plan(options: argparse.Namespace) -> int:
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:
         print(f"{subject:{widths[0]}}  {choice:{widths[1]}}  {reason}")
-    for decision in plan.decisions:
-        if decision.level != "info":
-            print(f"warning: {decision.subject} {decision.choice}: {decision.reason}")
+    for warning in plan.warnings:
+        print(f"warning: {warning}")
     return 0
 
 
@@ -153,11 +169,13 @@ def _validate(options: argparse.Namespace) -> int:
     from slipmode.runner.validate import validate
 
     found = validate(options.scene, options.output, progress=True)
+    print(found.compared())
     print("relative error            reduced   full order at half its resolution")
     for line in found.comparisons:
         print(f"{line.subject:30}{line.error:9.2e}  {line.reference_error:9.2e}")
+    before = "friction table" if found.reduced == "slow time" else "plan"
     print(
-        f"time: slow {found.slow_seconds * 1e3:.1f} ms (friction table apart: "
+        f"time: {found.reduced} {found.slow_seconds * 1e3:.1f} ms (and {before} "
         f"{found.table_seconds * 1e3:.0f} ms), full order {found.full_seconds * 1e3:.1f} ms "
         f"on {found.coordinates} coordinates"
     )

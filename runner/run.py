@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -28,6 +29,8 @@ from slipmode.runner.transients.integrated import IntegratedPass
 from slipmode.runner.view.layout.foxglove import write_layout
 from slipmode.runner.view.rerun_file import RerunFile
 from slipmode.runner.view.viewer import Viewer
+
+_log = logging.getLogger("slipmode.run")
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +125,7 @@ def run(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan, headroom = make_plan(scene, progress=progress), 1.0
+    _log_warnings(plan)
     if fmu is not None:
         scene.check_tabulated()
         if scene.model.transients == "hybrid":
@@ -149,6 +153,7 @@ def run(
             raise
         left = time.perf_counter()
         plan = plan.on_whole_table(f"a run on the part was refused: {refusal}", "warning")
+        _log_warnings(plan)
         model, cached = plan.model(progress=progress)
         table_seconds += time.perf_counter() - left
         pass_ = through(plan, model)
@@ -166,6 +171,11 @@ def run(
         total_seconds=time.perf_counter() - started,
         cached=cached,
     )
+
+
+def _log_warnings(plan: Plan) -> None:
+    for warning in plan.warnings:
+        _log.warning("%s", warning)
 
 
 def _through(

@@ -1,12 +1,12 @@
-"""A scene by slow time and by full-order integration: the user's own check."""
+"""Compare a scene in slow time, or on reduced coordinates, with full-order integration."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.provenance import describe_run
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.scene.scene import Scene, Window, load_scene
-from slipmode.runner.trajectory import sample_times, slow_trajectory
-from slipmode.runner.transients.full_order import FastMotion
+from slipmode.runner.trajectory import sample_times, scripted, slow_trajectory, window_times
+from slipmode.runner.transients.full_order import FastMotion, FullOrder
 from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.transients.reference import Reference, reference
 from slipmode.runner.view.rerun_sink import RerunSink
@@ -66,6 +66,10 @@ class Validation:
         Both motions in one recording, for replay side by side.
     coordinates : int
         Of the full order: those of the structure, or on component modes.
+    windows : tuple of Window
+        The times that are compared.
+    reduced : {"slow time", "reduced coordinates"}
+        How the reduced motion was computed: a scene with `model.table = "none"` is integrated.
     """
 
     comparisons: list[Comparison]
@@ -74,8 +78,15 @@ class Validation:
     full_seconds: float
     recordings: list[Path]
     coordinates: int
+    windows: tuple[Window, ...]
+    reduced: Literal["slow time", "reduced coordinates"]
 
     __repr__ = short_repr
+
+    def compared(self) -> str:
+        """Return the windows that were compared, in words."""
+        times = ", ".join(f"{each.start:g} to {each.end:g} s" for each in self.windows)
+        return f"compared: {self.reduced} and full order, t = {times}"
 
 
 def validate(
@@ -89,7 +100,8 @@ def validate(
     Parameters
     ----------
     scene : Scene, path of a scene file, or name of a shipped scene
-        Without a [[contact]] window the last 20 periods are compared.
+        Without a [[contact]] window the last 20 periods are compared. With
+        `model.table = "none"` it is the motion integrated on the reduced coordinates.
     output : path
         Folder for <scene>.validation.mcap and .rrd.
 
@@ -104,20 +116,27 @@ def validate(
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
     started = time.perf_counter()
     plan = with_window(make_plan(scene, progress=progress))
-    model, _ = plan.model(progress=progress)
+    model = plan.model(progress=progress)[0] if scene.tabulated else None
     tabulated = time.perf_counter()
-    outputs, motion = slow_motion(plan, model)
+    if model is None:
+        motion, energy = integrated_motion(plan)
+    else:
+        outputs, motion = slow_motion(plan, model)
+        energy = float(outputs[-1, -1])
     finished = time.perf_counter()
     full = reference(plan, motion.time)
-    energy = outputs[-1, -1]
-    comparisons = _compare(plan, model, motion, float(energy), full)
-    return Validation(
-        comparisons=comparisons,
+    found = Validation(
+        comparisons=_compare(plan, motion, energy, full),
         slow_seconds=finished - tabulated,
         table_seconds=tabulated - started,
         full_seconds=full.seconds,
-        recordings=_record(plan, model, motion, full.motion, comparisons, Path(output)),
+        recordings=[],
         coordinates=full.coordinates,
+        windows=plan.scene.contact,
+        reduced="reduced coordinates" if model is None else "slow time",
+    )
+    return replace(
+        found, recordings=_record(plan, model, motion, full.motion, found, Path(output))
     )
 
 
@@ -133,6 +152,34 @@ def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     return outputs, fast_motion(component, plan, model, trajectory, np.concatenate(times))
 
 
+def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
+    """Return the motion in every window, integrated on the reduced coordinates.
+
+    And the energy that friction took until the end of the scene [J].
+    """
+    excited, schedule = plan.excited, plan.schedule
+    full = FullOrder(plan, excited.reduced)
+    script = scripted(excited, schedule, slice(0, schedule.steps))
+    points = schedule.time(slice(0, schedule.steps + 1))
+    times = np.concatenate(
+        [
+            window_times(window, points, script.frequency, script.frequency_rate)
+            for window in plan.scene.contact
+        ]
+    )
+    until_end = full.run(np.union1d(times, [plan.scene.run.duration]), full.first())
+    seen, modes = np.isin(until_end.time, times), len(excited.modes)
+    motion = FastMotion(
+        times,
+        until_end.contact_displacement[seen],
+        until_end.contact_velocity[seen],
+        until_end.contact_force[seen],
+        until_end.displacement[seen, :modes],
+        until_end.displacement[seen, 2 * modes :],
+    )
+    return motion, _lost(excited.reduced.contacts, until_end)
+
+
 def with_window(plan: Plan) -> Plan:
     """The plan, asking for contact motion at its end where the scene asks for none at all."""
     if plan.scene.contact:
@@ -145,20 +192,20 @@ def with_window(plan: Plan) -> Plan:
 
 def _compare(
     plan: Plan,
-    model: Model,
     motion: FastMotion,
     energy: float,
     full: Reference,
 ) -> list[Comparison]:
     seen = np.isin(full.motion.time, motion.time)
+    reduced = plan.excited.reduced
     signals = {
-        "modal displacement": (motion.modal[:, : model.modes], "displacement"),
+        "modal displacement": (motion.modal[:, : len(reduced.modes)], "displacement"),
         "contact displacement": (motion.displacement, "contact_displacement"),
         "contact velocity": (motion.velocity, "contact_velocity"),
         "friction force": (motion.force, "contact_force"),
     }
     found = []
-    elements, times = model.reduced.contacts, motion.time
+    elements, times = reduced.contacts, motion.time
     for subject, (ours, name) in signals.items():
         about_mean = elements is not None and name in ("contact_displacement", "contact_force")
 
@@ -222,16 +269,16 @@ def _worst(signal: Floats, reference: Floats) -> float:
 
 def _record(
     plan: Plan,
-    model: Model,
+    model: Model | None,
     motion: FastMotion,
     fine: FullMotion,
-    comparisons: Sequence[Comparison],
+    found: Validation,
     folder: Path,
 ) -> list[Path]:
     """Both motions in one recording; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
-    elements, contacts = model.reduced.contacts, model.reduced.n_contacts
+    elements, contacts = plan.excited.reduced.contacts, plan.excited.reduced.n_contacts
     reduced = ContactRecord(elements, contacts)
     full = ContactRecord(elements, contacts, channels.FULL)
     header = Header(
@@ -247,7 +294,8 @@ def _record(
         RerunSink(paths[1], header, reduced.channels + full.channels),
     ]
     with Recorder(sinks) as recorder:
-        for line in comparisons:
+        recorder.event(float(motion.time[0]), "info", found.compared())
+        for line in found.comparisons:
             words = f"{line.subject}: {100 * line.error:.2g} % from full order"
             recorder.event(float(motion.time[0]), "info", words)
         theirs = (fine.contact_displacement, fine.contact_velocity, fine.contact_force)

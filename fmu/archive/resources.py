@@ -20,11 +20,11 @@ from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.slow.response_surface import no_response, response_surface
+from slipmode.rom.slow.response_surface import forces_out, no_response, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 8  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 9  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 _ELEMENT_WIDTH = 12  # doubles of an element: its law, three columns and the other fields
 
@@ -42,7 +42,7 @@ def resource_files(
     """
     flow = slow_flow(model, force_patterns)
     constants = _constants(model, force_patterns, flow, variables)
-    arrays = _arrays(model, constants, contact, elastic, variables)
+    arrays = _arrays(model, force_patterns, constants, contact, elastic, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype="<u4")
@@ -79,6 +79,7 @@ def _npy(array: np.ndarray) -> bytes:
 
 def _arrays(
     model: Model,
+    force_patterns: ForcePatterns | None,
     constants: np.ndarray,
     contact: bool,
     elastic: Sequence[int],
@@ -110,6 +111,9 @@ def _arrays(
         "detuning": nothing if table.detuning is None else table.detuning,
         **contacts,
         "elastic_modes": surface.modes_out.view(float).reshape(len(chosen), model.modes, 2),
+        "elastic_forces": forces_out(model, force_patterns, chosen)
+        .view(float)
+        .reshape(len(chosen), model.modes, 2),
         "elastic_contacts": reduced.contact_shapes[chosen],
     }
     response = {

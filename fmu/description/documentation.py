@@ -58,6 +58,12 @@ _USE = (
     "amplitudes and says so (<code>valuesOfContinuousStatesChanged</code>). A force set in "
     "Continuous-Time Mode changes continuously there, however far it moves. Nothing jumps before "
     "the first step or in the initial event: what acts first did before.",
+    "<b>Start.</b> The start values of the amplitudes belong to the start values of the forces. A "
+    "force near one mode also moves the other, off resonance. From rest, that mode's amplitude "
+    "therefore starts at the free vibration that cancels this response: it is not 0, though the "
+    "mode's own force and its displacement are. Displacements <code>x_</code>n have both parts. "
+    "An importer that starts with other forces gives the amplitudes too, or starts at rest with "
+    "amplitudes and forces 0 and sets the forces after the first step or in an event.",
     "<b>Derivatives</b> by states and inputs, directional and (FMI 3.0) adjoint, are analytic, "
     "those of the table's interpolant, but for a small term that would take its second "
     "derivatives and is a central difference; |a| and arg a have none at a = 0. Those of contact "

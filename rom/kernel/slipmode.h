@@ -386,12 +386,13 @@ typedef struct sm_component sm_component;
 /* Motion at the communication point. The modes respond to harmonics (n, m) of the contact motion:
  * their response acts on the contacts with Re sum G_nm exp(i (n theta_A + m theta_B)), and moves
  * the elastic outputs by Re sum E_nm exp(...); G and E are straight between the nodes of the
- * friction table. Elastic outputs are x = 2 Re sum_j modes_out_j a_j exp(i theta_j) + contacts_out
- * x_c + E. */
+ * friction table. Elastic outputs are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j
+ * exp(i phase_j)) exp(i theta_j) + contacts_out x_c + E. */
 typedef struct {
     int32_t wanted;              /* 1: contact motion can be read at communication points */
     int32_t elastic;             /* number of elastic outputs */
     const double *modes_out;     /* (elastic, modes, 2) */
+    const double *forces_out;    /* (elastic, modes, 2): by the other modes, off resonance */
     const double *contacts_out;  /* (elastic, N_c) */
     int32_t orders_count;        /* harmonics that the modes respond to, 0 or more */
     const int32_t *orders;       /* (orders_count, 2) */

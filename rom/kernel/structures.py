@@ -156,6 +156,7 @@ class Motion(Structure):
         ("wanted", c_int32),
         ("elastic", c_int32),
         ("modes_out", c_void_p),
+        ("forces_out", c_void_p),
         ("contacts_out", c_void_p),
         ("orders_count", c_int32),
         ("orders", c_void_p),

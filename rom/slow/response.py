@@ -61,10 +61,29 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
         contacts = np.zeros((points, 0, reduced.n_contacts), dtype=complex)
         modal = np.zeros((points, 0, all_modes), dtype=complex)
         return ModalResponse((), np.zeros((points, 0)), contacts, modal, contacts)
-    orders = model.harmonics.orders
     effective = trajectory.effective(model)
     scale = trajectory.scale_at(trajectory.time)[:, np.newaxis]
     P = scale[..., np.newaxis] * model.harmonics.at(effective / scale)
+    return response_to(model, trajectory, model.harmonics.orders, P)
+
+
+def response_to(
+    model: Model, trajectory: SlowTrajectory, orders: tuple[Order, ...], P: Complexes
+) -> ModalResponse:
+    """Return the response of the modes to harmonics of the contacts along a trajectory.
+
+    Parameters
+    ----------
+    model : Model
+    trajectory : SlowTrajectory
+    orders : tuple of (n, m)
+        The carriers among them.
+    P : (points, orders, N_c) complex ndarray
+        As the table's contact problem has them; the carriers change by what the forces do to the
+        contacts besides.
+    """
+    points, reduced = trajectory.time.size, model.reduced
+    all_modes, effective = reduced.all_shapes.shape[1], trajectory.effective(model)
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
     modal, reaction = np.zeros((*P.shape[:2], all_modes), dtype=complex), np.zeros_like(P)
     if reduced.formulation == "paper":

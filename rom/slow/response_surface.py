@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import short_repr
@@ -93,6 +94,25 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         np.zeros((*nodes, 0, len(dofs)), dtype=complex),
         model.reduced.mode_shapes[list(dofs)].astype(complex),
     )
+
+
+def forces_out(
+    model: Model, force_patterns: ForcePatterns | None, dofs: Sequence[int]
+) -> Complexes:
+    """Return the displacement of DOFs by all modes but the own one of each force, off resonance.
+
+    Returns
+    -------
+    (DOFs, modes) complex ndarray
+        h of x = 2 Re(h F_j exp(i (theta_j + phase_j))), F_j modal [m kg^1/2/N]; 0 where the inputs
+        are modal forces, and in the paper's formulation. At the model's carriers.
+    """
+    reduced = model.reduced
+    if force_patterns is None or reduced.formulation == "paper":
+        return np.zeros((len(dofs), model.modes), dtype=complex)
+    half = 0.5 * AppliedForces.of(reduced, force_patterns).on_modes[..., np.newaxis]
+    moved = reduced.others_response(np.arange(model.modes), reduced.carrier, half)[..., 0]
+    return np.ascontiguousarray(reduced.all_shapes[list(dofs)] @ moved.T)
 
 
 def _responding(model: Model, order: Order) -> tuple[NDArray[np.intp], Complexes, float]:

@@ -15,8 +15,9 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_problem import SteadyProblem
-from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import (
     can_carry,
@@ -66,12 +67,15 @@ class ResonanceSurface:
         a_A and a_B [kg^1/2 m].
     mode_shapes : (n_dofs, 2) ndarray
         [kg^-1/2]
+    motion : SteadyMotion
+        At the points of the grid, one after the other.
     """
 
     frequency_A: Floats
     frequency_B: Floats
     amplitude: Complexes
     mode_shapes: Floats
+    motion: SteadyMotion
 
     __repr__ = short_repr
 
@@ -81,8 +85,8 @@ class ResonanceSurface:
         return np.asarray(np.linalg.norm(self.amplitude, axis=-1))
 
     def displacement(self, dof: int) -> Floats:
-        """Amplitude of a DOF in the shape of each mode, (n_A, n_B, 2) [m], without contacts."""
-        return modal_displacement(self.mode_shapes, np.abs(self.amplitude), dof)
+        """Return the amplitude of a DOF at each carrier, (n_A, n_B, 2) [m]."""
+        return self.motion.displacement(dof).reshape(self.amplitude.shape)
 
     def plot(
         self,
@@ -95,7 +99,7 @@ class ResonanceSurface:
             shared = {"sharex": True, "sharey": True, "layout": "constrained"}
             axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
         shown = Shown(dof, units)
-        size = shown.size(self.mode_shapes, np.abs(self.amplitude))
+        size = shown.size(self.motion).reshape(self.amplitude.shape)
         along, up = units.of_frequency(self.frequency_A), units.of_frequency(self.frequency_B)
         for j, ax in enumerate(axes):
             colours = ax.pcolormesh(along, up, size[..., j].T, shading="nearest")
@@ -207,9 +211,13 @@ def resonance(
         if axis.ndim != 1:
             raise SlipmodeError(f"{key}: must be a sequence of numbers [rad/s], got {axis}")
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
-    return ResonanceSurface(
-        axis_A, axis_B, steady(model, grid, force), model.reduced.mode_shapes.copy()
+    amplitude, applied = steady(model, grid, force), AppliedForces.of(model.reduced, force)
+    points = grid.reshape(-1, model.modes)
+    motion = SteadyMotion(
+        *(model, amplitude.reshape(points.shape), points),
+        *(np.tile(applied.modal + 0j, (len(points), 1)), applied, np.ones(len(points))),
     )
+    return ResonanceSurface(axis_A, axis_B, amplitude, model.reduced.mode_shapes.copy(), motion)
 
 
 def resonance_curve(

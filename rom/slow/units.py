@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,11 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
+
+from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
+
+if TYPE_CHECKING:
+    from slipmode.rom.slow.steady_motion import SteadyMotion
 
 LengthUnit = Literal["m", "mm", "um"]
 
@@ -76,22 +81,12 @@ class Shown:
     units: Units = SI
     modal: str = MODAL
 
-    def size(self, mode_shapes: Floats, amplitude: Floats) -> Floats:
-        """Of modal amplitudes, as `modal_displacement` has them."""
+    def size(self, motion: SteadyMotion) -> Floats:
+        """Return |a_j| of steady states, or the amplitude of the DOF at each carrier."""
         if self.dof is None:
-            return amplitude
-        return self.units.of_displacement(modal_displacement(mode_shapes, amplitude, self.dof))
+            return np.abs(motion.amplitude)
+        return self.units.of_displacement(motion.displacement(self.dof))
 
     def named(self, name: str) -> str:
         """An amplitude with its unit."""
         return f"{name} [{self.modal}]" if self.dof is None else self.units.of_dof(name, self.dof)
-
-
-def modal_displacement(mode_shapes: Floats, amplitude: Floats, dof: int) -> Floats:
-    """Amplitude of a DOF in the shape of a mode (n,), or of each of several (n, modes) [m].
-
-    Of modal amplitudes (...), or (..., modes); refused for a DOF that there is not.
-    """
-    if not 0 <= dof < len(mode_shapes):
-        raise SlipmodeError(f"dof: must be 0 to {len(mode_shapes) - 1}, got {dof}")
-    return np.asarray(2.0 * np.abs(mode_shapes[dof]) * amplitude)

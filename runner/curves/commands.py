@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import logging
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
+from slipmode.rom.slow.units import Shown
 
 if TYPE_CHECKING:
     from slipmode import rom
     from slipmode.runner.scene.scene import Scene
-
-_log = logging.getLogger("slipmode.curves")
 
 _BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
 
@@ -63,7 +61,9 @@ def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
         parser.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     for parser in (curve, backbone, design):
         parser.add_argument(
-            "--dof", type=int, help="amplitudes of a DOF besides, in the scene's [units]"
+            "--dof",
+            type=int,
+            help="the amplitude of a DOF, contacts included, in the scene's [units]",
         )
         parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
         parser.add_argument(
@@ -80,17 +80,19 @@ def _curve(options: argparse.Namespace) -> int:
     of_frequency = options.vary is None or options.vary.startswith("frequency")
     if span is not None and of_frequency:
         span = [end * units.per_frequency for end in span]
-    with warnings.catch_warnings(record=True) as said:
-        curve = scene_response_curve(scene, options.vary, span, progress=True)
-    for words in dict.fromkeys(str(each.message) for each in said):
-        _log.warning("%s", words)
+    curve = scene_response_curve(scene, options.vary, span, progress=True)
     _written(options, f"{scene.name}.curve", curve, scene, 1)
-    for point in curve.special:
-        sizes = ", ".join(f"|{'AB'[j]}| = {abs(a):.4g}" for j, a in enumerate(point.amplitude))
+    shown = Shown(options.dof, units, "kg^0.5 m")
+    sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
+
+    def listed(row: Floats) -> str:
+        named = zip(modes, row, strict=True)
+        return ", ".join(f"{shown.named(f'|{mode}|')} = {size:.4g}" for mode, size in named)
+
+    for point, size in zip(curve.special, sizes.special, strict=True):
         at = float(units.of_frequency(point.parameter)) if of_frequency else point.parameter
-        print(f"{point.kind} at {curve.vary} = {at:.6g}: {sizes}")
-    peaks = np.abs(curve.amplitude).max(axis=0)
-    print("largest: " + ", ".join(f"|{'AB'[j]}| = {peak:.4g}" for j, peak in enumerate(peaks)))
+        print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
+    print(f"largest: {listed(sizes.points.max(axis=0))}")
     return 0
 
 
@@ -114,12 +116,14 @@ def _design(options: argparse.Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
     _written(options, f"{scene.name}.design", curve, scene, 1)
-    limit, peak = curve.optimum
-    if peak >= _BETTER * curve.peak[-1]:
-        print(f"lowest peak {peak:.4g} kg^0.5 m where the contacts stick: no limit is better")
+    shown = Shown(options.dof, scene.units, "kg^0.5 m")
+    limit, peak = curve.lowest(shown)
+    lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
+    if peak >= _BETTER * curve.size(shown)[-1]:
+        print(f"{lowest} where the contacts stick: no limit is better")
         return 0
-    low, high = curve.within(1.1)
-    print(f"lowest peak {peak:.4g} kg^0.5 m at {limit:.3g} times the scene's limits and preloads;")
+    low, high = curve.within(1.1, shown)
+    print(f"{lowest} at {limit:.3g} times the scene's limits and preloads;")
     print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
     return 0
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
+from slipmode.rom.slow.branches.response_curve import CurveSizes
 from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
 
@@ -21,9 +22,10 @@ def curve_charts(
     """Rows of charts of a curve, modal amplitudes or those of a DOF."""
     shown = Shown(dof, units, _MODAL)
     if isinstance(curve, rom.ResponseCurve):
-        return [[_response(curve, j, shown) for j in range(curve.amplitude.shape[1])]]
+        sizes = curve.sizes(shown)
+        return [[_response(curve, j, shown, sizes) for j in range(curve.amplitude.shape[1])]]
     if isinstance(curve, rom.Backbone):
-        size = shown.size(curve.mode_shape, curve.amplitude)
+        size = shown.size(curve.motion)[:, curve.mode]
         x, frequency = Axis(shown.named("amplitude"), log=True), shown.units.frequency
         of_frequency = shown.units.of_frequency(curve.frequency)
         return [
@@ -34,7 +36,7 @@ def curve_charts(
                 _line("/damping", "Damping ratio", x, "damping [-]", size, curve.damping),
             ]
         ]
-    peak = shown.size(curve.mode_shape, curve.peak)
+    peak = curve.size(shown)
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
     lowest = f"lowest at {curve.limit[best]:.3g}"
     point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)
@@ -46,7 +48,7 @@ def _line(entity: str, title: str, x: Axis, label: str, at: Floats, values: Floa
     return Chart(entity, title, x, Axis(label), [Layer(at, values)], from_zero=False)
 
 
-def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
+def _response(curve: rom.ResponseCurve, j: int, shown: Shown, sizes: CurveSizes) -> Chart:
     """|a_j|: what is stable, what is not, folds and Hopf points, bands of slow limit cycles."""
     of_frequency, mode = curve.vary.startswith("frequency"), "AB"[j]
     unit = shown.units.frequency if of_frequency else "-"
@@ -54,10 +56,7 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
     def at(parameter: Floats) -> Floats:
         return shown.units.of_frequency(parameter) if of_frequency else parameter
 
-    def size(amplitude: Floats) -> Floats:
-        return shown.size(curve.mode_shapes[:, j], amplitude)
-
-    x, y = at(curve.parameter), size(np.abs(curve.amplitude[:, j]))
+    x, y = at(curve.parameter), sizes.points[:, j]
     ends = np.flatnonzero(np.diff(curve.branch)) + 1  # curves do not go on from branch to branch
     layers = []
     for part, color, name in (
@@ -68,14 +67,14 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown) -> Chart:
             own = np.insert(np.where(part, y, np.nan), ends, np.nan)
             layers.append(Layer(np.insert(x, ends, np.nan), own, color, name))
     for kind, color in (("fold", RED), ("Hopf", GREEN)):
-        found = [point for point in curve.special if point.kind == kind]
+        found = [k for k, point in enumerate(curve.special) if point.kind == kind]
         if found:
-            where = np.array([point.parameter for point in found])
-            tops = np.array([abs(point.amplitude[j]) for point in found])
-            layers.append(Layer(at(where), size(tops), color, kind, False, 5.0))
+            where = np.array([curve.special[k].parameter for k in found])
+            tops = sizes.special[found, j]
+            layers.append(Layer(at(where), tops, color, kind, False, 5.0))
     cycles = curve.cycles
     if cycles.parameter.size:
-        low, high = size(cycles.lowest[:, j]), size(cycles.highest[:, j])
+        low, high = sizes.lowest[:, j], sizes.highest[:, j]
         bars = np.column_stack([low, high, np.full_like(low, np.nan)]).ravel()
         name = "slow limit cycles"
         layers.append(Layer(np.repeat(at(cycles.parameter), 3), bars, GREEN, name, width=1.0))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +32,8 @@ _DESIGN_RANGE = 8.0
 # Contacts that slide much farther than they stick may not settle: it goes less far then.
 _DESIGN_PARTS = (1.0, 0.5, 0.25, 0.125)
 _DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
+
+_Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,7 @@ def scene_response_curve(
             raise SlipmodeError("span: the amplitudes grow without bound in it")
     amplitude = (1.0 + _MARGIN) * np.maximum(reached, 1e-2 * tried)
     curve, _ = _curve(forcing, which, span, amplitude, scene.model.tolerance, progress)
-    return curve
+    return _on(forcing.plan.structure, curve)
 
 
 def scene_backbone(
@@ -127,7 +130,7 @@ def scene_backbone(
     """
     plan = make_plan(scene, progress=progress)
     at = _place(plan.excited.modes, mode)
-    model, _ = plan.model(progress=progress)
+    model, _ = plan.model(detuning=True, progress=progress)  # frequency follows amplitude
     return rom.backbone(model, at, other)
 
 
@@ -178,7 +181,12 @@ def scene_performance(
                 raise
         else:
             break
-    return rom.performance_curve(model, forcing.force[at])
+    return _on(plan.structure, rom.performance_curve(model, forcing.force[at]))
+
+
+def _on(structure: rom.Structure, curve: _Forced) -> _Forced:
+    """The curve, displacements of DOFs with the quasi-static response to the forces."""
+    return replace(curve, motion=replace(curve.motion, structure=structure))
 
 
 def _place(modes: Sequence[Mode], mode: Mode | None) -> int:

@@ -86,6 +86,15 @@ class Plan:
         )
 
     @property
+    def warnings(self) -> list[str]:
+        """Return the decisions that are warnings, each as one line."""
+        return [
+            f"{each.subject} {each.choice}: {each.reason}"
+            for each in self.decisions
+            if each.level != "info"
+        ]
+
+    @property
     def may_be_integrated(self) -> bool:
         """Whether `model.table = "none"` could be had instead of the table."""
         scene = self.scene
@@ -98,12 +107,14 @@ class Plan:
         contact: bool = False,
         region: bool = False,
         headroom: float = 1.0,
+        detuning: bool = False,
         progress: bool = False,
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
         `contact` asks for one that has contact motion whatever the scene wants of it, `region`
-        for one that has to hold no further than the scene is expected to go.
+        for one that has to hold no further than the scene is expected to go, `detuning` for one
+        whose friction follows frequencies off the carriers, though the scene's do not move.
         """
         self.scene.check_tabulated()
         return cached_model(
@@ -113,7 +124,7 @@ class Plan:
             harmonics=self._harmonics(contact),
             region=self.region if region else None,
             headroom=headroom,
-            detuning=self._frequencies_move,
+            detuning=detuning or self._frequencies_move,
             budget=self.scene.model.budget,
             progress=progress,
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
@@ -60,8 +62,9 @@ class Header:
 class Sink(ABC):
     """Where samples go: one file, or several of them.
 
-    Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced, a
-    directory is refused with SlipmodeError, a file that cannot be written with OSError.
+    Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced. A
+    directory, or a file that another run is writing, is refused with SlipmodeError, a file that
+    cannot be written with OSError.
     """
 
     @abstractmethod
@@ -279,10 +282,47 @@ def _reason(error: BaseException) -> str:
 
 
 def create_file(path: Path) -> IO[bytes]:
-    """Open a file for writing, replacing what was there; a directory is refused."""
+    """Open a file for writing, emptied, and locked against other runs until it is closed.
+
+    The lock ends with the process, however that ends. Where the system or the file system has no
+    such locks (Windows, some network drives) the file is not locked.
+
+    Raises
+    ------
+    SlipmodeError
+        If the path is a directory, or another run is writing the file, which stays as it is.
+    OSError
+        If the file cannot be written.
+    """
     if path.is_dir():
         raise SlipmodeError(f"{path} is a directory: give the name of a file to record to")
-    return path.open("wb")
+    binary = getattr(os, "O_BINARY", 0)  # on Windows
+    file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | binary, 0o666), "wb")
+    try:
+        _lock(file)
+    except BlockingIOError:
+        file.close()
+        raise SlipmodeError(
+            f"{path}: another run is writing this file; wait until it ends, or write to another "
+            "folder"
+        ) from None
+    if os.fstat(file.fileno()).st_size > 0:
+        file.truncate()
+    return file
+
+
+def _lock(file: IO[bytes]) -> None:
+    """Lock a file; BlockingIOError if somebody else has it locked."""
+    if sys.platform == "win32":
+        return
+    import fcntl
+
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError:  # a file system without locks
+        return
 
 
 def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:

@@ -61,7 +61,7 @@ class Results:
             raise SlipmodeError(f"{path}: holds no results of a study; give another --output")
         if digest != study.digest:
             raise SlipmodeError(
-                f"{path}: holds results of another study, or of other values, scene or version; "
+                f"{path}: holds results of another study, or of other values, files or version; "
                 "give another --output, or remove it"
             )
         self._arrays = dict(group.arrays())  # to look one up by its name opens it anew

@@ -19,14 +19,15 @@ from slipmode.rom import __version__
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.structure.source_files import source_files
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.scene import Scene, load_scene, read_scene
-from slipmode.runner.scene.sections import MatrixFile, StaticForce
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Rule, Table, between
 from slipmode.runner.study.outputs.asked import Asked, Curve
-from slipmode.runner.study.scene_keys import Content, check_key, with_value
+from slipmode.runner.study.scene_keys import Content, check_key, get, with_value
 
 _TOP = ("title", "scene", "set", "vary", "sampling", "outputs", "choose")
+_FILE_KEYS = ("structure.matrices", "structure.mass", "preload.vector")  # that name files
 _RANGE = ("from", "to", "points", "spacing")
 DISTRIBUTIONS = {
     "uniform": ("low", "high"),
@@ -127,18 +128,28 @@ class Study:
 
     @property
     def digest(self) -> str:
-        """Of everything that the results depend on: the same for the same study."""
+        """Return a hash of everything that the results depend on, files of the scene included."""
         plan = (self.varied, self.sampling, self.asked)
         words = [__version__, self.content, repr(plan)]
         found = hashlib.sha256(json.dumps(words, default=str, sort_keys=True).encode())
-        structure, preload = self.scene.structure, self.scene.preload
-        files = [structure.path, structure.mass] if isinstance(structure, MatrixFile) else []
-        if isinstance(preload, StaticForce) and isinstance(preload.force, Path):
-            files.append(preload.force)
-        for path in files:
-            if path is not None and path.is_file():
-                found.update(path.read_bytes())
+        for path in self._files():
+            found.update(f"{path.name} {path.stat().st_size}".encode())
+            with path.open("rb") as file:
+                found.update(hashlib.file_digest(file, "sha256").digest())
         return found.hexdigest()[:32]
+
+    def _files(self) -> list[Path]:
+        """Return the files that scenes of the study read, in a fixed order."""
+        found = []
+        for key in _FILE_KEYS:
+            names = [get(self.content, key)]
+            for each in self.varied:
+                if each.key == key and not isinstance(each.values, Distribution):
+                    names += each.values
+            for name in names:
+                if isinstance(name, str):
+                    found += source_files(self.folder / name)
+        return found
 
 
 def load_study(path: str | PathLike[str]) -> Study:

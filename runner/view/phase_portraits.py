@@ -225,9 +225,10 @@ class Paths:
         phases, motion = phases[last:, 1:], motion[last:]
         shown = _shown(len(motion))
         index = [time_column(motion[shown, 0].astype(np.int64))]
-        x = motion[:, 1 + self._channels[_FIRST].names.index("x")]
+        field = self._channels[_FIRST].names.index("x")
+        x, unit = motion[:, 1 + field], self._channels[_FIRST].fields[field].unit
         latest = torus[torus[:, 0] == torus[-1, 0], 1:]
-        torus_view.draw(stream, latest, phases, x, index, shown, _TAIL_SAMPLES)
+        torus_view.draw(stream, latest, phases, x, unit, index, shown, _TAIL_SAMPLES)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Times and points, shape (n, 2), of samples that both axes have."""

@@ -32,7 +32,7 @@ class RerunFile(Sink):
 
     def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
         self._arguments = (Path(path), header, channels)
-        create_file(Path(path)).close()
+        self._file = create_file(Path(path))
         self._open_at = wall.monotonic() + LATE_SECONDS
         self._kept: list[Callable[[Sink], None]] = []
         self._sink: Sink | None = None
@@ -63,7 +63,7 @@ class RerunFile(Sink):
         if self._sink is None:
             from slipmode.runner.view.rerun_sink import RerunSink
 
-            self._sink = RerunSink(*self._arguments)
+            self._sink = RerunSink(*self._arguments, file=self._file)
             kept, self._kept = self._kept, []
             for pass_on in kept:
                 pass_on(self._sink)

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import rerun as rr
@@ -52,6 +53,8 @@ class RerunSink(Sink):
         As for `McapSink`.
     playing : Playing, optional
         How it is played once opened.
+    file : binary file, optional
+        The target, where it is open and locked already (`create_file`); closed at the end.
     """
 
     def __init__(
@@ -60,9 +63,11 @@ class RerunSink(Sink):
         header: Header,
         channels: Sequence[Channel],
         playing: views.Playing | None = None,
+        file: IO[bytes] | None = None,
     ) -> None:
         self._target = target if isinstance(target, Viewer) else Path(target)
         self._playing = playing
+        self._file = file  # open while Rerun writes, for its lock
         units = units_of(header.scene_text)
         self._factors = {channel.topic: factors(channel, units) for channel in channels}
         self._shown_as_recorded = units == SI
@@ -113,8 +118,7 @@ class RerunSink(Sink):
         blueprint = views.blueprint(filled, drawn, self._playing)
         self._stream.send_blueprint(blueprint)
         self._flush()
-        self._closed = True
-        self._stream.disconnect()
+        self._end()
 
     def _send(self, channel: Channel, time_ns: NDArray[np.int64], rows: Floats) -> None:
         for start in range(0, len(rows), _ROWS_PER_SEND):
@@ -125,8 +129,8 @@ class RerunSink(Sink):
             self._flush()
 
     def _open(self, blueprint: rrb.Blueprint) -> None:
-        if isinstance(self._target, Path):
-            create_file(self._target).close()  # Rerun reports no errno of its own
+        if self._file is None and isinstance(self._target, Path):
+            self._file = create_file(self._target)  # Rerun reports no errno of its own
         with self._complaining():
             if isinstance(self._target, Path):
                 self._stream.save(self._target, default_blueprint=blueprint)
@@ -138,9 +142,14 @@ class RerunSink(Sink):
         if isinstance(self._target, Path):
             free = shutil.disk_usage(self._target.absolute().parent).free
             if free < size + _RESERVED_BYTES:
-                self._closed = True
-                self._stream.disconnect()
+                self._end()
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._target))
+
+    def _end(self) -> None:
+        self._closed = True
+        self._stream.disconnect()
+        if self._file is not None:
+            self._file.close()
 
     def _flush(self) -> None:
         self._unflushed = 0
@@ -152,7 +161,7 @@ class RerunSink(Sink):
         try:
             yield
         except RuntimeError as error:
-            self._closed = True
+            self._end()
             reason = str(error).splitlines()[0]
             where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error

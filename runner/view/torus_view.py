@@ -86,14 +86,17 @@ def draw(
     torus: Floats,
     phases: Floats,
     x: Floats,
+    unit: str,
     index: Sequence[rr.TimeColumn],
     shown: NDArray[np.int64],
     tail: int,
 ) -> None:
-    """Draw the surface, and samples of x [m] at some phases (n, 2) moving on it.
+    """Draw the surface, and samples of x at some phases (n, 2) moving on it.
 
     Parameters
     ----------
+    unit : str
+        Of displacements, as they are given and shown.
     index : sequence of TimeColumn
         Times of the samples `shown`.
     tail : int
@@ -110,7 +113,7 @@ def draw(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
-    _draw_frame(stream, scale, limit)
+    _draw_frame(stream, scale, unit, limit)
     points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
     strips = tails(points, _turn_starts(phases), shown, tail)
     style = rr.LineStrips3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(1.5))
@@ -121,7 +124,7 @@ def draw(
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
 
 
-def _draw_frame(stream: rr.RecordingStream, scale: float, limit: float) -> None:
+def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: float) -> None:
     low = -_HEIGHT
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))
@@ -137,7 +140,7 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, limit: float) -> None:
         "2π": (_TURN, 0, low),
         "phase B": (_TURN + 0.4, 0.5 * _TURN, low),
         "2π ": (_TURN, _TURN, low),
-        f"height: x = {readable(scale, 'm')}": (0, 0, -low),
+        f"height: x = {readable(scale, unit)}": (0, 0, -low),
         f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange": (
             *(0.5 * _TURN, _TURN, -1.3 * low),
         ),

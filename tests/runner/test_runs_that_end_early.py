@@ -2,6 +2,8 @@
 
 import resource
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -173,3 +175,49 @@ def test_places_that_cannot_be_written(tmp_path, prepare, at_fault):
     with pytest.raises((SlipmodeError, OSError)) as failure:
         runner.run(changed(), tmp_path / "logs")
     assert str(tmp_path / Path(at_fault)) in str(failure.value)
+
+
+@pytest.mark.parametrize("kept", [".mcap", ".rrd"])
+def test_a_second_run_into_a_recording_that_is_being_written_is_refused(
+    tmp_path, monkeypatch, kept
+):
+    scene = changed(
+        ("mcap = true\nrerun = false\n", f"mcap = {kept == '.mcap'}\nrerun = true\n".lower())
+    )
+    refusals = []
+    run = Component.run
+
+    def beside(self, durations, inputs):
+        if len(durations) < 700 and not refusals:  # not the dry run of the plan
+            refusals.append("")  # the run beside does the same
+            with pytest.raises(SlipmodeError) as refused:
+                runner.run(scene, tmp_path)
+            refusals.append(str(refused.value))
+        return run(self, durations, inputs)
+
+    monkeypatch.setattr(Component, "run", beside)
+    monkeypatch.setattr("slipmode.runner.slow_pass._STEPS_PER_BLOCK", 256)
+    runner.run(scene, tmp_path)
+    assert refusals[1] == (
+        f"{tmp_path / 'test'}{kept}: another run is writing this file; wait until it ends, or "
+        "write to another folder"
+    )
+    assert verified(tmp_path / "test.rrd")
+    if kept == ".mcap":
+        assert runner.read(tmp_path / "test.mcap").complete
+    runner.run(scene, tmp_path)  # no lock is left behind
+
+
+def test_a_run_that_is_killed_leaves_no_lock(tmp_path):
+    path = tmp_path / "test.mcap"
+    code = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from slipmode.runner.recording.record import create_file\n"
+        "file = create_file(Path(sys.argv[1])); file.write(b'half'); file.flush()\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-P", "-c", code, str(path)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert path.read_bytes() == b"half"
+    runner.run(changed(), tmp_path)
+    assert runner.read(path).complete

@@ -6,9 +6,10 @@ import scipy.sparse
 
 from slipmode import rom
 from slipmode.rom.full.convergence import relative_rms
+from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
-from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 from slipmode.runner.transients import reference
 from slipmode.runner.validate import validate
 from slipmode.runner.view.phase_portraits import portraits
@@ -24,6 +25,12 @@ BOUNDS = {
     },
     "one-mode": {"modal displacement": 1.2e-4, "energy dissipated by friction": 7e-5},
 }
+ON_COORDINATES = {
+    "modal displacement": 1.42e-4,
+    "contact displacement": 2.35e-4,
+    "friction force": 2.02e-4,
+    "energy dissipated by friction": 2.6e-5,
+}
 
 
 @pytest.mark.parametrize("name", BOUNDS)
@@ -34,6 +41,38 @@ def test_shipped_scenes_agree_with_full_order(name, tmp_path):
         assert errors[subject].error < bound, subject
         # of half as many steps: that of the reference is a quarter of it, or less
         assert errors[subject].reference_error < 0.4 * bound, subject
+
+
+def test_the_times_that_are_compared_are_said_and_recorded(tmp_path, capsys):
+    assert main(["validate", "one-mode", "-o", str(tmp_path)]) == 0
+    line = capsys.readouterr().out.splitlines()[0]
+    start, end = load_scene("one-mode").contact[0].start, load_scene("one-mode").contact[0].end
+    assert line == f"compared: slow time and full order, t = {start:g} to {end:g} s"
+    recording = read(tmp_path / "one-mode.validation.mcap")
+    assert line in [event.message for event in recording.events]
+
+
+def test_without_a_window_the_last_periods_are_compared(tmp_path):
+    text = SCENE.format(structure='model = "two-mass"', limit=2.0, frequency=1.66)
+    found = validate(parse_scene(text, "."), tmp_path)
+    (window,) = found.windows
+    assert window.end == 200.0
+    assert window.start == pytest.approx(200.0 - 20 * 2 * np.pi / 0.99, rel=0.02)
+    assert f"t = {window.start:g} to 200 s" in found.compared()
+
+
+def test_a_scene_without_a_table_is_compared_on_its_reduced_coordinates(tmp_path, capsys):
+    text = shipped_scenes()["one-mode"].read_text(encoding="utf-8")
+    (tmp_path / "none.toml").write_text(f'{text}\n[model]\ntable = "none"\n', encoding="utf-8")
+    found = validate(tmp_path / "none.toml", tmp_path)
+    errors = {line.subject: line.error for line in found.comparisons}
+    # measured, with a tenth to spare: all coordinates of two masses are reduced ones
+    for subject, bound in ON_COORDINATES.items():
+        assert errors[subject] < bound, subject
+    assert found.reduced == "reduced coordinates"
+    recording = read(tmp_path / "none.validation.mcap")
+    assert found.compared() in [event.message for event in recording.events]
+    assert {"/contact/0", "/full/contact/0"} <= recording.channels.keys()
 
 
 def test_both_motions_are_in_one_recording(tmp_path):

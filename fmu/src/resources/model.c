@@ -17,13 +17,13 @@
 enum {
     LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION,
     DETUNING, LIMIT, STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
-    ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
+    ELASTIC_FORCES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
 };
 static const char *const FILE_NAME[FILES] = {
     "layout.npy", "constants.npy", "inputs.npy", "combinations.npy", "node_a.npy", "node_b.npy",
     "table.npy", "rate_correction.npy", "detuning.npy", "contact_limit.npy", "contact_stiffness.npy",
     "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "contact_elements.npy",
-    "contact_sliders.npy", "contact_reference.npy", "elastic_modes.npy", "elastic_contacts.npy",
+    "contact_sliders.npy", "contact_reference.npy", "elastic_modes.npy", "elastic_forces.npy", "elastic_contacts.npy",
     "orders.npy", "contact_reaction.npy", "elastic_response.npy", "variables.npy", "names.txt"};
 /* Memory besides that of the files. */
 enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
@@ -267,8 +267,11 @@ static int load_motion(loader *l, fmu_model *model, const layout *shape, const c
     const size_t a = (size_t)shape->count_a, b = (size_t)shape->count_b;
     const double *modes_out =
         load_array(l, model, ELASTIC_MODES, NPY_FLOAT64, 3, elastic, modes, 2, 0);
+    const double *forces_out =
+        modes_out ? load_array(l, model, ELASTIC_FORCES, NPY_FLOAT64, 3, elastic, modes, 2, 0)
+                  : NULL;
     const double *contacts_out =
-        modes_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
+        forces_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
     const int32_t *order =
         contacts_out ? load_array(l, model, ORDERS, NPY_INT32, 2, orders, 2, 0, 0) : NULL;
     const double *reaction =
@@ -279,6 +282,7 @@ static int load_motion(loader *l, fmu_model *model, const layout *shape, const c
     if (!response) return 0;
     model->motion = (sm_motion){.elastic = shape->elastic,
                                 .modes_out = modes_out,
+                                .forces_out = forces_out,
                                 .contacts_out = contacts_out,
                                 .orders_count = shape->orders,
                                 .orders = order,

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 8      /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 9      /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256    /* bytes of a sentence that says what is wrong */
 #define FMU_TOKEN 64      /* characters of the instantiation token */
 #define FMU_PARAMETERS 4  /* slots of FMU_PARAMETER: see below */

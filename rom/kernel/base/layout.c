@@ -89,6 +89,7 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_motion, wanted),
     FIELD(sm_motion, elastic),
     FIELD(sm_motion, modes_out),
+    FIELD(sm_motion, forces_out),
     FIELD(sm_motion, contacts_out),
     FIELD(sm_motion, orders_count),
     FIELD(sm_motion, orders),

@@ -19,7 +19,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
-from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
+from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import warn
 
@@ -51,6 +52,10 @@ class Backbone:
         behind a faster one.
     mode_shape : (n_dofs,) ndarray
         [kg^-1/2]
+    motion : SteadyMotion
+        Of all modes, without forces.
+    mode : int
+        Which of them it is.
     """
 
     amplitude: Floats
@@ -59,12 +64,14 @@ class Backbone:
     damping: Floats
     decay: Floats
     mode_shape: Floats
+    motion: SteadyMotion
+    mode: int
 
     __repr__ = short_repr
 
     def displacement(self, dof: int) -> Floats:
-        """Amplitude of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
-        return modal_displacement(self.mode_shape, self.amplitude, dof)
+        """Return the amplitude of a DOF at the carrier of the mode, (n,) [m]."""
+        return self.motion.displacement(dof)[:, self.mode]
 
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
@@ -73,7 +80,7 @@ class Backbone:
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         amplitude = Shown(dof, units)
-        against = amplitude.size(self.mode_shape, self.amplitude)
+        against = amplitude.size(self.motion)[:, self.mode]
         shown = {
             f"frequency [{units.frequency}]": units.of_frequency(self.frequency),
             "damping [-]": self.damping,
@@ -163,4 +170,5 @@ def backbone(
     zeta = off.imag / (2.0 * Omega**2)
     decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
-    return Backbone(r, float(other), Omega, zeta, decay, shape)
+    motion = SteadyMotion(model, a, frequency, still, None, np.ones(r.size))
+    return Backbone(r, float(other), Omega, zeta, decay, shape, motion, mode)

@@ -121,6 +121,10 @@ class ForcedSlowFlow:
         """The value of what is varied, at parts of the span."""
         return np.asarray(self.span[0] + part * (self.span[1] - self.span[0]))
 
+    def part(self, parameter: Floats) -> Floats:
+        """Return the parts of the span that values of what is varied are."""
+        return np.asarray((parameter - self.span[0]) / (self.span[1] - self.span[0]))
+
     def limit_scale(self, part: Floats) -> Floats:
         """Friction limits at parts of the span, over those of the model."""
         first, last = self.inputs["limit_scale"]
@@ -144,7 +148,7 @@ class ForcedSlowFlow:
 
         As steady states have them where there are combination resonances, which turn meanwhile.
         """
-        inputs = self._inputs_at(part)
+        inputs = self.inputs_at(part)
         size = np.multiply.outer(inputs["limit_scale"], self.scale)
 
         def rates_of(y: Floats) -> Floats:
@@ -160,8 +164,8 @@ class ForcedSlowFlow:
 
         return rates_of
 
-    def _inputs_at(self, part: Floats) -> NDArray[np.void]:
-        """At parts of the span (points,), of which they are linear functions."""
+    def inputs_at(self, part: Floats) -> NDArray[np.void]:
+        """Return the inputs at parts of the span (points,), of which they are linear functions."""
         first, last = self.inputs
         at = np.repeat(self.inputs[:1], part.size)
         for name in _VARIED:

@@ -19,10 +19,12 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
-from slipmode.rom.slow.units import SI, Shown, Units, modal_displacement
+from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
@@ -48,39 +50,55 @@ class PerformanceCurve:
         Where it is [rad/s].
     mode_shape : (n_dofs,) ndarray
         [kg^-1/2]
+    motion : SteadyMotion
+        Of all modes at the peaks.
+    mode : int
+        Which of them it is.
     """
 
     limit: Floats
     peak: Floats
     frequency: Floats
     mode_shape: Floats
+    motion: SteadyMotion
+    mode: int
 
     __repr__ = short_repr
 
     @property
     def optimum(self) -> tuple[float, float]:
-        """The factor at which the peak is lowest, and that peak."""
-        at = int(np.argmin(self.peak))
-        return float(self.limit[at]), float(self.peak[at])
+        """The factor at which the peak |a| is lowest, and that peak."""
+        return self.lowest()
 
-    def within(self, factor: float) -> tuple[float, float]:
+    def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
+        """Return the factor at which the peak is lowest, and that peak, as it is shown: |a|."""
+        size = self.size(shown)
+        at = int(np.argmin(size))
+        return float(self.limit[at]), float(size[at])
+
+    def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
         """The range of limits around the optimum whose peaks are at most `factor` times its."""
-        at = int(np.argmin(self.peak))
-        worse = np.flatnonzero(self.peak > factor * self.peak[at])
+        size = self.size(shown)
+        at = int(np.argmin(size))
+        worse = np.flatnonzero(size > factor * size[at])
         first = worse[worse < at].max(initial=-1) + 1
-        last = worse[worse > at].min(initial=self.peak.size) - 1
+        last = worse[worse > at].min(initial=size.size) - 1
         low, high = sorted((float(self.limit[first]), float(self.limit[last])))
         return low, high
 
+    def size(self, shown: Shown | None = None) -> Floats:
+        """Return the peaks (n,) as they are shown; default: |a|."""
+        return self.peak if shown is None else shown.size(self.motion)[:, self.mode]
+
     def displacement(self, dof: int) -> Floats:
-        """Peak of a DOF in the mode's shape, (n,) [m]; the contacts' share is not in it."""
-        return modal_displacement(self.mode_shape, self.peak, dof)
+        """Return the amplitude of a DOF at the peaks, (n,) [m]."""
+        return self.motion.displacement(dof)[:, self.mode]
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Peak against the factor, the optimum marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
-        peak = shown.size(self.mode_shape, self.peak)
+        peak = self.size(shown)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
@@ -146,7 +164,29 @@ def performance_curve(
         )
     limit = F / held[::-1]
     frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
-    return PerformanceCurve(limit, peak, frequency, curve.mode_shape)
+    motion = _at_peaks(model, mode, force, limit, curve.motion)
+    return PerformanceCurve(limit, peak, frequency, curve.mode_shape, motion, mode)
+
+
+def _at_peaks(
+    model: Model,
+    mode: int,
+    force: Mapping[int, float] | ArrayLike,
+    limit: Floats,
+    free: SteadyMotion,
+) -> SteadyMotion:
+    """Motion at the peaks (n,): of the backbone, scaled, and the force a quarter turn ahead."""
+    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
+    forces[mode] = force
+    applied = AppliedForces.of(model.reduced, forces)
+    return SteadyMotion(
+        model,
+        limit[:, np.newaxis] * free.amplitude[::-1],
+        free.frequency[::-1],
+        np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
+        applied,
+        limit,
+    )
 
 
 def _advice(model: Model, mode: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.force_response import Forces
+from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
@@ -23,6 +23,7 @@ from slipmode.rom.slow.branches.continuation import (
 )
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
+from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding, forcing_findings, motion_findings, warn
@@ -55,6 +56,15 @@ class SpecialPoint:
     __repr__ = short_repr
 
 
+class CurveSizes(NamedTuple):
+    """Amplitudes along a curve, each (n, modes): its points, special points, ends of cycles."""
+
+    points: Floats
+    special: Floats
+    lowest: Floats
+    highest: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class ResponseCurve:
     """Steady states against what is varied, branch after branch.
@@ -78,6 +88,9 @@ class ResponseCurve:
     cut_off : (n,) ndarray
         Values of the parameter where a branch goes on, but was followed no farther: it has too
         many points.
+    motion : SteadyMotion
+        At the points of the curve, then at `special`, then at the least and at the largest
+        amplitudes of `cycles`, which have no force: its phase is not known.
     """
 
     vary: str
@@ -89,6 +102,7 @@ class ResponseCurve:
     mode_shapes: Floats
     cycles: SlowCycles
     cut_off: Floats
+    motion: SteadyMotion
 
     __repr__ = short_repr
 
@@ -110,8 +124,13 @@ class ResponseCurve:
         return a, self.stable[np.where(part[:, 0] < 0.5, before, before + 1)]
 
     def displacement(self, dof: int) -> Floats:
-        """Amplitude of a DOF in each mode's shape, (n, modes) [m], without the contacts' share."""
-        return Shown(dof).size(self.mode_shapes, np.abs(self.amplitude))
+        """Return the amplitude of a DOF at the carrier of each mode, (n, modes) [m]."""
+        return self.sizes(Shown(dof)).points
+
+    def sizes(self, shown: Shown) -> CurveSizes:
+        """Return everything that a picture of the curve shows, |a_j| or the amplitude of a DOF."""
+        counts = self.parameter.size, len(self.special), self.cycles.parameter.size
+        return CurveSizes(*np.split(shown.size(self.motion), np.cumsum(counts)))
 
     def _shown(self, parameter: Floats | float, units: Units) -> Floats:
         of_frequency = self.vary.startswith("frequency_")
@@ -124,25 +143,22 @@ class ResponseCurve:
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
-        sizes = shown.size(self.mode_shapes, np.abs(self.amplitude))
+        sizes = self.sizes(shown)
         for j in range(self.amplitude.shape[1]):
-            size, color = sizes[:, j], f"C{j}"
+            size, color = sizes.points[:, j], f"C{j}"
             for number in np.unique(self.branch):
                 own = self.branch == number
                 for which, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
-            ends = (self.cycles.lowest, self.cycles.highest)
-            low, high = (shown.size(self.mode_shapes, end)[:, j] for end in ends)
-            ax.vlines(
-                self._shown(self.cycles.parameter, units), low, high, color=color, alpha=0.3, lw=3
-            )
+            where = self._shown(self.cycles.parameter, units)
+            low, high = sizes.lowest[:, j], sizes.highest[:, j]
+            ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
             ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
             for kind, marker in (("fold", "o"), ("Hopf", "s")):
-                at = [point for point in self.special if point.kind == kind]
-                where = [self._shown(point.parameter, units) for point in at]
-                tops = [shown.size(self.mode_shapes, np.abs(one.amplitude))[j] for one in at]
-                ax.plot(where, tops, marker, color=color)
+                at = [k for k, point in enumerate(self.special) if point.kind == kind]
+                values = [self._shown(self.special[k].parameter, units) for k in at]
+                ax.plot(values, sizes.special[at, j], marker, color=color)
         unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
         ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=shown.named("amplitude"))
         ax.legend()
@@ -252,16 +268,43 @@ def response_curve(
         for branch in branches
         for kind, at in branch.special
     ]
+    cycles = slow_cycles(problem, points)
+    motion = _motion(
+        problem,
+        [parts := points.z[:, -1], np.array([at[-1] for b in branches for _, at in b.special])],
+        [amplitude, *(each.amplitude[np.newaxis] for each in special)],
+        cycles,
+    )
     return ResponseCurve(
         vary,
-        problem.parameter(points.z[:, -1]),
+        problem.parameter(parts),
         amplitude,
         points.eigenvalues[:, 0].real,
         np.repeat(np.arange(len(branches)), [len(branch.points.rows) for branch in branches]),
         tuple(special),
         model.reduced.mode_shapes.copy(),
-        slow_cycles(problem, points),
+        cycles,
         cut_off,
+        motion,
+    )
+
+
+def _motion(
+    problem: ForcedSlowFlow, parts: list[Floats], amplitude: list[Complexes], cycles: SlowCycles
+) -> SteadyMotion:
+    """Steady states at parts of the span and with these amplitudes, then the ends of cycles."""
+    modes = slice(0, problem.model.modes)
+    at_cycles = np.tile(problem.part(cycles.parameter), 2)
+    inputs = problem.inputs_at(np.concatenate([*parts, at_cycles]))
+    force = phasor(inputs["force"], inputs["phase"])[:, modes]
+    force[len(force) - at_cycles.size :] = 0.0
+    return SteadyMotion(
+        problem.model,
+        np.concatenate([*amplitude, cycles.lowest, cycles.highest]),
+        inputs["frequency"][:, modes],
+        force,
+        problem.applied,
+        inputs["limit_scale"],
     )
 
 

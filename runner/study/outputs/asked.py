@@ -90,9 +90,9 @@ class Asked:
             dims = [mode, *more]
             sizes = tuple(n for _, n in dims)
             found.append(Result(name, tuple(d for d, _ in dims), sizes, unit, meaning))
-            if self.dofs and unit == MODAL and not more:
+            if self.dofs and unit == MODAL:
                 words = f"{meaning}, at DOFs in the mode's shape"
-                add(f"{name}_displacement", words, dof, unit="m")
+                add(f"{name}_displacement", words, *more, dof, unit="m")
 
         if self.steady:
             add("steady", "steady amplitude |a|")

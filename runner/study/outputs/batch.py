@@ -144,7 +144,9 @@ def _displacements(
     for name in list(batch.values):
         if name.endswith("_displacement"):
             amplitude = batch.values[name.removesuffix("_displacement")]
-            batch.values[name][:] = amplitude[..., np.newaxis] * shapes
+            along = amplitude.ndim - 2  # axes of a curve or of times, after samples and modes
+            factor = shapes.reshape(len(modes), *(1,) * along, len(dofs))
+            batch.values[name][:] = amplitude[..., np.newaxis] * factor
 
 
 def _at_rest(name: str) -> float:

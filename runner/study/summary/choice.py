@@ -10,7 +10,9 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.units import Shown
 from slipmode.runner.study.study_file import Choose
+from slipmode.runner.study.summary.shown import shown_output
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +27,8 @@ class Choice:
     quantile, failed : (n,) ndarray
         Of the output over the samples with each value, NaN where one of them failed; and how
         many did.
-    unit : str
-        Of the output.
+    unit, where : str
+        Of the output: its unit, and of which DOF it is.
     """
 
     of: Choose
@@ -34,6 +36,7 @@ class Choice:
     quantile: Floats
     failed: np.ndarray
     unit: str
+    where: str
 
     __repr__ = short_repr
 
@@ -47,11 +50,12 @@ class Choice:
         value, least = self.values[self.best], self.quantile[self.best]
         shown = f"{value:.4g}" if isinstance(value, float) else str(value)
         part = "highest" if self.of.quantile == 1.0 else f"{self.of.quantile:.0%} quantile"
-        return f"best {self.of.key} = {shown}: {part} of {self.of.output} {least:.4g} {self.unit}"
+        output = f"{self.of.output}{self.where}"
+        return f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {self.unit}"
 
 
-def choice(dataset: Any, of: Choose) -> Choice:
-    """The quantile for each value of the key.
+def choice(dataset: Any, of: Choose, shown: Shown) -> Choice:
+    """Return the quantile of the output, as it is shown, for each value of the key.
 
     Raises
     ------
@@ -59,8 +63,8 @@ def choice(dataset: Any, of: Choose) -> Choice:
         If no value is without failures.
     """
     kind, mode = of.output.rsplit("_", 1)
-    output = dataset[kind].sel(mode=mode)
-    size, column = output.values, dataset[of.key].values
+    output = shown_output(dataset, kind, shown)
+    size, column = output.values.sel(mode=mode).values, dataset[of.key].values
     values, group = np.unique(column, return_inverse=True)
     quantile, failed = np.full(values.size, np.nan), np.zeros(values.size, dtype=int)
     for k in range(values.size):
@@ -72,4 +76,4 @@ def choice(dataset: Any, of: Choose) -> Choice:
         raise SlipmodeError(
             f"choose: of each value of {of.key} some samples failed; `reason` of them says why"
         )
-    return Choice(of, values, quantile, failed, output.attrs["units"])
+    return Choice(of, values, quantile, failed, output.unit, output.where)

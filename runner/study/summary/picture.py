@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.runner.study.study_file import Distribution, Study, Varied
 from slipmode.runner.study.summary.choice import Choice
+from slipmode.runner.study.summary.shown import shown_as, shown_output
 
 _MOST_POINTS = 4000  # of a panel: more are no clearer
 _MOST_ROWS = 6
@@ -50,24 +51,24 @@ def outputs(dataset: Any, study: Study) -> list[tuple[str, Floats]]:
 
     These are in the units of the study's scene.
     """
-    asked, units, found = study.asked, study.scene.units, []
+    shown, found = shown_as(study), []
     for kind in ("resonance", "steady", "peak"):
         if kind not in dataset:
             continue
-        shown = dataset[f"{kind}_displacement"].isel(dof=0) if asked.dofs else dataset[kind]
-        unit = units.displacement if asked.dofs else shown.attrs["units"]
-        where = f" of DOF {asked.dofs[0]}" if asked.dofs else ""
-        for mode in shown["mode"].values:
-            values = shown.sel(mode=mode).values
-            if asked.dofs:
-                values = units.of_displacement(values)
+        output = shown_output(dataset, kind, shown)
+        for mode in output.values["mode"].values:
+            values = output.values.sel(mode=mode).values
             if np.any(np.nan_to_num(values) > 0.0):
-                found.append((f"{kind} {mode}{where}\n[{unit}]", values))
+                found.append((f"{kind} {mode}{output.where}\n[{output.unit}]", values))
     for kind, across in (("curve", "frequency"), ("at", "time")):
         if kind in dataset:
-            highest = dataset[kind].max(across)
+            output = shown_output(dataset, kind, shown)
+            highest = output.values.max(across)
             found += [
-                (f"largest of {kind} {mode}\n[kg^1/2 m]", highest.sel(mode=mode).values)
+                (
+                    f"largest of {kind} {mode}{output.where}\n[{output.unit}]",
+                    highest.sel(mode=mode).values,
+                )
                 for mode in highest["mode"].values
             ]
     return found

@@ -7,12 +7,14 @@ from collections import Counter
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.summary.choice import Choice, choice
 from slipmode.runner.study.summary.picture import draw
 from slipmode.runner.study.summary.recording import record
 from slipmode.runner.study.summary.sensitivity import sensitivity
+from slipmode.runner.study.summary.shown import shown_as
 
 _log = logging.getLogger("slipmode.study")
 
@@ -28,7 +30,7 @@ def summarise(done: StudyResults) -> list[str]:
     chosen: Choice | None = None
     if done.study.choose is not None:
         try:
-            chosen = choice(dataset, done.study.choose)
+            chosen = choice(dataset, done.study.choose, shown_as(done.study))
         except SlipmodeError as refusal:
             lines.append(str(refusal))
         else:
@@ -52,7 +54,9 @@ def summarise(done: StudyResults) -> list[str]:
 def _failures(dataset: Any) -> list[str]:
     """The most frequent reasons."""
     reasons = Counter(dataset["reason"].values[dataset["status"].values == FAILED].tolist())
-    lines = [f"failed: {n} x {why}" for why, n in reasons.most_common(_MOST_REASONS)]
+    lines = [
+        f"failed: {n} x {command_words(why)}" for why, n in reasons.most_common(_MOST_REASONS)
+    ]
     left = len(reasons) - len(lines)
     return [*lines, f"and {left} other reasons"] if left > 0 else lines
 

@@ -331,9 +331,9 @@ static void check_component_of(int laws) {
     const size_t n = (size_t)j.contact.contacts, outputs = SM_OUTPUTS_FIXED + 3 * n + 1;
     table t = new_table(2, 4, 4);
     const sm_slow_flow flow = flow_over(&t);
-    double *modes_out = new_doubles(4), *contacts_out = new_doubles(n);
+    double *modes_out = new_doubles(4), *forces_out = new_doubles(4), *contacts_out = new_doubles(n);
     for (size_t i = 0; i < n; i++) contacts_out[i] = 0.1 * (double)i;
-    const sm_motion motion = {.wanted = 1, .elastic = 1, .modes_out = modes_out,
+    const sm_motion motion = {.wanted = 1, .elastic = 1, .modes_out = modes_out, .forces_out = forces_out,
                               .contacts_out = contacts_out, .steps_per_period = 32,
                               .memory_periods = 4.0};
     sm_component *c, *twin;
@@ -361,6 +361,7 @@ static void check_component_of(int laws) {
     sm_component_free(twin);
     free_table(&t);
     free(modes_out);
+    free(forces_out);
     free(contacts_out);
     free(state);
     free(rows);

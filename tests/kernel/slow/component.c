@@ -32,6 +32,7 @@ model new_model(int modes, int contacts, int wanted) {
     model m = {.t = new_table(modes, COUNT_A, COUNT_B),
                .p = new_problem(contacts, modes, SM_TANH),
                .modes_out = new_doubles((size_t)(2 * ELASTIC * modes)),
+               .forces_out = new_doubles((size_t)(2 * ELASTIC * modes)),
                .contacts_out = new_doubles((size_t)(ELASTIC * contacts)),
                .orders = malloc(2 * ORDERS * sizeof(int32_t)),
                .tolerance = 1e-8};
@@ -43,11 +44,13 @@ model new_model(int modes, int contacts, int wanted) {
     m.reactions = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * contacts * 2);
     m.responses = (size_t)(COUNT_A * m.t.table.count_b * ORDERS * ELASTIC * 2);
     for (int k = 0; k < 2 * ELASTIC * modes; k++) m.modes_out[k] = 0.3 + 0.1 * k;
+    for (int k = 0; k < 2 * ELASTIC * modes; k++) m.forces_out[k] = 0.2 - 0.1 * k;
     for (int k = 0; k < ELASTIC * contacts; k++) m.contacts_out[k] = 0.7 - 0.05 * k;
     m.flow = flow_over(&m.t);
     m.motion = (sm_motion){.wanted = wanted,
                            .elastic = ELASTIC,
                            .modes_out = m.modes_out,
+                           .forces_out = m.forces_out,
                            .contacts_out = m.contacts_out,
                            .orders_count = ORDERS,
                            .orders = m.orders,
@@ -67,6 +70,7 @@ void free_model(model *m) {
     free_table(&m->t);
     free_problem(&m->p);
     free(m->modes_out);
+    free(m->forces_out);
     free(m->contacts_out);
     free(m->orders);
     free(m->reaction);
@@ -216,6 +220,10 @@ static void check_motion_outputs(int modes, int contacts) {
             for (int j = 0; j < modes; j++) {
                 const double *shape = m.modes_out + 2 * (e * modes + j);
                 sum += creal((shape[0] + I * shape[1]) * q[j]);
+                const double *by_force = m.forces_out + 2 * (e * modes + j);
+                const double complex force =
+                    2.0 * inputs.force[j] * cexp(I * (out[5 + j] + inputs.phase[j]));
+                sum += creal((by_force[0] + I * by_force[1]) * force);
             }
             for (int c = 0; c < contacts; c++) sum += m.contacts_out[e * contacts + c] * x[c];
             CHECK_NEAR(f[contacts + e], sum, 1e-13);

@@ -12,7 +12,7 @@ typedef struct {
     problem p;
     sm_slow_flow flow;
     sm_motion motion;
-    double *modes_out, *contacts_out, *reaction, *response, tolerance;
+    double *modes_out, *forces_out, *contacts_out, *reaction, *response, tolerance;
     int32_t *orders;
     size_t reactions, responses; /* numbers of them */
     sm_component *component;

@@ -61,6 +61,7 @@ static void check_creation_not_finite(model *m) {
     CHECK_REFUSES_NOT_FINITE(m->p.limit, 2, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->p.stiffness, 4, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->modes_out, ELASTIC * 4, create_once, m);
+    CHECK_REFUSES_NOT_FINITE(m->forces_out, ELASTIC * 4, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->reaction, m->reactions, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->response, m->responses, create_once, m);
     CHECK_REFUSES_NOT_FINITE(m->contacts_out, ELASTIC * 2, create_once, m);

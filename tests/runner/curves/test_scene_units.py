@@ -1,6 +1,7 @@
 """Hz and micrometres where the scene says so: in what it gives, and in what is shown of it."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -88,8 +89,10 @@ def test_folds_and_branches_are_told_apart_in_recordings():
     size, growth = np.array([[0.1], [1.0], [2.0], [3.0], [3.5]]), np.array([-1, -1, 1, -1, -1.0])
     parameter, branch = np.array([1.0, 2.0, 1.5, 1.0, 2.0]), np.array([0, 0, 0, 1, 1])
     shapes = np.ones((1, 1))
+    motion = SimpleNamespace(amplitude=np.vstack((size, [[1.0], [0.5], [0.8]])))
     curve = rom.ResponseCurve(
-        "limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles, np.zeros(0)
+        *("limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles, np.zeros(0)),
+        motion,
     )
     (((chart),),) = curve_charts(curve, None, rom.Units("Hz"))
     stable, unstable, at_fold, band = chart.layers

@@ -4,8 +4,12 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csr_array
 
+from slipmode import rom
 from slipmode.rom import SlipmodeError
+from slipmode.rom.structure.source_files import source_files
 from slipmode.runner.cli import main
 from slipmode.runner.scene.scene import read_scene, shipped_scenes
 from slipmode.runner.scene.toml_writer import toml_text
@@ -79,9 +83,9 @@ def test_missing_files_and_schedulers_are_one_line(study_file, tmp_path, capsys,
     nowhere = "tcp://127.0.0.1:9"
     assert main(["study", path, "-o", str(tmp_path), "--scheduler", nowhere]) == 1
     lines = capsys.readouterr().err.splitlines()
-    assert lines[-1].startswith(f"slipmode: scheduler: {nowhere} does not answer")
+    assert lines[-1].startswith(f"slipmode: --scheduler: {nowhere} does not answer")
     assert main(["study", path, "-o", str(tmp_path), "--scheduler", "x:y"]) == 1
-    assert "slipmode: scheduler: x:y does not answer" in capsys.readouterr().err
+    assert "slipmode: --scheduler: x:y does not answer" in capsys.readouterr().err
 
 
 def test_values_are_crossed_with_what_is_drawn(study_file):
@@ -175,3 +179,47 @@ def test_frequencies_are_in_the_units_of_the_scene(study_file):
         )
     )
     assert study.asked.curve.frequency == pytest.approx(2 * np.pi * np.array([0.15, 0.155, 0.16]))
+
+
+def matrix_folder(folder):
+    """A two-mass structure as a folder of Matrix Market files."""
+    folder.mkdir()
+    structure = rom.two_mass()
+    for name in ("mass", "stiffness", "damping"):
+        mmwrite(folder / f"{name}.mtx", csr_array(getattr(structure, name)))
+    (folder / "contact.txt").write_text("2\n3\n", encoding="utf-8")
+    return folder
+
+
+MATRICES = (
+    shipped_scenes()["one-mode"]
+    .read_text(encoding="utf-8")
+    .replace('model = "two-mass"', 'matrices = "beam"')
+    .replace("damping = 0.01", "")
+)
+OTHER_BEAM = '[[vary]]\nkey = "structure.matrices"\nvalues = ["beam", "other"]\n'
+ONE_FORCE = '[[vary]]\nkey = "forcing.A.amplitude"\nvalues = [0.1]\n'
+
+
+@pytest.mark.parametrize("file", ["mass.mtx", "stiffness.mtx", "damping.mtx", "contact.txt"])
+@pytest.mark.parametrize(("vary", "folder"), [(ONE_FORCE, "beam"), (OTHER_BEAM, "other")])
+def test_a_study_is_another_one_once_a_file_of_its_structure_changes(
+    study_file, tmp_path, file, vary, folder
+):
+    for name in ("beam", "other"):
+        matrix_folder(tmp_path / name)
+    path = study_file(f"{vary}[outputs]\nsteady = true\n", MATRICES)
+    before = load_study(path).digest
+    assert load_study(path).digest == before
+    changed = tmp_path / folder / file
+    changed.write_text(changed.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert load_study(path).digest != before
+
+
+def test_files_beside_a_matrix_file_are_files_of_the_structure(tmp_path):
+    for name in ("job.sti", "job.mas", "job.dof", "job.inp", "a_STIF2.mtx", "a_MASS2.mtx"):
+        (tmp_path / name).touch()
+    found = [path.name for path in source_files(tmp_path / "job.sti")]
+    assert found == ["job.dof", "job.mas", "job.sti"]
+    found = [path.name for path in source_files(tmp_path / "a_STIF2.mtx")]
+    assert found == ["a_MASS2.mtx", "a_STIF2.mtx"]

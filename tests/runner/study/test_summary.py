@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 
 from slipmode.rom import SlipmodeError
+from slipmode.rom.slow.units import Shown
 from slipmode.runner.cli import main
-from slipmode.runner.study.study_file import Choose
+from slipmode.runner.scene.scene import shipped_scenes
+from slipmode.runner.study.outputs.asked import MODAL
+from slipmode.runner.study.results import open_results
+from slipmode.runner.study.study_file import Choose, load_study
 from slipmode.runner.study.summary.choice import choice
+from slipmode.runner.study.summary.picture import outputs
 from slipmode.runner.study.summary.sensitivity import sensitivity
 
 
@@ -22,13 +27,13 @@ def results(peak, values):
 
 def test_the_best_value_is_that_of_the_least_quantile():
     data = results([1.0, 5.0, 2.0, 3.0, 0.1, np.nan], [1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
-    worst = choice(data, Choose("friction.limit", "resonance_A", 1.0))
+    worst = choice(data, Choose("friction.limit", "resonance_A", 1.0), Shown(modal=MODAL))
     assert worst.text() == "best friction.limit = 2: highest of resonance_A 3 kg^1/2 m"
     assert worst.failed.tolist() == [0, 0, 1]  # where one failed there is no telling
-    least = choice(data, Choose("friction.limit", "resonance_A", 0.0))
+    least = choice(data, Choose("friction.limit", "resonance_A", 0.0), Shown(modal=MODAL))
     assert least.values[least.best] == 1.0
     with pytest.raises(SlipmodeError, match="choose: of each value of"):
-        choice(results([np.nan], [1.0]), Choose("friction.limit", "resonance_A", 0.5))
+        choice(results([np.nan], [1.0]), Choose("friction.limit", "resonance_A", 0.5), Shown())
 
 
 def test_sensitivities_are_those_that_are_known():
@@ -60,6 +65,29 @@ def test_the_command_says_what_was_found_and_draws_it(study_file, tmp_path, sche
     assert lines[2].startswith("best forcing.A.frequency = 0.9: 95% quantile of steady_A ")
     assert lines[3:] == [str(tmp_path / f"study.{kind}") for kind in ("zarr", "png", "rrd")]
     assert (tmp_path / "study.png").stat().st_size > 10_000
+
+
+def test_a_study_answers_in_the_units_of_its_scene_at_a_dof(
+    study_file, tmp_path, scheduler, capsys
+):
+    pytest.importorskip("matplotlib")
+    path = study_file(
+        '[[vary]]\nkey = "forcing.A.amplitude"\nvalues = [0.1, 0.15]\n'
+        "[outputs]\nsteady = true\ndofs = [0]\n"
+        'curve = { mode = "A", from = 0.97, to = 0.99, points = 3 }\n'
+        '[choose]\nkey = "forcing.A.amplitude"\noutput = "steady_A"\n',
+        shipped_scenes()["one-mode"].read_text(encoding="utf-8")
+        + '\n[units]\ndisplacement = "mm"\n',
+    )
+    assert main(["study", str(path), "-o", str(tmp_path), "--scheduler", scheduler]) == 0
+    (line,) = [each for each in capsys.readouterr().out.splitlines() if each.startswith("best")]
+    data = open_results(tmp_path / "study.zarr")
+    least = 1e3 * float(data["steady_displacement"].sel(mode="A", dof=0).min())
+    assert line == (
+        f"best forcing.A.amplitude = 0.1: 95% quantile of steady_A at DOF 0 {least:.4g} mm"
+    )
+    labels = [label for label, _ in outputs(data, load_study(path))]
+    assert labels == ["steady A at DOF 0\n[mm]", "largest of curve A at DOF 0\n[mm]"]
 
 
 def test_sensitivities_of_a_study(study_file, tmp_path, scheduler, capsys):

@@ -12,6 +12,7 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.selection import Selection
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.layout.readable import readable
 from slipmode.runner.view.replay import replay
 
 TURN = 2 * np.pi
@@ -46,6 +47,21 @@ def test_the_recorded_motion_lies_on_the_surface(two_mode):
     # Measured 0.5 % and 0.7 %: the surface is flat between 32 phases of B.
     assert np.sqrt(np.mean((x - moved) ** 2) / np.mean(moved**2)) < 0.007
     assert np.sqrt(np.mean((f - expected) ** 2) / np.mean(expected**2)) < 0.01
+
+
+def test_the_surface_is_labelled_in_the_units_of_the_scene(tmp_path, monkeypatch):
+    labels = []
+
+    def noted(value, unit):
+        labels.append(readable(value, unit))
+        return labels[-1]
+
+    monkeypatch.setattr(torus_view, "readable", noted)
+    text = load_scene("two-mode").text.replace("tolerance = 1e-3", "tolerance = 1e-2")
+    text += '\n[units]\ndisplacement = "mm"\n'
+    recorded = load(run(parse_scene(text, tmp_path), tmp_path).mcap)
+    height = 1e3 * np.abs(recorded["/torus"].column("x")).max()
+    assert labels[0] == f"{height:.3g} mm"
 
 
 def test_mode_a_may_be_the_faster_one(tmp_path):

@@ -30,6 +30,7 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
     if (status != SM_OK) return status;
     const size_t pairs = 2 * (size_t)motion->orders_count;
     status = check_values(motion->modes_out, elastic, 2 * modes);
+    if (status == SM_OK) status = check_values(motion->forces_out, elastic, 2 * modes);
     if (status == SM_OK) status = check_values(motion->contacts_out, elastic, n);
     if (status == SM_OK) status = check_values(motion->reaction, nodes, pairs * n);
     if (status == SM_OK) status = check_values(motion->response, nodes, pairs * elastic);
@@ -65,7 +66,7 @@ size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact
     return sm_march_size(contact, (int)s.orders) + 2 * sm_march_state_count(contact)
            + 2 * sm_doubles(sizeof(sm_stretch_queue))
            + elastic_size(contact) + 2 * n + 3 * n * n
-           + 2 * modes * n + s.elastic * (2 * modes + n) + orders_size(s.orders)
+           + 2 * modes * n + s.elastic * (4 * modes + n) + orders_size(s.orders)
            + 2 * s.orders * ((n + s.elastic) * (shared ? 0 : node_count(table)) + 2 * n);
 }
 
@@ -102,6 +103,7 @@ static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t
     const sizes s = sizes_of(motion);
     out->motion = *motion;
     out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
+    out->motion.forces_out = sm_keep(memory, motion->forces_out, s.elastic * 2 * modes);
     out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
     if (nodes > 0) {
         out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
@@ -335,16 +337,20 @@ static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
                          const sm_inputs *inputs, const double *y, const double *x_c, double *x) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
     const size_t elastic = (size_t)out->motion.elastic;
-    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES];
+    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES], force[SM_MODES];
     for (size_t j = 0; j < modes; j++) {
         carrier[j] = sm_cx(cos(inputs->angle[j]), sin(inputs->angle[j]));
         q[j] = sm_cscale(sm_cmul(sm_cx(y[2 * j], y[2 * j + 1]), carrier[j]), 2.0);
+        const sm_complex phasor = sm_cx(cos(inputs->phase[j]), sin(inputs->phase[j]));
+        force[j] = sm_cscale(sm_cmul(phasor, carrier[j]), 2.0 * inputs->force[j]);
     }
     for (size_t k = 0; k < elastic; k++) {
         x[k] = 0.0;
         for (size_t j = 0; j < modes; j++) {
             const double *shape = out->motion.modes_out + 2 * (k * modes + j);
             x[k] += shape[0] * q[j].re - shape[1] * q[j].im;
+            const double *response = out->motion.forces_out + 2 * (k * modes + j);
+            x[k] += response[0] * force[j].re - response[1] * force[j].im;
         }
         for (size_t i = 0; i < n; i++)
             x[k] += out->motion.contacts_out[k * n + i] * draw(out, i, x_c, x_c + 2 * n);

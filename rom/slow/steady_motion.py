@@ -1,0 +1,128 @@
+"""Displacement of degrees of freedom in steady states, the share of the contacts included.
+
+In a steady state with amplitudes a_j the harmonic of the displacement at carrier j is
+
+    x_j = phi_j a_j + sum_k phi_k q_kj + X P_j + static_j F_j / 2,
+
+q_kj the response of the other modes, P_j the carrier harmonic of the contacts (of elastic ones:
+of their force deficit), X the contact shapes, and the last term the quasi-static response to the
+force. A friction table has the force of P_j on the modes alone, so the contact problem is solved
+again at the amplitudes that are shown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.resolution import Resolution, resolved_terms
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.response import ModalResponse, response_to
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.structure.structure import Structure
+from slipmode.rom.table.model import Model
+
+_SMALLEST = 0.1  # of the table's range: as in a table, marches repeat relative to that at least
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMotion:
+    """Steady states of a model, at points.
+
+    Attributes
+    ----------
+    model : Model
+    amplitude : (points, modes) complex ndarray
+        a_j [kg^1/2 m].
+    frequency : (points, modes) ndarray
+        Omega_j [rad/s].
+    force : (points, modes) complex ndarray
+        F_j exp(i phase_j), modal [N kg^-1/2]; 0 where the force is not known.
+    applied : AppliedForces or None
+        Where the forces act. None: there are no forces.
+    scale : (points,) ndarray
+        Friction limits and preloads over those of the model.
+    structure : Structure or None
+        What was reduced. None: the quasi-static response to the forces is left out.
+    """
+
+    model: Model
+    amplitude: Complexes
+    frequency: Floats
+    force: Complexes
+    applied: AppliedForces | None
+    scale: Floats
+    structure: Structure | None = None
+
+    __repr__ = short_repr
+
+    def displacement(self, dof: int) -> Floats:
+        """Return the amplitude of a DOF at each carrier, (points, modes) [m].
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
+        reduced, response = self.model.reduced, self._response
+        if not 0 <= dof < reduced.n_dofs:
+            raise SlipmodeError(f"dof: must be 0 to {reduced.n_dofs - 1}, got {dof}")
+        moved = response.modal @ reduced.all_shapes[dof]
+        moved += response.contact @ reduced.contact_shapes[dof]
+        x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
+        if (forces := self._forces) is not None:
+            x = x + 0.5 * forces.static[dof] * self.force
+        return np.asarray(2.0 * np.abs(x))
+
+    @cached_property
+    def _forces(self) -> ForceResponse | None:
+        if self.applied is None:
+            return None
+        return ForceResponse.of(self.model.reduced, list(self.applied.force), self.structure)
+
+    @cached_property
+    def _response(self) -> ModalResponse:
+        """Carriers of the contacts and the response of the modes: the points, the last twice."""
+        points, modes = self.amplitude.shape
+        trajectory = SlowTrajectory(  # of one step per point: what is computed is of each alone
+            time=np.arange(points + 1.0),
+            amplitude=np.vstack((self.amplitude, self.amplitude[-1:])),
+            angle=np.zeros((points + 1, modes)),
+            frequency=self.frequency,
+            frequency_rate=np.zeros((points, modes)),
+            force=self.force,
+            force_rate=np.zeros((points, modes), dtype=complex),
+            force_response=self._forces,
+            scale=self.scale,
+            scale_rate=np.zeros(points),
+        )
+        P = self._contact_carriers(trajectory.effective(self.model)[:points])
+        P = np.concatenate((P, P[-1:]))
+        return response_to(self.model, trajectory, CARRIERS[:modes], P)
+
+    def _contact_carriers(self, effective: Complexes) -> Complexes:
+        """P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
+        model, scale = self.model, self.scale[:, np.newaxis]
+        stated = model.accuracy
+        resolution = Resolution(
+            Discretisation(stated.steps, stated.lines),
+            stated.resolution,
+            ErrorBudget(stated.tolerance).march,
+        )
+        modulus = np.abs(effective)
+        terms = resolved_terms(
+            *(model.reduced, model.law, resolution, modulus / scale),
+            *(_SMALLEST * model.table.amplitude_range, model.combinations, 1),
+        )
+        carriers = [terms.orders.index(order) for order in CARRIERS[: model.modes]]
+        unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
+        turned = terms.P[:, carriers] * (scale * unit)[..., np.newaxis]
+        return np.asarray(turned)
