@@ -360,9 +360,18 @@ class Component:
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
         """Why one of many steps failed, which had set its own inputs."""
-        stop = self._stopped(status, float(duration), inputs, outputs)
+        now, left = np.empty(_SLOW_OUTPUTS), status == kernel.OUTSIDE_TABLE
+        read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
+        outside = left and read == kernel.OUTSIDE_TABLE  # already at the start of the step
+        stop = None if outside else self._stopped(status, float(duration), inputs, outputs)
         own = self._named.modal(self._inputs)
         kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+        if stop is None:
+            message = (
+                f"stopped at t = {self.time:g} s: limit_scale = {limit_scale(inputs):g} puts the "
+                "amplitudes outside the friction table; tabulate a larger range"
+            )
+            stop = StoppedError(message, self.time, outputs, left)
         return stop
 
     def _stopped(

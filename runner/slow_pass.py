@@ -100,8 +100,8 @@ class SlowPass:
                 self._advance(schedule.durations(block), inputs, first)
                 bar.update(block.stop - first)
         self._tell_stretches(over=True)
-        found = self._errors.finding()
-        recorder.event(self._now, found.level, found.reason)
+        said = self._errors.finding()
+        recorder.event(self._now, said.level, said.reason)
         recorder.event(self._now, "info", "end of the scene")
 
     def _tell_stretches(self, *, over: bool = False) -> None:
