@@ -38,9 +38,15 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.errors import OutsideRegionError
-from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
+from slipmode.rom.reduction.force_response import (
+    AppliedForces,
+    ForcePatterns,
+    off_resonance_shift,
+    phasor,
+)
 from slipmode.rom.slow.response_surface import response_surface
-from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.slow.slow_flow import rates, slow_flow
+from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.validity import Finding, force_strain, model_findings, strain_findings, warn
 
 STEPS_PER_PERIOD = 40
@@ -106,6 +112,7 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
+        self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, mode_names)
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
@@ -322,6 +329,27 @@ class Component:
             raise SlipmodeError("state: must be finite")
         kernel.check(kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
         self._inputs = given[count:].reshape(1, -1).copy()
+
+    def transient_error(self) -> Floats:
+        """Return the estimated transient error of the present amplitudes, (modes,) [kg^1/2 m].
+
+        Steady states have no such error; see `slipmode.rom.slow.transient`.
+        """
+        values = np.empty(_SLOW_OUTPUTS)
+        status = kernel.lib.sm_component_slow_outputs(self._handle, values.ctypes.data)
+        kernel.check(status, "transient error")
+        modes = slice(0, self.model.modes)
+        amplitude = values[1:5].view(complex)[np.newaxis, modes]
+        inputs = self._named.modal(self._inputs).view(kernel.INPUTS).ravel()
+        inputs["angle"][0] = values[5:7]
+        rate = rates(slow_flow(self.model, self._force_patterns), inputs, amplitude)
+        scale = limit_scale(self._inputs)
+        if self._force_patterns is not None:
+            shift = off_resonance_shift(self.model.reduced, self._force_patterns)
+            amplitude = amplitude + shift * phasor(inputs["force"], inputs["phase"])[:, modes]
+        estimate = TransientError.of(self.model.reduced, self.model.law)
+        error = estimate.at(rate / scale, inputs["frequency"][:, modes], amplitude / scale)
+        return np.asarray(scale * error[0])
 
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""

@@ -1,5 +1,8 @@
 """The estimated transient error against the true one, and what scenes do where it is too large."""
 
+import re
+import zipfile
+
 import numpy as np
 import pytest
 from elastic import frictional_beam, l_frame
@@ -12,6 +15,7 @@ from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, stepper
 
@@ -209,7 +213,29 @@ def test_a_scene_with_a_given_range_states_its_error_in_the_run(tmp_path):
     assert event.level == "warning" and " s, above 1 %" in event.message
 
 
-def test_an_fmu_warns_of_the_transient_error(tmp_path):
+def test_a_component_states_its_transient_error(tmp_path):
+    """The same as a run of the scene; none once the motion is steady."""
+    plan = make_plan(l_frame_scene(tmp_path).in_slow_time())
+    model, _ = plan.model()
+    component, error = plan.component(model), RunError(plan, model)
+    inputs = plan.schedule.inputs(component.input_names)
+    found = []
+    for k, duration in enumerate(plan.schedule.durations()):
+        component.set_inputs(**dict(zip(component.input_names, inputs[k], strict=True)))
+        now = component.outputs()
+        a = np.array([[now["A_re"] + 1j * now["A_im"], now["B_re"] + 1j * now["B_im"]]])
+        expected = error.at(a, np.array([[now["theta_A"], now["theta_B"]]]), k)
+        found.append(component.transient_error() / np.array(plan.amplitude))
+        np.testing.assert_allclose(found[-1], expected[0], rtol=1e-9, atol=1e-15)
+        component.do_step(now["time"], duration)
+    assert np.max(found) > 0.1
+    assert np.max(found[-1]) < 2e-3
+
+
+def test_an_fmu_states_its_transient_error(tmp_path):
+    """A warning at its export where the scene has too large a one, and in its documentation."""
     with pytest.warns(rom.ValidityWarning, match="transients slow time: estimated transient err"):
         path = export_fmu(l_frame_scene(tmp_path), tmp_path / "l.fmu")
-    assert path.exists()
+    with zipfile.ZipFile(path) as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert re.search(r"their estimated error is up to \d\.?\d* %, 0\.\d+ % of it", page)
