@@ -13,7 +13,7 @@ from slipmode.rom.validity import Finding as Decision
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.scene.scene import Scene
 
-SETTLED = 0.2  # of the allowed error: below it slow time goes on after a stretch at full order
+SETTLED = 0.6  # of the allowed error: below it slow time goes on after a stretch at full order
 _LEAST_CYCLES = 4.0  # of the slowest carrier that full order goes on for, see demodulation
 
 Stretches = tuple[tuple[float, float], ...]

@@ -45,7 +45,7 @@ class RunError:
         first, stride : int
             Number of the first step, and the difference of the numbers.
         rate : (steps, modes) complex ndarray, optional
-            da/dt at full order; the estimate takes the larger of it and the slow flow's.
+            da/dt. Default: that of the slow flow.
         """
         schedule = self._plan.schedule
         steps = slice(first, first + stride * len(amplitude), stride)
@@ -55,16 +55,14 @@ class RunError:
         )
         scale, scale_rate = schedule.inputs([LIMIT_SCALE, rate_of(LIMIT_SCALE)], steps).T
         inputs["limit_scale"], inputs["limit_scale_rate"] = scale, scale_rate
-        try:
-            slow_rate = rates(self._flow, inputs, amplitude)
-        except SlipmodeError:
-            return np.ones(amplitude.shape)
-        fastest = np.abs(slow_rate)
-        if rate is not None:
-            fastest = np.maximum(fastest, np.abs(rate))
+        if rate is None:
+            try:
+                rate = rates(self._flow, inputs, amplitude)
+            except SlipmodeError:
+                return np.ones(amplitude.shape)
         scale = scale[:, np.newaxis]
         acting = (amplitude + self._shift * script.force) / scale
-        error = self._estimate.at(fastest / scale, script.frequency, acting)
+        error = self._estimate.at(rate / scale, script.frequency, acting)
         return np.asarray(error / np.array(self._plan.amplitude))
 
 

@@ -187,6 +187,7 @@ class Hybrid:
         angle, _, _ = self._full.excitation.at(time[:going_on])
         amplitude, rate = slow.amplitude[:going_on], slow.rate[:going_on]
         error = self._error.at(amplitude, angle, first, rate=rate)
+        error = np.maximum(error, self._error.at(amplitude, angle, first))
         stretch.error = np.maximum(stretch.error, error.max(axis=0, initial=0.0))
         window = self._full.window
         for k, now in enumerate(time[:going_on]):
