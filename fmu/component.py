@@ -41,9 +41,15 @@ from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
-from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
+from slipmode.rom.reduction.force_response import (
+    AppliedForces,
+    ForcePatterns,
+    off_resonance_shift,
+    phasor,
+)
 from slipmode.rom.slow.response_surface import forces_out, response_surface
-from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.slow.slow_flow import rates, slow_flow
+from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.validity import (
     Finding,
@@ -118,6 +124,7 @@ class Component:
         if not all(0 <= dof < n_dofs for dof in elastic):
             raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
         self.model = model
+        self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, mode_names)
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
@@ -337,6 +344,27 @@ class Component:
         kernel.check(kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
         self._inputs = given[count:].reshape(1, -1).copy()
 
+    def transient_error(self) -> Floats:
+        """Return the estimated transient error of the present amplitudes, (modes,) [kg^1/2 m].
+
+        Steady states have no such error; see `slipmode.rom.slow.transient`.
+        """
+        values = np.empty(_SLOW_OUTPUTS)
+        status = kernel.lib.sm_component_slow_outputs(self._handle, values.ctypes.data)
+        kernel.check(status, "transient error")
+        modes = slice(0, self.model.modes)
+        amplitude = values[1:5].view(complex)[np.newaxis, modes]
+        inputs = self._named.modal(self._inputs).view(kernel.INPUTS).ravel()
+        inputs["angle"][0] = values[5:7]
+        rate = rates(slow_flow(self.model, self._force_patterns), inputs, amplitude)
+        scale = limit_scale(self._inputs)
+        if self._force_patterns is not None:
+            shift = off_resonance_shift(self.model.reduced, self._force_patterns)
+            amplitude = amplitude + shift * phasor(inputs["force"], inputs["phase"])[:, modes]
+        estimate = TransientError.of(self.model.reduced, self.model.law)
+        error = estimate.at(rate / scale, inputs["frequency"][:, modes], amplitude / scale)
+        return np.asarray(scale * error[0])
+
     def work(self) -> tuple[int, int]:
         """Accepted and rejected internal steps since creation."""
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
@@ -380,9 +408,18 @@ class Component:
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
         """Why one of many steps failed, which had set its own inputs."""
-        stop = self._stopped(status, float(duration), inputs, outputs)
+        now, left = np.empty(_SLOW_OUTPUTS), status == kernel.OUTSIDE_TABLE
+        read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
+        outside = left and read == kernel.OUTSIDE_TABLE  # already at the start of the step
+        stop = None if outside else self._stopped(status, float(duration), inputs, outputs)
         own = self._named.modal(self._inputs)
         kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+        if stop is None:
+            message = (
+                f"stopped at t = {self.time:g} s: limit_scale = {limit_scale(inputs):g} puts the "
+                "amplitudes outside the friction table; tabulate a larger range"
+            )
+            stop = StoppedError(message, self.time, outputs, left)
         return stop
 
     def _stopped(

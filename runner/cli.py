@@ -131,7 +131,7 @@ def _plan(options: argparse.Namespace) -> int:
         after = [d.subject for d in shown].index(REGION) + 1
         shown.insert(after, whole_table_cost(model))
     if plan.may_be_integrated:
-        shown.append(integration_cost(plan))
+        shown += integration_cost(plan)
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]
     for subject, choice, reason in rows:

@@ -124,14 +124,17 @@ def run(
     started = time.perf_counter()
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
-    plan, headroom = make_plan(scene, progress=progress), 1.0
-    _log_warnings(plan)
     if fmu is not None:
         scene.check_tabulated()
         if scene.model.transients == "hybrid":
             raise SlipmodeError(
-                'model.transients: must be "slow" to run an FMU, which has no other'
+                'model.transients = "hybrid": must be "auto" or "slow" to run an FMU, which has '
+                "slow time only"
             )
+        scene = scene.in_slow_time()
+    plan, headroom = make_plan(scene, progress=progress), 1.0
+    _log_warnings(plan)
+    if fmu is not None:
         from slipmode.runner.fmi.load import headroom_of  # FMPy takes a while to import
 
         plan, headroom = plan.on_whole_table("an FMU has all of it"), headroom_of(fmu, plan)

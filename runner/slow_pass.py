@@ -13,7 +13,7 @@ from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
-from slipmode.rom.slow.transient import said_change
+from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import table_findings
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -27,12 +27,12 @@ from slipmode.runner.scene_record import (
 )
 from slipmode.runner.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.trajectory import sample_times, slow_trajectory
-from slipmode.runner.transients.change import ChangeRecord, SlowChange
-from slipmode.runner.transients.hybrid import Hybrid, fast_motion
+from slipmode.runner.transients.estimate import ErrorRecord, RunError
+from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
 
 _STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
 _PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
-_NOTED_PERIODS = 0.25  # between steps whose change of amplitude is looked at, at most
+_NOTED_PERIODS = 0.25  # between steps whose transient error is estimated, at most
 
 
 class SlowPass:
@@ -61,8 +61,8 @@ class SlowPass:
         self._component = component
         self._recorder = recorder
         self._raise_if_interrupted = raise_if_interrupted
-        self._change = SlowChange(plan, model)
-        self._changed = ChangeRecord(plan)
+        self._error = RunError(plan, model)
+        self._errors = ErrorRecord(plan)
         self._told = 0  # stretches at full order
         self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
         inputs = plan.schedule.inputs(component.input_names, slice(1))
@@ -100,7 +100,8 @@ class SlowPass:
                 self._advance(schedule.durations(block), inputs, first)
                 bar.update(block.stop - first)
         self._tell_stretches(over=True)
-        recorder.event(self._now, "info", str(self._changed))
+        said = self._errors.finding()
+        recorder.event(self._now, said.level, said.reason)
         recorder.event(self._now, "info", "end of the scene")
 
     def _tell_stretches(self, *, over: bool = False) -> None:
@@ -110,8 +111,8 @@ class SlowPass:
         for stretch in self._component.stretches[self._told :]:
             if over or np.isfinite(stretch.end):
                 end = min(stretch.end, self._now)
-                said = said_change(self._plan.excited.modes, stretch.change)
-                words = f"full order from {stretch.start:g} to {end:g} s: {said}"
+                said = said_error(self._plan.excited.modes, stretch.error)
+                words = f"full order from {stretch.start:g} to {end:g} s: {said} in slow time"
                 self._recorder.event(end, "info", words)
                 self._told += 1
 
@@ -131,7 +132,7 @@ class SlowPass:
         """Record the outputs of the steps from number `first` on."""
         if not len(outputs):
             return
-        self._note_changes(outputs, first)
+        self._note_errors(outputs, first)
         self._rows.append(outputs)
         self._now = self._time_at(first + len(outputs))
         self._tell_stretches()
@@ -140,15 +141,17 @@ class SlowPass:
             self._reconstruct(self._windows.pop(0))
         self._forget()
 
-    def _note_changes(self, outputs: Floats, first: int) -> None:
-        """How fast the amplitudes of the slow flow change at the start of steps."""
+    def _note_errors(self, outputs: Floats, first: int) -> None:
+        """Estimate the transient error at the starts of steps in slow time."""
         modes, every = self._plan.excited.modes, self._noted
         starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
         parts = self._take(starts, [f"{m}_{p}" for m in modes for p in ("re", "im")])
         angle = self._take(starts, [f"theta_{m}" for m in modes])
-        change = self._change.at(np.ascontiguousarray(parts).view(complex), angle, first, every)
+        error = self._error.at(np.ascontiguousarray(parts).view(complex), angle, first, every)
         time = self._plan.schedule.time(slice(first, first + len(outputs) + 1))
-        self._changed.add(change, np.append(time[:-1:every], time[-1]))
+        time = np.append(time[:-1:every], time[-1])
+        error[full_order_number(self._component, time[:-1]) % 2 == 1] = 0.0
+        self._errors.add(error, time)
 
     def _forget(self) -> None:
         """Drop rows that no window to come reaches back to."""

@@ -17,6 +17,8 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
 
+_SCRIPTED = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
+
 
 def slow_trajectory(
     plan: Plan, model: Model, names: Sequence[str], outputs: Floats, first: int = 0
@@ -66,19 +68,14 @@ class Script:
 
 def scripted(excited: Excited, schedule: Schedule, steps: slice) -> Script:
     """Forcing of the modes as it is scripted."""
-
-    def inputs(quantity: str) -> Floats:
-        return schedule.inputs([f"{quantity}_{mode}" for mode in excited.modes], steps)
-
+    names = [f"{quantity}_{mode}" for quantity in _SCRIPTED for mode in excited.modes]
+    found = np.split(schedule.inputs(names, steps), len(_SCRIPTED), axis=1)
+    size, size_rate, phase, phase_rate, frequency, frequency_rate = found
     factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
-    per_unit = phasor(factor, inputs("phase"))
-    force = inputs("force") * per_unit
-    return Script(
-        force=force,
-        force_rate=inputs("force_rate") * per_unit + 1j * inputs("phase_rate") * force,
-        frequency=inputs("frequency"),
-        frequency_rate=inputs("frequency_rate"),
-    )
+    per_unit = phasor(factor, phase)
+    force = size * per_unit
+    force_rate = size_rate * per_unit + 1j * phase_rate * force
+    return Script(force, force_rate, frequency, frequency_rate)
 
 
 def _limit_scale(schedule: Schedule, steps: slice) -> dict[str, Floats]:

@@ -16,6 +16,7 @@ from slipmode.fmu.variables.variable import Causality, Variable
 from slipmode.rom import Model
 from slipmode.rom.errors import Finding
 from slipmode.rom.laws.directions import law_words
+from slipmode.rom.slow.transient import TransientError
 
 _STYLE = (
     "body { font-family: sans-serif; max-width: 60em; margin: 2em auto; line-height: 1.4 } "
@@ -25,8 +26,6 @@ _STYLE = (
 
 _VALIDITY = (
     "The modes are well separated, lightly damped, and forced near their resonances.",
-    "Amplitudes change little within a cycle. Errors of a transient are of the order of the "
-    "relative change of amplitude per cycle; a steady state does not have them.",
     "Contact outputs leave out the modal response to the higher harmonics of the contacts, about "
     "1 % of the motion.",
     "A step that leaves the friction table is discarded, and the instance is as before it; "
@@ -111,7 +110,7 @@ def index_html(
         "<h2>Use</h2>",
         _list(_USE),
         "<h2>Validity</h2>",
-        _list((_contact_validity(model), *_VALIDITY)),
+        _list((_contact_validity(model), _transient_validity(model), *_VALIDITY)),
         *(("<h2>Warnings</h2>", _list(warnings)) if warnings else ()),
         "<h2>Variables</h2>",
     ]
@@ -141,6 +140,19 @@ def _contact_validity(model: Model) -> str:
     return (
         "The modes are those of the structure whose contacts stick; two of them, at most, "
         "dominate the motion."
+    )
+
+
+def _transient_validity(model: Model) -> str:
+    """Return what a change of the amplitudes within a cycle costs in accuracy, in words."""
+    largest, carrier = model.table.amplitude_range[np.newaxis], model.reduced.carrier
+    rate = 0.01 * largest * carrier.min() / (2.0 * np.pi)
+    error = TransientError.of(model.reduced, model.law).at(rate, carrier, largest) / largest
+    listed = ", ".join(f"{100 * part:.2g} %" for part in error[0])
+    return (
+        "Amplitudes change little within a cycle. Where contacts slip and all amplitudes change "
+        "by 1 % of the range of the friction table in a cycle, their estimated error is up to "
+        f"{listed} of it. Steady states do not have this error."
     )
 
 

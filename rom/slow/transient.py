@@ -1,21 +1,30 @@
-"""Whether a transient is slow: how much the amplitudes change within a cycle.
+"""Estimate of the error that a transient has in slow time.
 
-The slow flow takes friction from steady motion. That holds as long as amplitudes hardly change
-from one cycle to the next; where they change by more than `LARGEST_CHANGE` of themselves in one,
-it is an extrapolation. Steady states are not touched by that.
+The slow flow takes friction from motion with steady amplitudes, corrected to first order in their
+rates. While an amplitude changes, a contact slips further one way than back. The difference leaves
+a mean force on the contact, which displaces the modes, and which the slow flow neglects. This
+force is about the change of the contact force in one cycle. Steady states do not have this error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
 
-LARGEST_CHANGE = 0.05  # within a cycle, relative
+# Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
+# that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
+# Elastic contacts under varying normal loads slip one way for several cycles.
+_RIGID, _ELASTIC = 1.0, 2.0
 
 
 def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
@@ -32,30 +41,117 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
     return np.asarray(threshold.min(axis=1))
 
 
-def change_per_cycle(
-    rate: Complexes, frequency: Floats, amplitude: Complexes, threshold: Floats
-) -> Floats:
-    """How much amplitudes change within a cycle of their carrier, relative, at most 1.
+@dataclass(frozen=True, eq=False)
+class TransientError:
+    """Error of the amplitudes of a reduced model while they change.
 
-    2 pi |da/dt| / Omega, relative to |a| or to the amplitude at which friction begins to act,
-    whichever is larger: below that the slow flow is linear, and right at any rate. What would
-    more than double from nothing counts as 1. Turning against the forcing is a change too.
-
-    Parameters
+    Attributes
     ----------
-    rate, amplitude : (..., modes) complex ndarray
-        da/dt and a.
-    frequency : (..., modes) ndarray
-        Of the carriers [rad/s].
-    threshold : (..., modes) ndarray
-        `friction_threshold`, times the scale of the limits where they are scripted.
+    load : (modes, parts) ndarray
+        Peak force on each slider, or contact DOF, per amplitude while it sticks [N kg^-1/2 m^-1].
+    slip_load : (modes, parts) ndarray
+        The peak force that is compared with `onset`; under a varying normal load it includes the
+        loss of friction.
+    onset : (parts,) ndarray
+        Force at which slip begins [N].
+    largest : (parts,) ndarray
+        Bound of the mean force [N].
+    displacement : (modes, parts) ndarray
+        Amplitude error per mean force [kg^1/2 m/N].
     """
-    change = 2.0 * np.pi * np.abs(rate) / frequency
-    scale = np.maximum(np.maximum(np.abs(amplitude), threshold), change)
-    return np.divide(change, scale, out=np.zeros_like(change), where=scale > 0.0)
+
+    load: Floats
+    slip_load: Floats
+    onset: Floats
+    largest: Floats
+    displacement: Floats
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, reduced: Reduced, law: Friction) -> Self:
+        """Build the estimate for a reduced model and its contact law."""
+        coupling = np.abs(reduced.coupling)
+        per_force = 0.5 / reduced.frequency[:, np.newaxis] ** 2
+        if reduced.contacts is None:
+            # a force on rigid contacts moves them on the flexibility of the structure
+            moved = np.abs(reduced.coupling @ np.linalg.pinv(reduced.stiffness))
+            hold = np.array(limits(law, reduced.n_contacts))
+            load = 2.0 * coupling
+            return cls(load, load, hold, hold, _RIGID * moved * per_force)
+        part = _FrictionParts.of(reduced.contacts)
+        moved = coupling[:, part.column]
+        return cls(
+            *(2.0 * moved * part.stiffness, 2.0 * coupling @ part.slip_load),
+            *(part.onset, part.largest, _ELASTIC * moved * per_force),
+        )
+
+    def at(
+        self, rate: Complexes | Floats, frequency: Floats, amplitude: Complexes | Floats
+    ) -> Floats:
+        """Return the estimated error of the amplitudes, (points, modes) [kg^1/2 m].
+
+        All arguments are divided by the scale of the friction limits where these are scripted.
+
+        Parameters
+        ----------
+        rate : (points, modes) ndarray
+            da/dt [kg^1/2 m/s].
+        frequency : (points, modes) or (modes,) ndarray
+            Of the carriers [rad/s]; not divided.
+        amplitude : (points, modes) ndarray
+            Effective amplitudes at the contacts [kg^1/2 m].
+        """
+        growth = 2.0 * np.pi * np.abs(rate) / np.min(frequency, axis=-1, keepdims=True)
+        slips = (np.abs(amplitude) + growth) @ self.slip_load >= self.onset
+        force = np.minimum(0.5 * growth @ self.load, self.largest)
+        return np.asarray(np.where(slips, force, 0.0) @ self.displacement.T)
 
 
-def said_change(modes: Sequence[str], change: Floats) -> str:
-    """The largest changes (modes,) in words."""
-    each = ", ".join(f"|{m}| {part:.2g}" for m, part in zip(modes, 100 * change, strict=True))
-    return f"amplitudes change by up to {each} % a cycle"
+@dataclass(frozen=True, eq=False)
+class _FrictionParts:
+    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each.
+
+    Attributes
+    ----------
+    column : (parts,) ndarray of int
+        The contact DOF.
+    stiffness, onset, largest : (parts,) ndarray
+        [N/m], and as in `TransientError` [N].
+    slip_load : (N_c, parts) ndarray
+        Force that is compared with `onset`, per displacement of each contact DOF [N/m].
+    """
+
+    column: NDArray[np.int64]
+    stiffness: Floats
+    onset: Floats
+    largest: Floats
+    slip_load: Floats
+
+    @classmethod
+    def of(cls, contacts: Elements) -> Self:
+        found: list[tuple[int, float, float, float, Floats]] = []
+        for element in contacts.element:
+            if element["law"] == SLIDERS:
+                column, first = element["column"][0], element["first_slider"]
+                for limit, spring in contacts.slider[first : first + element["sliders"]]:
+                    load = np.zeros(contacts.reference.size)
+                    load[column] = spring
+                    found.append((column, spring, limit, limit, load))
+                continue
+            tangential, (normal,) = np.split(element["column"][: element["tangents"] + 1], [-1])
+            load = np.zeros(contacts.reference.size)
+            load[tangential] = element["tangential_stiffness"]
+            load[normal] = element["friction"] * element["normal_stiffness"]
+            hold = element["friction"] * element["preload"]
+            for column in tangential:
+                found.append((column, element["tangential_stiffness"], hold, np.inf, load))
+            found.append((normal, element["normal_stiffness"], hold, np.inf, load))
+        column, stiffness, onset, largest, slip_load = map(np.array, zip(*found, strict=True))
+        return cls(column, stiffness, onset, largest, slip_load.T)
+
+
+def said_error(modes: Sequence[str], error: Floats) -> str:
+    """Return the largest relative errors (modes,) in words."""
+    each = ", ".join(f"|{m}| {100 * part:.2g} %" for m, part in zip(modes, error, strict=True))
+    return f"estimated transient error: {each}"

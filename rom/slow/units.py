@@ -12,8 +12,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
 
-from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
-
 if TYPE_CHECKING:
     from slipmode.rom.slow.steady_motion import SteadyMotion
 

@@ -11,7 +11,7 @@ from slipmode import fmu
 from slipmode.fmu.description.description import FmiVersion, Origin
 from slipmode.fmu.description.reference_result import Stimuli
 from slipmode.rom import SlipmodeError
-from slipmode.rom.validity import Finding, warn
+from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.fmi.force_range import largest_forces
 from slipmode.runner.plan.euler_step import euler_step
@@ -36,8 +36,8 @@ def export_fmu(
     Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
     to the importer. Contact motion is among the outputs if the scene asks for it anywhere. The
     step that it declares is the scene's, or a part of it that fixed-step integrators can take in
-    Model Exchange. All of it is in slow time: an FMU has no full order, and a scene that asks for
-    it is warned.
+    Model Exchange. All of it is in slow time: a warning says so where the estimated transient
+    error of the scene is above the allowed one.
 
     Parameters
     ----------
@@ -60,10 +60,8 @@ def export_fmu(
         raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
-    if scene.model.transients == "hybrid":
-        reason = 'an FMU has no full order; model.transients = "hybrid" holds in runs of the scene'
-        warn([Finding("transients", "in slow time", reason, "warning")])
-    plan = make_plan(scene, progress=progress)
+    plan = make_plan(scene.in_slow_time(), progress=progress)
+    warn(each for each in plan.decisions if each.subject == "transients")
     elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic or contacts)
     model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)

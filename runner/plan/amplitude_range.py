@@ -12,14 +12,14 @@ from slipmode.rom import Friction, Model, Reduced, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.transient import change_per_cycle, friction_threshold
+from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
-from slipmode.runner.plan.settling import limit_scale_over, shortened
+from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
 _FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
@@ -93,15 +93,18 @@ class DryRun:
     amplitude : tuple of float
         Range that the friction table needs [kg^1/2 m].
     reached : (modes,) ndarray
-        The largest amplitudes [kg^1/2 m].
+        The largest effective amplitudes at the contacts, relative to the scale of the friction
+        limits at their time [kg^1/2 m].
     reason : str
     region : Region or None
         The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
-    change : (modes,) ndarray
-        The most that each amplitude changes within a cycle, relative: `change_per_cycle`.
+    time : (points,) ndarray
+        Points of the run, in the time of the scene [s].
+    transient_error : (points - 1, modes) ndarray
+        `TransientError` between the points, like `reached` [kg^1/2 m].
     """
 
     amplitude: tuple[float, ...]
@@ -109,7 +112,8 @@ class DryRun:
     reason: str
     region: Region | None
     contact_share: Floats
-    change: Floats
+    time: Floats
+    transient_error: Floats
 
     __repr__ = short_repr
 
@@ -150,7 +154,7 @@ def dry_run(
                 raise
             unsettled, tried = refusal, 0.5 * tried
             continue
-        path, reached, change, complete = _path(excited, coarse, schedule)
+        path, reached, transient, complete = _path(excited, coarse, schedule)
         if complete:
             break
         if unsettled is not None:
@@ -158,19 +162,18 @@ def dry_run(
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
             raise SlipmodeError(_unbounded(excited))
-    shift = _shift_of(excited, schedule)
     # a self-excited mode that is at rest may be started from outside
     rests = (reached == 0.0) & self_excited
-    least = np.maximum((1.0 + _MARGIN) * (reached + shift), np.where(rests, 1.0, 1e-2) * tried)
+    least = np.maximum((1.0 + _MARGIN) * reached, np.where(rests, 1.0, 1e-2) * tried)
     amplitude = tuple(_round_up(value) for value in least)
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
     region = None
     if len(excited.modes) == 2:
-        region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
+        region = Region.along(path, amplitude, _REACH * np.array(amplitude))
     share = share / excited.reduced.frequency**2
-    return DryRun(amplitude, reached, reason, region, share, change)
+    return DryRun(amplitude, reached, reason, region, share, *transient)
 
 
 def _unbounded(excited: Excited) -> str:
@@ -183,13 +186,6 @@ def _unbounded(excited: Excited) -> str:
                 "and the run ends there"
             )
     return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
-
-
-def _shift_of(excited: Excited, schedule: Schedule) -> Floats:
-    """What the forces add to the amplitudes that act on the contacts, at most."""
-    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
-    shift = np.abs(off_resonance_shift(excited.reduced, excited.force_patterns) * factor)
-    return np.asarray(shift * _largest_force(excited, schedule))
 
 
 def _largest_force(excited: Excited, schedule: Schedule) -> Floats:
@@ -213,15 +209,15 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 
 def _path(
     excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, Floats, Floats, bool]:
-    """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left.
+) -> tuple[Floats, Floats, tuple[Floats, Floats], bool]:
+    """Effective amplitudes (points, modes) on a coarse table, and the largest.
 
-    Relative to the limits at their time: so the table is looked up. Before the last, the most that
-    each amplitude changes within a cycle.
+    They are relative to the limits at their time, as the table is looked up. Then the times of the
+    points in the scene and the transient errors between them; and whether the run stayed inside.
     """
     component = excited.component(model, _PATH_TOLERANCE)
-    stretches = shortened(schedule, model, excited.modes, component.input_names)
-    scale = limit_scale_over(stretches, component.input_names)
+    names = component.input_names
+    durations, inputs = shortened(schedule, model, excited.modes, names)
     start = np.append(0.0, np.array([excited.amplitude]).view(float))
     rows, complete = [start[np.newaxis]], True
 
@@ -229,7 +225,7 @@ def _path(
         rows.append(outputs[:, : start.size].copy())
 
     try:
-        for outputs in component.trace(*stretches):
+        for outputs in component.trace(durations, inputs):
             keep(outputs)
     except StoppedError as stop:
         if not stop.left_table:
@@ -238,30 +234,49 @@ def _path(
         complete = False
     traced = np.concatenate(rows)
     time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
-    scaled: Complexes = amplitude / scale(time)
-    path: Floats = np.abs(scaled)
+    stretches = Stretches(durations, inputs, schedule.stretches().durations(), names)
+    scaled, path = _effective(excited, model, stretches, time, amplitude)
     reached: Floats = path.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step: no telling which way
-    return path, reached, _largest_change(excited, time, scaled, stretches[0]), complete
+    error = _transient_error(excited, stretches, time, scaled, path)
+    return path, reached, (stretches.in_scene(time), error), complete
 
 
-def _largest_change(
-    excited: Excited, time: Floats, amplitude: Complexes, lengths: Floats
-) -> Floats:
-    """The most that each amplitude changes within a cycle, between points (modes,).
+def _effective(
+    excited: Excited, model: Model, stretches: Stretches, time: Floats, amplitude: Complexes
+) -> tuple[Complexes, Floats]:
+    """Amplitudes (points, modes) by the scale of the limits, and the effective ones.
 
-    Jumps at breakpoints are no motion.
+    At a jump the scale is the smaller one, and the effective amplitude the larger one.
     """
-    ends = np.cumsum(lengths)
-    stretch = np.searchsorted(ends - 1e-9 * lengths, time, side="left")
-    inside = (np.diff(time) > 0.0) & (np.diff(stretch) == 0)
-    if not inside.any():
-        return np.zeros(len(excited.modes))
-    rate = (np.diff(amplitude, axis=0) / np.diff(time)[:, np.newaxis])[inside]
-    threshold = friction_threshold(excited.reduced, excited.law)
-    change = change_per_cycle(rate, excited.reduced.carrier, amplitude[:-1][inside], threshold)
-    return np.asarray(change.max(axis=0))
+    sides = stretches.around(time)
+    scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in sides))[:, np.newaxis]
+    shift = off_resonance_shift(model.reduced, excited.force_patterns)
+    effective = []
+    for number in sides:
+        force = np.empty_like(amplitude)
+        for j, mode in enumerate(excited.modes):
+            factor = excited.reduced.modal_force(j, excited.force_patterns[j])
+            size, phase = (
+                stretches.values(f"{name}_{mode}", time, number) for name in ("force", "phase")
+            )
+            force[:, j] = phasor(factor * size, phase)
+        effective.append(np.abs(amplitude + shift * force) / scale)
+    return amplitude / scale, np.maximum(*effective)
+
+
+def _transient_error(
+    excited: Excited, stretches: Stretches, time: Floats, amplitude: Complexes, path: Floats
+) -> Floats:
+    """Transient errors (points - 1, modes) between points, without jumps of amplitudes."""
+    before, after = stretches.around(time)
+    moving = (np.diff(time) > 0.0) & (after[:-1] == before[1:]) & (after == before)[:-1]
+    error = np.zeros((time.size - 1, len(excited.modes)))
+    rate = np.diff(amplitude, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
+    estimate = TransientError.of(excited.reduced, excited.law)
+    error[moving] = estimate.at(rate, excited.reduced.carrier, path[:-1][moving])
+    return error
 
 
 def _round_up(value: float) -> float:

@@ -20,7 +20,6 @@ from slipmode.rom.reduction.combination import (
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import SMALLEST_RESPONSE
-from slipmode.rom.slow.transient import LARGEST_CHANGE, said_change
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.region import Region
 from slipmode.rom.validity import Finding as Decision
@@ -29,6 +28,7 @@ from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
 from slipmode.runner.plan.assumptions import check_assumptions, check_frequencies
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
+from slipmode.runner.plan.transients import Stretches, plan_transients
 from slipmode.runner.recording.channels import MODES, Level, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
 from slipmode.runner.scene.kept import kept_reduction
@@ -63,6 +63,8 @@ class Plan:
         Combination frequencies that come near a carrier during the scene.
     elastic_order : int or None
         Order of the harmonics that are summed in elastic windows; None: nothing is summed.
+    full_order : tuple of (float, float)
+        Start and end [s] of the stretches that are integrated at full order, by the dry run.
     decisions : list of Decision
     """
 
@@ -74,6 +76,7 @@ class Plan:
     region: Region | None
     combinations: tuple[CombinationResonance, ...]
     elastic_order: int | None
+    full_order: Stretches
     decisions: list[Decision]
 
     def __repr__(self) -> str:
@@ -210,7 +213,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
             *of_frequencies,
             *frictionless_findings(law, structure.n_contacts),
         ]
-        return Plan(scene, structure, excited, schedule, (), None, (), None, decisions)
+        return Plan(scene, structure, excited, schedule, (), None, (), None, (), decisions)
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=_at_frequencies(excited, schedule))
@@ -228,6 +231,9 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
     region, region_decisions = _region(scene, seen)
+    full_order, transients = plan_transients(
+        scene, modes, seen, np.array(amplitude), excited.reduced.carrier
+    )
     elastic_order, motion_decisions = _fast_motion(scene, excited, amplitude, combinations)
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
     decisions = [
@@ -237,7 +243,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         Decision("friction table", ranges, reason),
         *region_decisions,
         *_combination_decisions(combinations),
-        _transients(scene, modes, seen),
+        transients,
         *motion_decisions,
         *_recording_decisions(scene),
         *of_frequencies,
@@ -256,6 +262,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
             region,
             combinations,
             elastic_order,
+            full_order,
             decisions,
         )
     )
@@ -331,22 +338,6 @@ def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Deci
         reason = f"{share}; a run that leaves that part is repeated on all of it"
         return seen.region, [Decision(REGION, "alone", reason)]
     return None, [Decision(REGION, "all of the table", reason)]
-
-
-def _transients(scene: Scene, modes: tuple[Mode, ...], seen: DryRun | None) -> Decision:
-    """What becomes of stretches in which amplitudes change fast."""
-    hybrid = scene.model.transients == "hybrid"
-    choice = "at full order where fast" if hybrid else "in slow time"
-    limit = f"{LARGEST_CHANGE:.0%}"
-    if seen is None:
-        reason = f"model.amplitude is given: how fast amplitudes change, {limit} a cycle or more, "
-        return Decision("transients", choice, f"{reason}shows in the run")
-    said = said_change(modes, seen.change)
-    if np.all(seen.change <= LARGEST_CHANGE):
-        return Decision("transients", choice, f"{said}, never above {limit}")
-    does = "integrates such stretches" if hybrid else "would integrate such stretches"
-    reason = f'{said}, above {limit}: model.transients = "hybrid" {does} at full order'
-    return Decision("transients", choice, reason)
 
 
 def _other_modes(reduced: Reduced) -> Decision:

@@ -8,14 +8,17 @@ that time may as well move faster: the amplitudes are steady ones all along.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, is_rate, rate_of
+from slipmode.runner.scene.schedule import Schedule, is_rate, rate_of
 
 _FORGOTTEN = 50.0  # decay times, also for a frequency to move by the width of a peak
 _BEATS = 3.0  # periods
@@ -51,28 +54,59 @@ def shortened(
     return shorter, inputs
 
 
-def limit_scale_over(
-    stretches: tuple[Floats, Floats], names: Sequence[str]
-) -> Callable[[Floats], Floats]:
-    """Least scale of the limits around times (n,), as (n, 1), in stretches that follow t = 0.
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Shortened stretches that follow one another from t = 0.
 
-    At a jump it is the lesser of both sides; 1 if the limits are no input.
+    Attributes
+    ----------
+    durations : (stretches,) ndarray
+        [s]
+    inputs : (stretches, names) ndarray
+        Inputs of the component at their starts.
+    scene : (stretches,) ndarray
+        Their durations in the scene [s].
+    names : sequence of str
+        Of the inputs.
     """
-    if LIMIT_SCALE not in names:
-        return lambda time: np.ones((time.size, 1))
-    lengths, inputs = stretches
-    ends = np.cumsum(lengths)
-    starts = np.append(0.0, ends[:-1])
-    begin, rate = (inputs[:, names.index(n)] for n in (LIMIT_SCALE, rate_of(LIMIT_SCALE)))
-    slack = 1e-9 * lengths
 
-    def scale(time: Floats) -> Floats:
-        around = [np.searchsorted(ends + s, time, side="left") for s in (slack, -slack)]
-        sides = [np.minimum(k, ends.size - 1) for k in around]
-        values = [begin[k] + rate[k] * np.clip(time - starts[k], 0.0, lengths[k]) for k in sides]
-        return np.asarray(np.minimum(*values)[:, np.newaxis])
+    durations: Floats
+    inputs: Floats
+    scene: Floats
+    names: Sequence[str]
 
-    return scale
+    __repr__ = short_repr
+
+    def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Numbers of the stretches just before and just after times (n,)."""
+        ends, slack = np.cumsum(self.durations), 1e-9 * self.durations
+        before, after = (np.searchsorted(ends + s, time, side="left") for s in (slack, -slack))
+        last = ends.size - 1
+        return np.minimum(before, last), np.minimum(after, last)
+
+    def values(self, name: str, time: Floats, number: NDArray[np.int64]) -> Floats:
+        """Values (n,) of an input at times in the stretches of these numbers."""
+        if name not in self.names:  # limits that nothing scripts are those of the model
+            return np.ones(time.size)
+        value, rate = (self.inputs[number, self.names.index(n)] for n in (name, rate_of(name)))
+        return np.asarray(value + rate * self._since(time, number))
+
+    def in_scene(self, time: Floats) -> Floats:
+        """Times in the scene (n,) [s] of times in these stretches.
+
+        Ramps are slower there by the factor of their duration; constant inputs last longer.
+        """
+        _, number = self.around(time)
+        moving = [k for k, name in enumerate(self.names) if is_rate(name)]
+        ramp = np.any(self.inputs[:, moving] != 0.0, axis=1)
+        factor = np.where(ramp, self.scene / self.durations, 1.0)
+        start = np.cumsum(self.scene) - self.scene
+        return np.asarray(start[number] + factor[number] * self._since(time, number))
+
+    def _since(self, time: Floats, number: NDArray[np.int64]) -> Floats:
+        """Time since the starts of stretches (n,) [s]."""
+        start = np.cumsum(self.durations) - self.durations
+        return np.clip(time - start[number], 0.0, self.durations[number])
 
 
 def _eventful(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:

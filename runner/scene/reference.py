@@ -266,8 +266,9 @@ _WORDS: dict[str, dict[str, _Words]] = {
             "The table in its whole range, only where a dry run goes, or all integrated without.",
         ),
         "transients": (
-            *("string", '"slow", "hybrid"', "-", '"slow"'),
-            "Stretches in which amplitudes change fast: slow flow too, or full order.",
+            *("string", '"auto", "slow", "hybrid"', "-", '"auto"'),
+            "Full order where the estimated transient error of slow time exceeds the tolerance, "
+            "at least 1 %; nowhere; or where it exceeds 0.1 %.",
         ),
         "budget": (
             *("number", "> 0", "s", _OPTIONAL),

@@ -182,7 +182,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     if limit_scale is not None:
         fixed = "with limits.scale; full order has fixed limits"
         if model.transients == "hybrid":
-            raise SlipmodeError(f'model.transients: must be "slow" {fixed}')
+            raise SlipmodeError(f'model.transients: must be "auto" or "slow" {fixed}')
         if model.table == "none":
             raise SlipmodeError(f'model.table: must be "whole" or "region" {fixed}')
     return Scene(
@@ -372,17 +372,18 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
                 raise table.error(key, 'leave it out: model.table = "none" integrates the scene')
     if extent == "region" and "amplitude" in table:
         raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
-    transients = table.choice("transients", ("slow", "hybrid"), default="slow")
+    transients = table.choice("transients", ("auto", "slow", "hybrid"), default="auto")
+    slow = 'must be "auto" or "slow" with model.'
     if transients == "hybrid" and formulation == "paper":
-        raise table.error("transients", 'must be "slow" with model.formulation = "paper"')
+        raise table.error("transients", f'{slow}formulation = "paper"')
     if transients == "hybrid" and extent == "region":
-        raise table.error("transients", 'must be "slow" with model.table = "region"')
+        raise table.error("transients", f'{slow}table = "region"')
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
         table=cast(Literal["whole", "region", "none"], extent),
-        transients=cast(Literal["slow", "hybrid"], transients),
+        transients=cast(Literal["auto", "slow", "hybrid"], transients),
         budget=table.number("budget", POSITIVE) if "budget" in table else None,
     )
 

@@ -6,9 +6,9 @@ Times are in s, frequencies in rad/s, forces in N, displacements in m.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -164,17 +164,22 @@ class ModelOptions:
     """How the reduced model is made; table range per mode, None to let the plan find it.
 
     The friction table holds in the whole range, or only where the scene goes; without one (none)
-    all of the scene is integrated at full order. Stretches in which amplitudes change fast are
-    left to the slow flow, or integrated at full order (hybrid). A table is refused that takes
-    longer than the budget [s].
+    all of the scene is integrated at full order. Stretches whose transient error is too large are
+    integrated at full order (auto, hybrid) or left to the slow flow (slow). A table is refused
+    that takes longer than the budget [s].
     """
 
     tolerance: float
     formulation: Literal["consistent", "paper"]
     amplitude: tuple[float, ...] | None
     table: Literal["whole", "region", "none"]
-    transients: Literal["slow", "hybrid"] = "slow"
+    transients: Literal["auto", "slow", "hybrid"] = "auto"
     budget: float | None = None
+
+    @property
+    def transient_error(self) -> float:
+        """Largest estimated transient error that slow time may have, relative to the range."""
+        return 1e-3 if self.transients == "hybrid" else max(self.tolerance, 1e-2)
 
 
 @dataclass(frozen=True)
@@ -272,6 +277,17 @@ class Scene:
     def tabulated(self) -> bool:
         """Whether it goes through slow time; else all of it is integrated."""
         return self.model.table != "none"
+
+    @property
+    def switches(self) -> bool:
+        """Whether a run goes to full order where slow time has too large a transient error."""
+        model = self.model
+        possible = model.table == "whole" and model.formulation == "consistent"
+        return possible and self.limit_scale is None and model.transients != "slow"
+
+    def in_slow_time(self) -> Self:
+        """The same scene without stretches at full order."""
+        return replace(self, model=replace(self.model, transients="slow"))
 
     def check_tabulated(self) -> None:
         """Refuse what goes through slow time for a scene that does not."""

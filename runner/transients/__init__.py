@@ -1,5 +1,5 @@
-"""Transients: how fast amplitudes change, and stretches of a scene at full order.
+"""Transients: the error that slow time has in them, and stretches of a scene at full order.
 
-change.py watches the slow flow, hybrid.py hands over between it and full order, full_order.py
+estimate.py estimates the error, hybrid.py switches to full order and back, full_order.py
 integrates a stretch, demodulation.py takes amplitudes out of it; reference.py is a whole scene.
 """

@@ -217,15 +217,15 @@ class Stretch:
     reached : float
         Up to where it is integrated [s].
     last_fast : float
-        When an amplitude changed fast last [s].
-    change : (modes,) ndarray
-        `change_per_cycle`, the largest.
+        When the estimated transient error was too large last [s].
+    error : (modes,) ndarray
+        The largest estimated transient error that slow time would have, relative.
     """
 
     def __init__(self, full: FullOrder, start: State) -> None:
         self.start, self.end = start.time, np.inf
         self.reached = self.last_fast = start.time
-        self.change = np.zeros(full.modes)
+        self.error = np.zeros(full.modes)
         self._full, self._modes, self._length = full, full.modes, full.window
         self._known, self._shown = [start], start  # states to go on from
         self._spacing = full.spacing

@@ -1,30 +1,33 @@
-"""Slow time where amplitudes change slowly, full order where they do not.
+"""Slow time, and full order where slow time has too large a transient error.
 
-A stretch at full order begins at the communication point where an amplitude of the slow flow
-changes by more than `LARGEST_CHANGE` within a cycle: from the motion that slow time has there, at
-t = 0 from that of the scene. It is handed back at the first point that has no change by more than
-`_SETTLED` within a window before it, neither at full order nor in the slow flow that would go on
-from its amplitudes.
+A stretch at full order begins at the communication point where the estimated transient error
+exceeds the allowed one, or where the plan has one before the next point: from the motion that slow
+time has there, at t = 0 from that of the scene.
+Slow time goes on at the first point with a window before it in which the estimate stays below the
+part `SETTLED` of the allowed error, both at full order and in the slow flow that would go on from
+its amplitudes.
 """
 
 from __future__ import annotations
 
 from dataclasses import fields
+from functools import cached_property
+from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.fmu import Component, Steppable, StoppedError
 from slipmode.rom import Model
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct, sum_harmonics
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.slow.transient import LARGEST_CHANGE, change_per_cycle
 from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.trajectory import slow_trajectory
-from slipmode.runner.transients.change import SlowChange
+from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import FastMotion, FullOrder, SlowPart, Stretch
 
-_SETTLED = 0.01  # change within a cycle below which the slow flow goes on; it errs by as much
 _WINDOWS_AT_ONCE = 4.0  # that full order is integrated ahead
 _JUMP = 1e-9  # of a force or a frequency, relative: less is rounding
 
@@ -46,14 +49,11 @@ class Hybrid:
         self.input_names = self._component.input_names
         self.output_names = self._component.output_names
         self.stretches: list[Stretch] = []
-        self._change = SlowChange(plan, model)
-        self._full = FullOrder(plan, model.reduced)
+        self._error, self._allowed = RunError(plan, model), plan.scene.model.transient_error
         modes = plan.excited.modes
         least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
-        self._window = self._full.window
         self._cycle = 2.0 * np.pi / float(least.min())
         self._spin_up = (SPIN_UP_PERIODS + 2.0) * self._cycle
-        self._jumps = _jumps(plan)
         self._point = 0
         self._energy = 0.0  # beyond what the component has
         self._before = 0.0  # energy at the start of a stretch
@@ -65,6 +65,14 @@ class Hybrid:
         self._powers = [column[name] for name in powers]
         self._rows = np.empty((0, len(self.output_names)))  # up to the present point
         self._first = 0  # point of the first of them
+
+    @cached_property
+    def _full(self) -> FullOrder:
+        return FullOrder(self._plan, self._model.reduced)
+
+    @cached_property
+    def _jumps(self) -> Floats:
+        return _jumps(self._plan)
 
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values."""
@@ -104,8 +112,7 @@ class Hybrid:
         """Steps of the slow flow up to where it is too fast, where a stretch begins."""
         first = self._point
         row = self._rows[-1:]
-        change = self._change.at(self._complex(row), row[:, self._angle], first)
-        if np.any(change > LARGEST_CHANGE):
+        if self._too_fast(row, first).any():
             self._begin()
             return np.empty((0, len(self.output_names)))
         state, stopped = self._component.get_state(), None
@@ -113,8 +120,7 @@ class Hybrid:
             rows = self._shifted(self._component.run(durations, inputs))
         except StoppedError as stop:
             rows, stopped = self._shifted(stop.outputs), stop
-        change = self._change.at(self._complex(rows[:-1]), rows[:-1, self._angle], first + 1)
-        fast = np.flatnonzero(np.any(change > LARGEST_CHANGE, axis=1))
+        fast = np.flatnonzero(self._too_fast(rows[:-1], first + 1))
         if fast.size:
             self._component.set_state(state)
             steps = slice(0, fast[0] + 1)
@@ -122,6 +128,14 @@ class Hybrid:
         elif stopped is not None:  # its outputs are shifted by now
             raise stopped
         return rows
+
+    def _too_fast(self, rows: Floats, first: int) -> Flags:
+        """Whether slow time has too large an error in the steps after rows, (rows,)."""
+        error = self._error.at(self._complex(rows), rows[:, self._angle], first)
+        time = self._plan.schedule.time(slice(first, first + len(rows) + 1))
+        starts = [start for start, _ in self._plan.full_order]
+        planned = np.diff(np.searchsorted(starts, time)) > 0
+        return np.asarray(np.any(error > self._allowed, axis=1) | planned)
 
     def _begin(self) -> None:
         """Start a stretch at the present point."""
@@ -142,9 +156,9 @@ class Hybrid:
         stretch, first = self._open, self._point + 1
         points = slice(first, first + len(durations))
         time, end = self._plan.schedule.time(points), self._plan.schedule.duration
-        ahead = max(stretch.reached, float(time[0])) + _WINDOWS_AT_ONCE * self._window
+        ahead = max(stretch.reached, float(time[0])) + _WINDOWS_AT_ONCE * self._full.window
         stretch.advance(min(ahead, end))
-        known = time <= stretch.reached - 0.5 * self._window
+        known = time <= stretch.reached - 0.5 * self._full.window
         count = max(int(np.sum(known | (stretch.reached >= end))), 1)
         slow = stretch.slow(time[:count])
         back = self._handed_back(stretch, slow, time[:count], first)
@@ -169,19 +183,18 @@ class Hybrid:
         self, stretch: Stretch, slow: SlowPart, time: Floats, first: int
     ) -> int | None:
         """Which of the points, from number `first` on, ends the stretch; None: none yet."""
-        angle, frequency, _ = self._full.excitation.at(time)
-        threshold = self._change.threshold
-        change = change_per_cycle(slow.rate, frequency, slow.amplitude, threshold)
-        stretch.change = np.maximum(stretch.change, change.max(axis=0))
         going_on = min(len(time), self._plan.schedule.steps - first)  # steps that follow
-        change = np.maximum(
-            change[:going_on], self._change.at(slow.amplitude[:going_on], angle[:going_on], first)
-        )
+        angle, _, _ = self._full.excitation.at(time[:going_on])
+        amplitude, rate = slow.amplitude[:going_on], slow.rate[:going_on]
+        error = self._error.at(amplitude, angle, first, rate=rate)
+        error = np.maximum(error, self._error.at(amplitude, angle, first))
+        stretch.error = np.maximum(stretch.error, error.max(axis=0, initial=0.0))
+        window = self._full.window
         for k, now in enumerate(time[:going_on]):
-            near = (self._jumps > now - self._window) & (self._jumps <= now + 0.5 * self._window)
-            if np.any(change[k] > _SETTLED) or near.any():
+            near = (self._jumps > now - window) & (self._jumps <= now + 0.5 * window)
+            if np.any(error[k] > SETTLED * self._allowed) or near.any():
                 stretch.last_fast = float(now)
-            elif now - stretch.last_fast >= 0.5 * self._window <= now - stretch.start:
+            elif now - stretch.last_fast >= 0.5 * window <= now - stretch.start:
                 return k
         return None
 
@@ -203,8 +216,8 @@ class Hybrid:
 
 
 def stepper(plan: Plan, model: Model) -> Component | Hybrid:
-    """What does the slow-time steps of a scene, transients as its model.transients says."""
-    if plan.scene.model.transients == "hybrid":
+    """Return what takes the steps of a scene, with stretches at full order where they may be."""
+    if plan.scene.switches:
         return Hybrid(plan, model)
     return plan.component(model)
 
@@ -219,14 +232,12 @@ def fast_motion(
     summed: bool = False,
 ) -> FastMotion:
     """Motion at increasing times of a run: from slow time, but from full order where that ran."""
-    stretches = component.stretches if isinstance(component, Hybrid) else []
-    edges = [edge for stretch in stretches for edge in (stretch.start, stretch.end)]
-    number = np.searchsorted(edges, times, side="right")
+    number = full_order_number(component, times)
     parts = []
     for k in np.unique(number):
         own = times[number == k]
         if k % 2:
-            parts.append(stretches[k // 2].motion(own))
+            parts.append(cast(Hybrid, component).stretches[k // 2].motion(own))
             continue
         slow = (sum_harmonics if summed else reconstruct)(model, trajectory, own)
         elastic = slow.elastic(model, plan.scene.output.elastic)
@@ -237,6 +248,13 @@ def fast_motion(
         for field in fields(FastMotion)
     )
     return FastMotion(*joined)
+
+
+def full_order_number(component: Steppable, times: Floats) -> NDArray[np.int64]:
+    """Return 2 k + 1 for times (n,) in stretch k at full order, even numbers in slow time."""
+    stretches = component.stretches if isinstance(component, Hybrid) else []
+    edges = [edge for stretch in stretches for edge in (stretch.start, stretch.end)]
+    return np.searchsorted(edges, times, side="right")
 
 
 def _jumps(plan: Plan) -> Floats:

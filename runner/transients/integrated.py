@@ -99,8 +99,11 @@ class IntegratedPass:
         self.samples += record.samples
 
 
-def integration_cost(plan: Plan) -> Decision:
-    """What a run of the scene would cost without a friction table, from the first part of it."""
+def integration_cost(plan: Plan) -> list[Decision]:
+    """Return the cost of full order, for the scene without a table and for stretches of it.
+
+    It is extrapolated from the first part of the scene.
+    """
     full = FullOrder(plan, plan.excited.reduced)
     stretch = Stretch(full, full.first())
     started = time.process_time()
@@ -110,8 +113,10 @@ def integration_cost(plan: Plan) -> Decision:
     demodulated = time.process_time()
     seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
     seconds += (demodulated - integrated) * plan.schedule.steps / _TIMED_POINTS
-    return Decision(
-        "a single run",
-        f"{seconds:.2g} s of a processor integrated",
-        'model.table = "none" needs no friction table, which pays for many runs',
-    )
+    reason = 'model.table = "none" needs no friction table, which pays for many runs'
+    found = [Decision("a single run", f"{seconds:.2g} s of a processor integrated", reason)]
+    if plan.full_order:
+        share = sum(end - start for start, end in plan.full_order) / plan.scene.run.duration
+        choice = f"about {share * seconds:.2g} s of a processor"
+        found.append(Decision("full order", choice, f"for {share:.1%} of the scene"))
+    return found

@@ -1,39 +1,90 @@
-"""How much amplitudes change within a cycle, by closed forms."""
+"""The estimate of the transient error, by closed forms."""
 
 import numpy as np
 import pytest
+from elastic.frictional_beam import LIFT_OFF, SLIDER, structure
 
-from slipmode.rom import Tanh, reduce, two_mass
-from slipmode.rom.slow.transient import change_per_cycle, friction_threshold
-
-
-def test_exponential_growth_changes_by_the_same_part_at_every_amplitude():
-    Omega, sigma = np.array([2.0, 5.0]), 0.01
-    amplitude = np.array([[1.0, 2.0j], [30.0, -4.0]])
-    change = change_per_cycle(sigma * amplitude, Omega, amplitude, np.array([0.5, 0.5]))
-    np.testing.assert_allclose(change, np.broadcast_to(2 * np.pi * sigma / Omega, (2, 2)))
+from slipmode.rom import Iwan, Jenkins, Tanh, reduce, two_mass
+from slipmode.rom.slow.transient import TransientError, friction_threshold
 
 
-def test_turning_is_a_change():
-    """A free vibration 1 % beside the forcing."""
-    change = change_per_cycle(np.array([0.01j]), np.array([1.0]), np.array([1.0]), np.zeros(1))
-    assert change[0] == pytest.approx(0.02 * np.pi)
+def of_slider(law=SLIDER):
+    """The reduced beam with one contact, its estimate, and the amplitude at which it slips."""
+    reduced = reduce(structure(SLIDER, 5), (0,), law=law)
+    return reduced, TransientError.of(reduced, law), friction_threshold(reduced, law)[0]
 
 
-@pytest.mark.parametrize(
-    ("threshold", "expected"), [(0.5, 0.02 * np.pi), (np.inf, 0.0), (0.0, 1.0)]
-)
-def test_from_rest_friction_is_the_scale(threshold, expected):
-    """Where it acts at once an amplitude comes from nothing; where never, nothing is lost."""
-    change = change_per_cycle(
-        np.array([0.005 + 0j]), np.array([1.0]), np.zeros(1), np.array([threshold])
-    )
-    assert change[0] == pytest.approx(expected)
+def test_a_slipping_contact_keeps_the_change_of_its_force_in_a_cycle():
+    """On the displacement of the mode, twice half of the static force; at most the limit."""
+    reduced, estimate, threshold = of_slider()
+    Omega, coupling = 2.0, abs(reduced.coupling[0, 0])
+    growth = 0.1 * threshold
+    rate = np.array([[Omega / (2 * np.pi) * growth]])
+    error = estimate.at(rate, np.array([Omega]), np.array([[threshold]]))
+    force = 2 * coupling * growth * SLIDER.stiffness
+    assert error[0, 0] == pytest.approx(0.5 * coupling * force / reduced.frequency[0] ** 2)
+    most = estimate.at(1e3 * rate, np.array([Omega]), np.array([[threshold]]))
+    assert most[0, 0] == pytest.approx(coupling * SLIDER.limit / reduced.frequency[0] ** 2)
 
 
-def test_at_rest_nothing_changes():
-    zero = np.zeros(1, dtype=complex)
-    assert change_per_cycle(zero, np.ones(1), zero, np.zeros(1))[0] == 0.0
+def test_contacts_that_stick_and_steady_motion_have_no_error():
+    _, estimate, threshold = of_slider()
+    amplitude = threshold * np.array([[0.0], [0.5], [0.85], [0.95], [2.0]])
+    rate = np.array([[0.1 * threshold / np.pi]])
+    grown = estimate.at(np.repeat(rate, 5, axis=0), np.array([2.0]), amplitude)
+    np.testing.assert_array_equal(grown > 0.0, [[False], [False], [False], [True], [True]])
+    np.testing.assert_array_equal(estimate.at(0.0 * amplitude, np.array([2.0]), amplitude), 0.0)
+
+
+def test_sliders_of_an_iwan_contact_slip_one_by_one():
+    law = Iwan(0.3, 20.0, -0.5, 0.5, sliders=12)
+    reduced, estimate, _ = of_slider(law)
+    limit, stiffness = law.elements(1).slider.T
+    slips = limit / stiffness / (2 * abs(reduced.coupling[0, 0]))
+    rate = np.array([[1e-9 * slips[0]]])
+    middle = 0.5 * (slips[5] + slips[6])
+    error = estimate.at(rate, np.array([2.0]), np.array([[middle], [2.0 * slips[-1]]]))
+    assert error[0, 0] / error[1, 0] == pytest.approx(stiffness[:6].sum() / stiffness.sum())
+
+
+def test_a_contact_whose_normal_load_varies_slips_before_its_limit():
+    """Friction is lost where the normal displacement unloads the contact."""
+    reduced = reduce(structure(LIFT_OFF, 8), (0,), law=LIFT_OFF)
+    estimate = TransientError.of(reduced, LIFT_OFF)
+    (threshold,) = friction_threshold(reduced, LIFT_OFF)
+    tangential, normal = 2 * np.abs(reduced.coupling[0])
+    stiffness = LIFT_OFF.tangential_stiffness, LIFT_OFF.normal_stiffness
+    load = stiffness[0] * tangential + LIFT_OFF.mu * stiffness[1] * normal
+    slips = LIFT_OFF.mu * LIFT_OFF.preload / load
+    assert slips < 0.9 * threshold
+    rate = np.array([[1e-6 * threshold]])
+    for part in (0.99, 1.01):
+        error = estimate.at(rate, np.array([2.0]), np.array([[part * slips]]))
+        assert (error[0, 0] > 0.0) == (part > 1.0)
+
+
+def test_a_mode_has_the_error_that_another_mode_makes():
+    law = Jenkins(0.4, 40.0)
+    reduced = reduce(structure(law, 5), (0, 1), law=law)
+    estimate = TransientError.of(reduced, law)
+    threshold = friction_threshold(reduced, law)
+    error = estimate.at(np.array([[0.1 * threshold[0], 0.0]]), reduced.frequency, threshold)
+    assert np.all(error > 0.0)
+    ratio = np.abs(reduced.coupling[:, 0]) / reduced.frequency**2
+    np.testing.assert_allclose(error[0] / error[0, 0], ratio / ratio[0])
+
+
+def test_rigid_contacts_move_on_the_flexibility_of_the_structure():
+    law = Tanh(limit=2.0, alpha=0.02)
+    reduced = reduce(two_mass(), (0,))
+    estimate = TransientError.of(reduced, law)
+    growth, Omega = 0.01, 1.0
+    rate = np.array([[growth * Omega / (2 * np.pi)]])
+    error = estimate.at(rate, np.array([Omega]), friction_threshold(reduced, law)[np.newaxis] * 10)
+    coupling = reduced.coupling[0]
+    moved = np.abs(coupling @ np.linalg.inv(reduced.stiffness))
+    expected = 0.5 * growth * moved @ np.abs(coupling) / reduced.frequency[0] ** 2
+    assert error[0, 0] == pytest.approx(expected)
 
 
 def test_friction_begins_where_the_first_contact_slips():

@@ -1,0 +1,94 @@
+"""The estimated transient error of a run, at its communication points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipmode.rom import Model
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.short_repr import short_list
+from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
+from slipmode.rom.slow.transient import TransientError, said_error
+from slipmode.rom.validity import Finding
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.transients import slow_time_error
+from slipmode.runner.scene.schedule import LIMIT_SCALE, rate_of
+from slipmode.runner.trajectory import scripted
+
+_APART = 10.0  # cycles: intervals closer to each other are reported as one
+
+
+class RunError:
+    """`TransientError` of a plan, relative to the amplitude range of its friction table."""
+
+    def __init__(self, plan: Plan, model: Model) -> None:
+        self._plan = plan
+        self._flow = slow_flow(model, plan.excited.force_patterns)
+        self._estimate = TransientError.of(model.reduced, model.law)
+        self._shift = off_resonance_shift(model.reduced, plan.excited.force_patterns)
+
+    def at(
+        self,
+        amplitude: Complexes,
+        angle: Floats,
+        first: int,
+        stride: int = 1,
+        rate: Complexes | None = None,
+    ) -> Floats:
+        """Return the error at the starts of steps, (steps, modes); 1 outside the friction table.
+
+        Parameters
+        ----------
+        amplitude, angle : (steps, modes) ndarray
+        first, stride : int
+            Number of the first step, and the difference of the numbers.
+        rate : (steps, modes) complex ndarray, optional
+            da/dt. Default: that of the slow flow.
+        """
+        schedule = self._plan.schedule
+        steps = slice(first, first + stride * len(amplitude), stride)
+        script = scripted(self._plan.excited, schedule, steps)
+        inputs = inputs_of(
+            *(script.force, script.frequency, script.force_rate, script.frequency_rate, angle)
+        )
+        scale, scale_rate = schedule.inputs([LIMIT_SCALE, rate_of(LIMIT_SCALE)], steps).T
+        inputs["limit_scale"], inputs["limit_scale_rate"] = scale, scale_rate
+        if rate is None:
+            try:
+                rate = rates(self._flow, inputs, amplitude)
+            except SlipmodeError:
+                return np.ones(amplitude.shape)
+        scale = scale[:, np.newaxis]
+        acting = (amplitude + self._shift * script.force) / scale
+        error = self._estimate.at(rate / scale, script.frequency, acting)
+        return np.asarray(error / np.array(self._plan.amplitude))
+
+
+class ErrorRecord:
+    """The largest transient error of slow time in a run, and where it exceeds the allowed one."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._scene, self._modes = plan.scene, plan.excited.modes
+        self._apart = _APART * 2.0 * np.pi / plan.excited.reduced.carrier.min()
+        self._most = np.zeros(len(self._modes))
+        self._above: list[tuple[float, float]] = []
+
+    def add(self, error: Floats, time: Floats) -> None:
+        """Add errors (steps, modes) in steps between times (steps + 1,)."""
+        self._most = np.maximum(self._most, error.max(axis=0, initial=0.0))
+        allowed = self._scene.model.transient_error
+        for k in np.flatnonzero(np.any(error > allowed, axis=1)):
+            start, end = float(time[k]), float(time[k + 1])
+            if self._above and start - self._above[-1][1] <= self._apart:
+                start = self._above.pop()[0]
+            self._above.append((start, end))
+
+    def finding(self) -> Finding:
+        """Return what the recording says: a warning where the error exceeds the allowed one."""
+        said = said_error(self._modes, self._most)
+        if not self._above:
+            return Finding("transients", "slow time", said)
+        listed = short_list(f"{a:g} to {b:g} s" for a, b in self._above)
+        return slow_time_error(self._scene, f"{said} from {listed}")
