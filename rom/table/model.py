@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path, replacing
@@ -89,6 +90,16 @@ class Model:
         """Raise a SlipmodeError if the model has no mode of this index."""
         if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
             raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
+
+    def friction_error(self, amplitudes: Floats) -> Floats:
+        """Return the stated error of S_j at the carriers, (..., modes) [N kg^-1/2].
+
+        Interpolation and resolution together, at amplitudes (..., modes) [kg^1/2 m].
+        """
+        modulus, table, stated = np.abs(amplitudes), self.table, self.accuracy
+        norm = ErrorNorm.of(self.reduced, table.amplitude_range).known(table.nodes())
+        share = stated.interpolation + stated.resolution
+        return np.asarray(share * norm.scale(modulus, table(modulus)))
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
