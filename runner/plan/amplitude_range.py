@@ -16,16 +16,14 @@ from slipmode.rom.reduction.force_response import off_resonance_shift
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.transient import change_per_cycle, friction_threshold
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Region
 from slipmode.runner.plan.settling import limit_scale_over, shortened
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
 _FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
-_PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely as tiles tell apart
+_PATH_TOLERANCE = 5e-10  # of the slow flow: short steps show peaks and changes within a cycle
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
-_REACH = 1 / 32  # of the table: so near the path of the dry run belongs to the region
 _LARGEST_GROWTH = 2.0**40
 _LARGEST_FLUTTER = 2.0**8  # contacts slip freely long before, and what they take grows no more
 
@@ -95,8 +93,6 @@ class DryRun:
     reached : (modes,) ndarray
         The largest amplitudes [kg^1/2 m].
     reason : str
-    region : Region or None
-        The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
@@ -107,7 +103,6 @@ class DryRun:
     amplitude: tuple[float, ...]
     reached: Floats
     reason: str
-    region: Region | None
     contact_share: Floats
     change: Floats
 
@@ -150,7 +145,7 @@ def dry_run(
                 raise
             unsettled, tried = refusal, 0.5 * tried
             continue
-        path, reached, change, complete = _path(excited, coarse, schedule)
+        reached, change, complete = _path(excited, coarse, schedule)
         if complete:
             break
         if unsettled is not None:
@@ -166,11 +161,8 @@ def dry_run(
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    region = None
-    if len(excited.modes) == 2:
-        region = Region.along(path, amplitude, shift + _REACH * np.array(amplitude))
     share = share / excited.reduced.frequency**2
-    return DryRun(amplitude, reached, reason, region, share, change)
+    return DryRun(amplitude, reached, reason, share, change)
 
 
 def _unbounded(excited: Excited) -> str:
@@ -211,12 +203,10 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     return np.asarray(np.maximum(np.where(np.isfinite(first), _FIRST_GUESS * first, 0.0), static))
 
 
-def _path(
-    excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, Floats, Floats, bool]:
-    """Amplitudes (points, modes) on a coarse table, the largest, and if it was never left.
+def _path(excited: Excited, model: Model, schedule: Schedule) -> tuple[Floats, Floats, bool]:
+    """The largest amplitudes (modes,) on a coarse table, and if it was never left.
 
-    Relative to the limits at their time: so the table is looked up. Before the last, the most that
+    Relative to the limits at their time: so the table is looked up. Between them, the most that
     each amplitude changes within a cycle.
     """
     component = excited.component(model, _PATH_TOLERANCE)
@@ -239,11 +229,10 @@ def _path(
     traced = np.concatenate(rows)
     time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
     scaled: Complexes = amplitude / scale(time)
-    path: Floats = np.abs(scaled)
-    reached: Floats = path.max(axis=0)
+    reached: Floats = np.abs(scaled).max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step: no telling which way
-    return path, reached, _largest_change(excited, time, scaled, stretches[0]), complete
+    return reached, _largest_change(excited, time, scaled, stretches[0]), complete
 
 
 def _largest_change(

@@ -62,7 +62,7 @@ class ContactSamples:
         self._bar = bar
         self._check = check
         self._largest = largest
-        self.carriers = np.zeros((0, 0), dtype=complex)
+        self.carriers: Complexes = np.zeros((0, 0), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 
