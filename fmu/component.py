@@ -446,9 +446,6 @@ class Component:
             kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
         last = self.outputs()
         self.set_state(state)
-        if self.model.table.region is not None:
-            when = f"at t = {last['time']:g} s"
-            return f"the amplitudes leave the tabulated region of the friction table {when}"
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]
         scale = limit_scale(moved_on(self._inputs, last["time"] - self.time))
         amplitude_range = scale * self.model.table.amplitude_range

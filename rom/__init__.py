@@ -46,7 +46,6 @@ from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.region import Region
 from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
@@ -70,7 +69,6 @@ __all__ = [
     "Preload",
     "Rayleigh",
     "Reduced",
-    "Region",
     "ResonanceCurve",
     "ResonanceSurface",
     "ResponseCurve",

@@ -26,16 +26,6 @@ class OutsideTableError(SlipmodeError):
     """Amplitudes outside a friction table; a larger one helps."""
 
 
-class OutsideRegionError(SlipmodeError):
-    """Amplitudes outside the part of a friction table that was tabulated."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "amplitude: outside the tabulated region of the friction table, the only part that "
-            "holds; tabulate all of it"
-        )
-
-
 class UnknownChannelError(SlipmodeError, KeyError):
     """A topic that a recording does not have."""
 

@@ -119,17 +119,12 @@ def _viewer(url: str | None) -> Viewer | None:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    from slipmode.runner.plan.plan import REGION, make_plan
-    from slipmode.runner.plan.table_cost import whole_table_cost
+    from slipmode.runner.plan.plan import make_plan
     from slipmode.runner.scene.scene import load_scene
     from slipmode.runner.transients.integrated import integration_cost
 
     plan = make_plan(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
-    if plan.region is not None:
-        model, _ = plan.model(region=True, progress=True)
-        after = [d.subject for d in shown].index(REGION) + 1
-        shown.insert(after, whole_table_cost(model))
     if plan.may_be_integrated:
         shown += integration_cost(plan)
     rows = [(d.subject, d.choice, d.reason) for d in shown]

@@ -6,14 +6,13 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from os import PathLike
 from pathlib import Path
 
-from slipmode.fmu import Steppable, StoppedError
+from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.errors import OutsideRegionError
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.contact_record import ContactRecord
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -41,8 +40,7 @@ class Recording:
     ----------
     plan : Plan
     model : Model or None
-        Where `plan.region` is set, its table holds in that part only. None where all of the scene
-        was integrated, without a table.
+        None where all of the scene was integrated, without a table.
     mcap, rrd : Path or None
         The files, where the scene's [log] asks for them.
     steps : int
@@ -100,8 +98,8 @@ def run(
         Folder for the recordings <scene>.mcap, with a layout for Foxglove beside it, and
         <scene>.rrd; made if missing.
     fmu : path, optional
-        An FMU of the scene's model that does the slow-time steps, on the whole of its own table:
-        with the bits of a run without it where that is the table of the scene (headroom 1).
+        An FMU of the scene's model that does the slow-time steps, on its own friction table. If
+        it was exported with `headroom=1`, results are bit-identical to a run without it.
     live : Viewer, optional
         Show the run there while it is recorded: `find_viewer` opens one.
     progress : bool
@@ -132,15 +130,15 @@ def run(
                 "slow time only"
             )
         scene = scene.in_slow_time()
-    plan, headroom = make_plan(scene, progress=progress), 1.0
+    plan = make_plan(scene, progress=progress)
     _log_warnings(plan)
     if fmu is not None:
-        from slipmode.runner.fmi.load import headroom_of  # FMPy takes a while to import
+        from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
 
-        plan, headroom = plan.on_whole_table("an FMU has all of it"), headroom_of(fmu, plan)
+        plan = replace(plan, amplitude=range_of(fmu, plan))
     model, cached = None, False
     if scene.tabulated:
-        model, cached = plan.model(region=True, headroom=headroom, progress=progress)
+        model, cached = plan.model(progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -148,18 +146,7 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
     recorder = partial(_open, mcap=mcap, rrd=rrd, fmu=fmu, live=live)
-    through = partial(_through, recorder=recorder, fmu=fmu, progress=progress)
-    try:
-        pass_ = through(plan, model)
-    except SlipmodeError as refusal:
-        if model is None or not _left_region(model, refusal):
-            raise
-        left = time.perf_counter()
-        plan = plan.on_whole_table(f"a run on the part was refused: {refusal}", "warning")
-        _log_warnings(plan)
-        model, cached = plan.model(progress=progress)
-        table_seconds += time.perf_counter() - left
-        pass_ = through(plan, model)
+    pass_ = _through(plan, model, recorder=recorder, fmu=fmu, progress=progress)
     if mcap:
         write_layout(mcap, _channels(plan), plan.scene.units)
     return Recording(
@@ -203,13 +190,6 @@ def _through(
         pass_ = SlowPass(plan, model, component, opened, raise_if_interrupted)
         pass_.through_slow_time(progress)
     return pass_
-
-
-def _left_region(model: Model, refusal: SlipmodeError) -> bool:
-    """Whether a run was refused for going where only all of the friction table holds."""
-    if isinstance(refusal, StoppedError):
-        return refusal.left_table and model.table.region is not None
-    return isinstance(refusal, OutsideRegionError)
 
 
 def _stepping(

@@ -13,7 +13,6 @@ from fuzz import mutated_model, mutated_scene
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
-from slipmode.rom.table.region import Region
 from slipmode.runner.plan import plan as planning
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.fast_motion import ORDERS, Truncation
@@ -113,9 +112,7 @@ def planned(monkeypatch):
 
     def dry_run(excited, schedule, combinations, *, progress):
         modes = len(excited.modes)
-        path, limit = np.linspace(0.0, 0.4, 5)[:, np.newaxis] * np.ones(2), (1.0, 1.0)
-        region = Region.along(path, limit, np.full(2, 0.1)) if modes == 2 else None
-        return DryRun(modes * (1.0,), np.ones(modes), "not run", region, *np.zeros((2, modes)))
+        return DryRun(modes * (1.0,), np.ones(modes), "not run", *np.zeros((2, modes)))
 
     def measure_truncation(excited, amplitude, combinations, dofs):
         return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))

@@ -120,8 +120,6 @@ def export(
     checked_line("name", name)
     if fmi not in (2, 3):
         raise SlipmodeError(f"fmi: must be 2 or 3, got {fmi}")
-    if model.table.region is not None:
-        raise SlipmodeError("model: its table holds in its tabulated region only; tabulate all")
     interval = step_size if reference_step is None else reference_step
     for key, value in (
         *(("stop_time", stop_time), ("step_size", step_size), ("reference_step", interval)),

@@ -8,8 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import OutsideRegionError
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 
 
@@ -26,15 +25,12 @@ class Harmonics:
         [m]
     left_out : (n_a, [n_b,] N_c) ndarray
         RMS of the contact displacement beyond these harmonics [m]: their truncation error.
-    region : (n_a - 1, n_b - 1) ndarray of bool, optional
-        Cells where they hold, and are looked up. Default: all.
     """
 
     axes: tuple[Floats, ...]
     orders: tuple[Order, ...]
     P: Complexes
     left_out: Floats
-    region: Flags | None = None
 
     def __repr__(self) -> str:
         nodes = " x ".join(str(axis.size) for axis in self.axes)
@@ -67,8 +63,6 @@ class Harmonics:
             part = (inside - axis[cell]) / (axis[cell + 1] - axis[cell])
             cells.append(cell)
             parts.append((1.0 - part, part))
-        if self.region is not None and not self.region[tuple(cells)].all():
-            raise OutsideRegionError
         result = np.zeros((len(modulus), *values.shape[len(cells) :]), dtype=values.dtype)
         for corner in product((0, 1), repeat=len(cells)):
             weight = np.prod([part[k] for part, k in zip(parts, corner, strict=True)], axis=0)

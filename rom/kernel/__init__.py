@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
 from slipmode.rom.kernel.structures import (
@@ -132,7 +132,6 @@ def table(
     values: Floats,
     rate_correction: Floats | None,
     detuning: Floats | None,
-    region: Flags | None,
 ) -> Table:
     """sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2
@@ -148,7 +147,6 @@ def table(
         values=values.ctypes.data,
         rate_correction=None if rate_correction is None else rate_correction.ctypes.data,
         detuning=None if detuning is None else detuning.ctypes.data,
-        region=None if region is None else region.ctypes.data,
     )
-    result.owned = (node_a, node_b, values, rate_correction, detuning, region)
+    result.owned = (node_a, node_b, values, rate_correction, detuning)
     return result

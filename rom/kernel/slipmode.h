@@ -240,13 +240,11 @@ typedef struct {
     /* (count_a, count_b, 4, 2 modes modes): dS_j / dOmega_k at the carriers of the table, alike.
      * NULL: S_j is the same at all forcing frequencies. */
     const double *detuning;
-    const uint8_t *region; /* (count_a - 1, count_b - 1): 1 where the surface holds, 0 where it is
-                               not looked up; NULL: it holds everywhere, as it does for one mode */
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
 /* All columns at amplitudes (a, b): (2 (modes + combinations + power)). SM_OUTSIDE_TABLE beyond the
- * last node and in cells outside the region. */
+ * last node. */
 SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
 /* Values and slopes: (3, 2 (modes + combinations + power)), the columns, their d/da and their d/db.
  */

@@ -86,7 +86,6 @@ class Table(Structure):
         ("values", c_void_p),
         ("rate_correction", c_void_p),
         ("detuning", c_void_p),
-        ("region", c_void_p),
     )
 
 

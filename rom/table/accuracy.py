@@ -25,7 +25,7 @@ class Accuracy:
         harmonic that counts; infinity if it could not be measured, because the contact motion
         converges at none of the amplitudes that are tried.
     detuning : float or None
-        Error of forcing 5 % from the carriers, the largest of what was tried, without headroom.
+        Error of forcing 5 % from the carriers, the largest of what was tried.
         It grows with the square of that distance where the table has dS_j / dOmega_k, else in
         proportion. 0 in the paper's formulation, which has no other frequencies. None where
         friction was not to follow them, and nothing was tried.

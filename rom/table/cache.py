@@ -11,15 +11,14 @@ from importlib.metadata import version
 
 import numpy as np
 
+from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, REDUCED_ARRAYS, Model
-from slipmode.rom.table.refinement.refine import headroom_intervals
-from slipmode.rom.table.region import Region
-from slipmode.rom.table.tabulation import tabulate
+from slipmode.rom.table.tabulation import extended_range, tabulate
 
 _SHAPES = ("mode_shapes", "contact_shapes", "nonresonant_shapes")
 
@@ -32,7 +31,6 @@ def cached_model(
     *,
     combinations: Sequence[CombinationResonance] = (),
     harmonics: int = 0,
-    region: Region | None = None,
     headroom: float = 1.0,
     detuning: bool | None = None,
     budget: float | None = None,
@@ -51,9 +49,8 @@ def cached_model(
     A damaged entry is replaced. Where the cache cannot be written the model is returned all
     the same, and the log says so; it will be computed again next time.
     """
-    asked = [tolerance, [astuple(term) for term in combinations], harmonics]
-    asked += [headroom_intervals(headroom), detuning]
-    key = _key(reduced, law, amplitude, asked, region)
+    asked = [tolerance, [astuple(term) for term in combinations], harmonics, detuning]
+    key = _key(reduced, law, extended_range(amplitude, headroom), asked)
     name = f"{key}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
@@ -62,7 +59,6 @@ def cached_model(
         *(reduced, law, amplitude, tolerance),
         combinations=combinations,
         harmonics=harmonics,
-        region=region,
         headroom=headroom,
         detuning=detuning,
         budget=budget,
@@ -90,17 +86,15 @@ def _shaped(model: Model, reduced: Reduced) -> Model:
 def _key(
     reduced: Reduced,
     law: Friction,
-    amplitude: Sequence[float],
+    amplitude: Floats,
     asked: Sequence[object],
-    region: Region | None,
 ) -> str:
     """Hash of everything that the table depends on."""
     optional = (getattr(reduced, name) for name in OPTIONAL_ARRAYS)
     arrays = (
         *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
-        np.asarray(amplitude, dtype=float),
+        amplitude,
         *(np.zeros(0) if array is None else array for array in optional),
-        np.zeros(0) if region is None else region.tiles,
     )
     named = [FORMAT, _version(), reduced.formulation, reduced.modes, record_of(law)]
     digest = hashlib.sha256(json.dumps([*named, *asked]).encode())

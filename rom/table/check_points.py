@@ -9,7 +9,7 @@ them say nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,18 +32,10 @@ _OTHERS = 4  # errors beside the largest that tell what lies beyond it
 _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
 
-def spread_points(
-    amplitude_range: Floats, inside: Callable[[Floats], Flags] | None = None
-) -> Floats:
-    """Evenly over [0, amplitude_range], or over what is `inside` of it, (points, modes)."""
+def spread_points(amplitude_range: Floats) -> Floats:
+    """Evenly over [0, amplitude_range], (points, modes)."""
     modes = amplitude_range.size
-    count = wanted = _SPREAD[modes - 1]
-    while True:
-        points = _halton(count, modes) * amplitude_range
-        kept = points if inside is None else points[inside(points)]
-        if len(kept) >= wanted:
-            return np.asarray(kept[:wanted])
-        count *= 2
+    return np.asarray(_halton(_SPREAD[modes - 1], modes) * amplitude_range)
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import (
     MOST_DETUNING,
     Detuned,
@@ -30,7 +30,6 @@ from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.refinement.sampling import amplitude_pairs
-from slipmode.rom.table.region import corners, with_neighbours
 
 Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
 
@@ -124,11 +123,11 @@ def with_detuning(
     problems = detuned_problems(reduced)
     if missed_by(friction_detuning(problems, carrier, solve, points)) > _HELPS * error:
         return table, error
-    detuned = with_slope(table, reduced, roughly, spread)
+    detuned = _with_slope(table, reduced, roughly, spread)
     return detuned, missed_by(detuned.detuning_at(points))
 
 
-def with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -> Table:
+def _with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -> Table:
     """The table with dS_j / dOmega_k, see `with_detuning`."""
     problems = detuned_problems(reduced)
     surface = _surface(
@@ -150,12 +149,7 @@ def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:
         )
         for fraction in _PROBES[:, : table.modes]
     }
-    chosen = sorted(nearest)
-    if table.region is not None:
-        held = corners(table.region)
-        inside = [pair for pair in chosen if held[pair]]
-        chosen = inside or [tuple(np.argwhere(held)[-1].tolist())]
-    return tuple(np.array(chosen).T)
+    return tuple(np.array(sorted(nearest)).T)
 
 
 def _surface(
@@ -172,22 +166,9 @@ def _surface(
         np.append(np.arange(0, node.size - 1, each), node.size - 1)
         for node, each in zip(axes, strides, strict=True)
     ]
-    wanted = _wanted(table, max(strides))[np.ix_(*lines)]
     some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
-    points = amplitude_pairs(some[0], some[1], modes)[wanted.ravel()]
-    samples = np.zeros((*wanted.shape, modes * modes), dtype=complex)
-    parts = list(spread(sample, points))
-    samples[wanted] = np.concatenate(parts).reshape(-1, modes * modes)
+    parts = list(spread(sample, amplitude_pairs(some[0], some[1], modes)))
+    samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
     return surface_values(*axes, samples, orders)
-
-
-def _wanted(table: Table, stride: int) -> Flags:
-    """Nodes (n_a, n_b) that what is looked up may depend on."""
-    if table.region is None:
-        return np.ones((table.node_a.size, table.node_b.size), dtype=bool)
-    near = corners(table.region)
-    for _ in range(stride):
-        near = with_neighbours(near)
-    return near

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import prod
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +18,7 @@ from scipy.linalg.lapack import dgtsv
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import OutsideRegionError, OutsideTableError, SlipmodeError
+from slipmode.rom.errors import OutsideTableError, SlipmodeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +43,6 @@ class Table:
     detuning : (n_a, n_b, 4, 2 modes^2) ndarray, optional
         Likewise dS_j / dOmega_k at the carriers [N kg^-1/2 s]. Default: S_j is the same at all
         forcing frequencies.
-    region : (n_a - 1, n_b - 1) ndarray of bool, optional
-        Cells where the surface holds, and is looked up. Default: all.
     """
 
     node_a: Floats
@@ -54,13 +51,11 @@ class Table:
     modes: int
     rate_correction: Floats | None = None
     detuning: Floats | None = None
-    region: Flags | None = None
 
     def __repr__(self) -> str:
         nodes = " x ".join(str(node.size) for node in (self.node_a, self.node_b)[: self.modes])
         reach = ", ".join(f"{largest:.4g}" for largest in self.amplitude_range)
-        part = "" if self.region is None else f", {self.region.mean():.0%} of it tabulated"
-        return f"Table({nodes} nodes to {reach}{part})"
+        return f"Table({nodes} nodes to {reach})"
 
     @property
     def amplitude_range(self) -> Floats:
@@ -86,7 +81,6 @@ class Table:
             kernel.contiguous(self.values),
             None if self.rate_correction is None else kernel.contiguous(self.rate_correction),
             None if self.detuning is None else kernel.contiguous(self.detuning),
-            self.region,
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
@@ -101,32 +95,10 @@ class Table:
         """dS_j / dOmega_k, (..., modes, modes), at amplitudes (..., modes) >= 0."""
         return self._correction_at(self.detuning, amplitudes)
 
-    def values_on(self, axes: Sequence[Floats]) -> Floats:
-        """Value and slopes as in `values` at nodes of another grid; the same bits at its own."""
-        shape = self.values.shape
-        known = self.values.reshape(*shape[:2], 2, 2, -1)  # d/db or none, d/da or none
-        found = np.einsum("diej,jbcek->ibcdk", _basis(self.node_a, axes[0]), known)
-        if self.modes == 2:
-            found = np.einsum("dibj,ajbck->aidck", _basis(self.node_b, axes[1]), found)
-        return np.ascontiguousarray(found).reshape(*found.shape[:2], 4, -1)
-
-    def keeping(self, inner: Table) -> Table:
-        """With the surfaces of a smaller table up to its end; with those that both have."""
-        axes, ends = (self.node_a, self.node_b), (inner.node_a[-1], inner.node_b[-1])
-        inside = [node <= end for node, end in zip(axes, ends, strict=True)]
-        kept = [node[within] for node, within in zip(axes, inside, strict=True)]
-        surfaces: dict[str, Any] = {}
-        for name in ("values", "rate_correction", "detuning"):
-            own, known = getattr(self, name), getattr(inner, name)
-            if own is not None and known is not None:
-                surfaces[name] = own.copy()
-                surfaces[name][np.ix_(*inside)] = replace(inner, values=known).values_on(kept)
-        return replace(self, **surfaces)
-
     def _correction_at(self, values: Floats | None, amplitudes: ArrayLike) -> Complexes:
         if values is None:
             return np.zeros((*np.shape(amplitudes), self.modes), dtype=complex)
-        surface = Table(self.node_a, self.node_b, values, self.modes, region=self.region)
+        surface = Table(self.node_a, self.node_b, values, self.modes)
         terms = surface.terms(amplitudes)
         return terms.reshape(*terms.shape[:-1], self.modes, self.modes)
 
@@ -164,8 +136,6 @@ def outside_table(amplitudes: Floats, table: Table, limit_scale: float = 1.0) ->
     """
     largest, ends = amplitudes.reshape(-1, table.modes).max(axis=0), table.amplitude_range
     ends = limit_scale * ends
-    if table.region is not None and np.all(largest <= ends):
-        return OutsideRegionError()
     j = int(np.argmax(largest / ends))
     reached, end = float(largest[j]), float(ends[j])
     if reached > end:
@@ -233,22 +203,6 @@ def _with_slopes(
 def _side_by_side(*parts: Floats) -> Floats:
     values = np.stack(parts, axis=2)
     return values.reshape(*values.shape[:3], -1)
-
-
-def _basis(node: Floats, at: Floats) -> Floats:
-    """Weights (2, points, 2, n) of values and slopes at nodes in those of Hermite's cubics."""
-    i = np.clip(np.searchsorted(node, at, "right") - 1, 0, node.size - 2)
-    h = node[i + 1] - node[i]
-    t = (at - node[i]) / h
-    rise, rise_by = t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) / h
-    weights = np.zeros((2, at.size, 2, node.size))
-    k = np.arange(at.size)
-    weights[0, k, 0, i], weights[0, k, 0, i + 1] = 1.0 - rise, rise
-    weights[1, k, 0, i], weights[1, k, 0, i + 1] = -rise_by, rise_by
-    weights[0, k, 1, i], weights[0, k, 1, i + 1] = h * t * (1.0 - t) ** 2, h * t * t * (t - 1.0)
-    weights[1, k, 1, i] = (1.0 - t) * (1.0 - 3.0 * t)
-    weights[1, k, 1, i + 1] = t * (3.0 * t - 2.0)
-    return weights
 
 
 def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:

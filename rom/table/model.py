@@ -24,7 +24,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 21  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 22  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -40,7 +40,7 @@ REDUCED_ARRAYS = (
     "damping_coupling",
 )
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
-TABLE_ARRAYS = ("rate_correction", "detuning", "region")  # that not all tables have
+TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ class Model:
         if header["orders"]:
             orders = tuple((n, m) for n, m in header["orders"])
             P, left_out = content["P"], content["left_out"]
-            harmonics = Harmonics(table.axes, orders, P, left_out, table.region)
+            harmonics = Harmonics(table.axes, orders, P, left_out)
         return cls(reduced, law, table, harmonics, combinations, accuracy)
 
     def _header(self) -> dict[str, Any]:

@@ -81,11 +81,6 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
             raise SlipmodeError(f"{name}: must rise from 0")
     if modes == 1 and content["node_b"].tolist() != [0.0]:
         raise SlipmodeError("node_b: must be 0 alone in a model of one mode")
-    if "region" in content:
-        region = content["region"]
-        cells = tuple(content[name].size - 1 for name in ("node_a", "node_b"))
-        if modes != 2 or region.dtype != bool or region.shape != cells:
-            raise SlipmodeError("region: does not fit the cells of a table for two modes")
     if not (np.all(content["frequency"] > 0) and np.all(content["carrier"] > 0)):
         raise SlipmodeError("frequency, carrier: must be > 0")
     if "aerodynamics" in content and np.any(

@@ -40,13 +40,12 @@ from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.corrections import with_detuning, with_rate_correction, with_slope
+from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tasks
-from slipmode.rom.table.refinement.refine import headroom_intervals, refine
+from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
-from slipmode.rom.table.region import Region
 from slipmode.rom.validity import check_table_carriers, model_findings, table_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
@@ -62,7 +61,6 @@ def tabulate(
     *,
     combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
-    region: Region | None = None,
     headroom: float = 1.0,
     detuning: bool | None = None,
     budget: float | None = None,
@@ -90,13 +88,8 @@ def tabulate(
     harmonics : int
         Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
         motion; 0: none. A march needs those that the modes respond to, `RESPONSE_ORDER`.
-    region : Region, optional
-        Where the table of two modes has to hold; it is not looked up elsewhere. Default:
-        everywhere.
     headroom : float
-        How far the table goes, relative to `amplitude`, rounded up to eighths: 1 or more, for
-        runs that go further than expected. Up to `amplitude` it has the nodes of a table without
-        headroom, and more where it needs them beyond. Not with a region.
+        Margin of the amplitude range: the table ends at `headroom` times `amplitude`. At least 1.
     detuning : bool, optional
         Whether friction follows the forcing frequencies off the carriers of `reduced`, to first
         order; `Model.accuracy.detuning` says what is left. False where they stay at the
@@ -124,7 +117,7 @@ def tabulate(
         Where contacts or friction strain what the method assumes, over that range; where a carrier
         is far from its mode.
     """
-    amplitude_range = np.asarray(amplitude, dtype=float)
+    amplitude_range = extended_range(amplitude, headroom)
     if amplitude_range.shape != (len(reduced.modes),) or not np.all(
         (amplitude_range >= SMALLEST_PRODUCT) & (amplitude_range <= LARGEST_PRODUCT)
     ):
@@ -134,16 +127,9 @@ def tabulate(
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
-    if region is not None and not np.array_equal(region.amplitude_range, amplitude_range):
-        raise SlipmodeError(
-            f"region: must be a part of the same range, got {region.amplitude_range}"
-        )
     if budget is not None and not (np.isfinite(budget) and budget > 0.0):
         raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
     time_budget = TimeBudget(np.inf if budget is None else budget)
-    beyond = headroom_intervals(headroom)
-    if beyond and region is not None:
-        raise SlipmodeError("headroom: must be 1 where only a region is tabulated")
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
@@ -163,7 +149,7 @@ def tabulate(
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= _FEW_CONTACTS
         task = _Task(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
-            *(region, beyond, time_budget, map if quick else pool.map, bar),
+            *(time_budget, map if quick else pool.map, bar),
         )
         neglected = 0.0
         try:
@@ -204,13 +190,25 @@ def tabulate(
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
 
 
+def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
+    """Return the largest amplitudes (modes,) of a table that ends at `headroom` times `amplitude`.
+
+    Raises
+    ------
+    SlipmodeError
+        If `headroom` is not a finite number of at least 1.
+    """
+    if not (np.isfinite(headroom) and headroom >= 1.0):
+        raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
+    return headroom * np.asarray(amplitude, dtype=float)
+
+
 class _Refined(NamedTuple):
     """What refinement came to: see `refine`, and the harmonics and samples behind it."""
 
     orders: list[Order]
     samples: ContactSamples
     table: Table
-    inner: Table | None
     carried: Complexes | None
     error: float
 
@@ -225,8 +223,6 @@ class _Task:
     tolerance: float
     combinations: Sequence[CombinationResonance]
     harmonics: int
-    region: Region | None
-    beyond: int
     time_budget: TimeBudget
     mapped: Mapped
     bar: tqdm[Any]
@@ -296,7 +292,7 @@ class _Task:
         )
         sampling = Sampling(
             *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
-            *(self.budget.march, self.region, self.beyond),
+            self.budget.march,
         )
         made = refine(sampling, self.budget.interpolation, self.time_budget)
         return _Refined(orders, samples, *made)
@@ -308,10 +304,7 @@ class _Task:
         further: Sequence[Order],
         detuning: bool | None,
     ) -> tuple[Table, float | None]:
-        """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves.
-
-        Where the table has headroom, the one within it decides, and keeps what it has.
-        """
+        """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves."""
         spread = partial(in_tasks, self.mapped)
 
         def solve(
@@ -322,25 +315,17 @@ class _Task:
                 *(SMALLEST_SHARE * self.amplitude_range, self.combinations, 1, further, near),
             )
 
-        def rated(part: Table) -> Table:
-            return with_rate_correction(
-                *(part, self.reduced, self.law, self.amplitude_range, resolution.grid, spread)
-            )
-
+        table = with_rate_correction(
+            *(found.table, self.reduced, self.law, self.amplitude_range, resolution.grid, spread)
+        )
+        if detuning is not None and not detuning:
+            return table, None
+        follows = detuning or np.array_equal(self.reduced.carrier, self.reduced.frequency)
         roughly = partial(solve, _ROUGHLY * resolution.march)
-        within, off_carriers = rated(found.table if found.inner is None else found.inner), None
-        if detuning is None or detuning:
-            follows = detuning or np.array_equal(self.reduced.carrier, self.reduced.frequency)
-            within, off_carriers = with_detuning(
-                *(within, self.reduced, partial(solve, resolution.march), roughly, spread),
-                self.tolerance if follows else None,
-            )
-        if found.inner is None:
-            return within, off_carriers
-        table = rated(found.table)
-        if within.detuning is not None:
-            table = with_slope(table, self.reduced, roughly, spread)
-        return table.keeping(within), off_carriers
+        return with_detuning(
+            *(table, self.reduced, partial(solve, resolution.march), roughly, spread),
+            self.tolerance if follows else None,
+        )
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
@@ -349,7 +334,7 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
     columns = carried.reshape(*nodes, len(orders) + 1, -1)
     P = np.ascontiguousarray(columns[..., :-1, :])
     beyond = np.ascontiguousarray(columns[..., -1, :].real)
-    return Harmonics(table.axes, tuple(orders), P, beyond, table.region)
+    return Harmonics(table.axes, tuple(orders), P, beyond)
 
 
 def _contact_motion(reduced: Reduced, moved: Complexes) -> Complexes:

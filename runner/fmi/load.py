@@ -15,8 +15,10 @@ from slipmode.runner.recording.channels import energy
 from slipmode.runner.scene.schedule import rate_of
 
 
-def headroom_of(path: str | PathLike[str], plan: Plan) -> float:
-    """How far the friction table of an FMU of a scene goes, relative to what the scene needs.
+def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
+    """Return the largest amplitudes of the friction table of an FMU of a scene [kg^1/2 m].
+
+    They are the amplitude range of the plan times one factor of at least 1.
 
     Raises
     ------
@@ -29,7 +31,7 @@ def headroom_of(path: str | PathLike[str], plan: Plan) -> float:
     factor = np.divide(found, plan.amplitude)
     if factor.min() < 1.0 or not np.allclose(factor, factor[0], rtol=1e-9, atol=0.0):
         raise _another_model(path)
-    return float(factor[0])
+    return found
 
 
 def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:

@@ -16,16 +16,14 @@ from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Region
 from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
 
 _TOLERANCE = 0.05  # of the coarse table
 _FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
-_PATH_TOLERANCE = 5e-10  # of the slow flow: its steps draw the path as finely as tiles tell apart
+_PATH_TOLERANCE = 5e-10  # of the slow flow: short steps show peaks and changes within a cycle
 _MARGIN = 0.15  # of the table over the largest amplitude of the dry run
-_REACH = 1 / 32  # of the table: so near the path of the dry run belongs to the region
 _LARGEST_GROWTH = 2.0**40
 _LARGEST_FLUTTER = 2.0**8  # contacts slip freely long before, and what they take grows no more
 
@@ -96,8 +94,6 @@ class DryRun:
         The largest effective amplitudes at the contacts, relative to the scale of the friction
         limits at their time [kg^1/2 m].
     reason : str
-    region : Region or None
-        The part of that range where the run goes; None for one mode.
     contact_share : (modes,) ndarray
         |Q_j| / omega_j^2 at the largest amplitudes: how much of a mode's stiffness is at stake
         at the contacts.
@@ -110,7 +106,6 @@ class DryRun:
     amplitude: tuple[float, ...]
     reached: Floats
     reason: str
-    region: Region | None
     contact_share: Floats
     time: Floats
     transient_error: Floats
@@ -154,7 +149,7 @@ def dry_run(
                 raise
             unsettled, tried = refusal, 0.5 * tried
             continue
-        path, reached, transient, complete = _path(excited, coarse, schedule)
+        reached, transient, complete = _path(excited, coarse, schedule)
         if complete:
             break
         if unsettled is not None:
@@ -169,11 +164,8 @@ def dry_run(
     shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
     reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
     share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    region = None
-    if len(excited.modes) == 2:
-        region = Region.along(path, amplitude, _REACH * np.array(amplitude))
     share = share / excited.reduced.frequency**2
-    return DryRun(amplitude, reached, reason, region, share, *transient)
+    return DryRun(amplitude, reached, reason, share, *transient)
 
 
 def _unbounded(excited: Excited) -> str:
@@ -209,8 +201,8 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 
 def _path(
     excited: Excited, model: Model, schedule: Schedule
-) -> tuple[Floats, Floats, tuple[Floats, Floats], bool]:
-    """Effective amplitudes (points, modes) on a coarse table, and the largest.
+) -> tuple[Floats, tuple[Floats, Floats], bool]:
+    """The largest effective amplitudes (modes,) on a coarse table.
 
     They are relative to the limits at their time, as the table is looked up. Then the times of the
     points in the scene and the transient errors between them; and whether the run stayed inside.
@@ -240,7 +232,7 @@ def _path(
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step: no telling which way
     error = _transient_error(excited, stretches, time, scaled, path)
-    return path, reached, (stretches.in_scene(time), error), complete
+    return reached, (stretches.in_scene(time), error), complete
 
 
 def _effective(

@@ -21,26 +21,20 @@ from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import SMALLEST_RESPONSE
 from slipmode.rom.table.cache import cached_model
-from slipmode.rom.table.region import Region
 from slipmode.rom.validity import Finding as Decision
 from slipmode.rom.validity import frictionless_findings
-from slipmode.runner.plan.amplitude_range import DryRun, Excited, dry_run
+from slipmode.runner.plan.amplitude_range import Excited, dry_run
 from slipmode.runner.plan.assumptions import check_assumptions, check_frequencies
 from slipmode.runner.plan.fast_motion import ORDERS, measure_truncation
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.plan.transients import Stretches, plan_transients
-from slipmode.runner.recording.channels import MODES, Level, Mode
+from slipmode.runner.recording.channels import MODES, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
 from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.nodes import located
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 
-REGION = "tabulated region"  # what the plan calls it
-# Of the table. Shares of 0.08, 0.22, 0.35, 0.49, 0.74 were measured to take 0.37, 0.54, 0.67, 0.65
-# and 0.74 of the time of all of it; but all is needed on top if a run leaves its part, and serves
-# other scenes of the same range.
-_LARGEST_REGION = 0.5
 _SMALLEST_INTEGRATED = 1e-5  # response of other modes that counts: there they cost little
 
 
@@ -57,8 +51,6 @@ class Plan:
     schedule : Schedule
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m]; none where all of the scene is integrated.
-    region : Region or None
-        The part of it that a run needs; None: all of it.
     combinations : tuple of CombinationResonance
         Combination frequencies that come near a carrier during the scene.
     elastic_order : int or None
@@ -73,7 +65,6 @@ class Plan:
     excited: Excited
     schedule: Schedule
     amplitude: tuple[float, ...]
-    region: Region | None
     combinations: tuple[CombinationResonance, ...]
     elastic_order: int | None
     full_order: Stretches
@@ -108,16 +99,14 @@ class Plan:
         self,
         *,
         contact: bool = False,
-        region: bool = False,
         headroom: float = 1.0,
         detuning: bool = False,
         progress: bool = False,
     ) -> tuple[Model, bool]:
         """The model of the scene, and whether it came from the cache.
 
-        `contact` asks for one that has contact motion whatever the scene wants of it, `region`
-        for one that has to hold no further than the scene is expected to go, `detuning` for one
-        whose friction follows frequencies off the carriers, though the scene's do not move.
+        `contact` asks for one that has contact motion whatever the scene wants of it, `detuning`
+        for one whose friction follows frequencies off the carriers, even if they are constant.
         """
         self.scene.check_tabulated()
         return cached_model(
@@ -125,20 +114,11 @@ class Plan:
             self.scene.model.tolerance,
             combinations=self.combinations,
             harmonics=self._harmonics(contact),
-            region=self.region if region else None,
             headroom=headroom,
             detuning=detuning or self._frequencies_move,
             budget=self.scene.model.budget,
             progress=progress,
         )
-
-    def on_whole_table(self, reason: str, level: Level = "info") -> Plan:
-        """The plan for a run on all of the table, though the scene asks for a region."""
-        if self.region is None:
-            return self
-        others = [decision for decision in self.decisions if decision.subject != REGION]
-        decision = Decision(REGION, "all of the table", reason, level)
-        return replace(self, region=None, decisions=[*others, decision])
 
     def _harmonics(self, contact: bool) -> int:
         """Order up to which the model keeps harmonics; a march wants what the modes respond to."""
@@ -213,7 +193,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
             *of_frequencies,
             *frictionless_findings(law, structure.n_contacts),
         ]
-        return Plan(scene, structure, excited, schedule, (), None, (), None, (), decisions)
+        return Plan(scene, structure, excited, schedule, (), (), None, (), decisions)
     combinations: tuple[CombinationResonance, ...] = ()
     if scene.model.formulation == "consistent":
         excited = replace(excited, reduced=_at_frequencies(excited, schedule))
@@ -230,7 +210,6 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     else:
         given = dict(zip("AB", scene.model.amplitude, strict=False))
         amplitude, reason = tuple(given[mode] for mode in modes), "given as model.amplitude"
-    region, region_decisions = _region(scene, seen)
     full_order, transients = plan_transients(
         scene, modes, seen, np.array(amplitude), excited.reduced.carrier
     )
@@ -241,7 +220,6 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         *_preload_decisions(rest),
         _other_modes(excited.reduced),
         Decision("friction table", ranges, reason),
-        *region_decisions,
         *_combination_decisions(combinations),
         transients,
         *motion_decisions,
@@ -259,7 +237,6 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
             excited,
             schedule,
             amplitude,
-            region,
             combinations,
             elastic_order,
             full_order,
@@ -323,21 +300,6 @@ def _aerodynamics(scene: Scene, modes: Sequence[Mode]) -> list[complex] | None:
     if not scene.aerodynamics:
         return None
     return [scene.aerodynamics.get(mode, 0j) for mode in modes]
-
-
-def _region(scene: Scene, seen: DryRun | None) -> tuple[Region | None, list[Decision]]:
-    """The part of the friction table that a run needs; None: all of it."""
-    if seen is None or seen.region is None:
-        return None, []
-    share = f"the dry run comes near {seen.region.share:.0%} of it"
-    if scene.model.table == "whole":
-        reason = f'{share}: model.table = "region" would do without the rest'
-    elif seen.region.share > _LARGEST_REGION:
-        reason = f"{share}: to tabulate that alone would save little"
-    else:
-        reason = f"{share}; a run that leaves that part is repeated on all of it"
-        return seen.region, [Decision(REGION, "alone", reason)]
-    return None, [Decision(REGION, "all of the table", reason)]
 
 
 def _other_modes(reduced: Reduced) -> Decision:

@@ -262,8 +262,8 @@ _WORDS: dict[str, dict[str, _Words]] = {
             "Range of the friction table; absent: as far as a dry run says.",
         ),
         "table": (
-            *("string", '"whole", "region", "none"', "-", '"whole"'),
-            "The table in its whole range, only where a dry run goes, or all integrated without.",
+            *("string", '"whole", "none"', "-", '"whole"'),
+            "A friction table, or none: the scene is integrated at full order.",
         ),
         "transients": (
             *("string", '"auto", "slow", "hybrid"', "-", '"auto"'),

@@ -184,7 +184,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         if model.transients == "hybrid":
             raise SlipmodeError(f'model.transients: must be "auto" or "slow" {fixed}')
         if model.table == "none":
-            raise SlipmodeError(f'model.table: must be "whole" or "region" {fixed}')
+            raise SlipmodeError(f'model.table: must be "whole" {fixed}')
     return Scene(
         title=root.text("title", default=""),
         structure=_structure(section["structure"], Path(folder)),
@@ -363,26 +363,23 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
         raise table.error("formulation", 'must be "consistent" with [[contacts]]')
     if aeroelastic and formulation == "paper":
         raise table.error("formulation", 'must be "consistent" with [aerodynamics]')
-    extent = table.choice("table", ("whole", "region", "none"), default="whole")
+    extent = table.choice("table", ("whole", "none"), default="whole")
     if extent == "none" and formulation == "paper":
-        raise table.error("table", 'must be "whole" or "region" with model.formulation = "paper"')
+        raise table.error("table", 'must be "whole" with model.formulation = "paper"')
     if extent == "none":
         for key in ("amplitude", "transients", "budget"):
             if key in table:
                 raise table.error(key, 'leave it out: model.table = "none" integrates the scene')
-    if extent == "region" and "amplitude" in table:
-        raise table.error("table", '"region" is where a dry run goes; leave out model.amplitude')
     transients = table.choice("transients", ("auto", "slow", "hybrid"), default="auto")
-    slow = 'must be "auto" or "slow" with model.'
     if transients == "hybrid" and formulation == "paper":
-        raise table.error("transients", f'{slow}formulation = "paper"')
-    if transients == "hybrid" and extent == "region":
-        raise table.error("transients", f'{slow}table = "region"')
+        raise table.error(
+            "transients", 'must be "auto" or "slow" with model.formulation = "paper"'
+        )
     return ModelOptions(
         tolerance=table.number("tolerance", POSITIVE, default=1e-3),
         formulation=cast(Literal["consistent", "paper"], formulation),
         amplitude=table.numbers("amplitude", POSITIVE, n_modes) if "amplitude" in table else None,
-        table=cast(Literal["whole", "region", "none"], extent),
+        table=cast(Literal["whole", "none"], extent),
         transients=cast(Literal["auto", "slow", "hybrid"], transients),
         budget=table.number("budget", POSITIVE) if "budget" in table else None,
     )

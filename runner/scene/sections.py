@@ -163,16 +163,15 @@ class Run:
 class ModelOptions:
     """How the reduced model is made; table range per mode, None to let the plan find it.
 
-    The friction table holds in the whole range, or only where the scene goes; without one (none)
-    all of the scene is integrated at full order. Stretches whose transient error is too large are
-    integrated at full order (auto, hybrid) or left to the slow flow (slow). A table is refused
-    that takes longer than the budget [s].
+    Without a friction table (none) all of the scene is integrated at full order. Stretches whose
+    transient error is too large are integrated at full order (auto, hybrid) or left to the slow
+    flow (slow). A table is refused that takes longer than the budget [s].
     """
 
     tolerance: float
     formulation: Literal["consistent", "paper"]
     amplitude: tuple[float, ...] | None
-    table: Literal["whole", "region", "none"]
+    table: Literal["whole", "none"]
     transients: Literal["auto", "slow", "hybrid"] = "auto"
     budget: float | None = None
 

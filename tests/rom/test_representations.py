@@ -52,7 +52,6 @@ def test_what_holds_arrays_is_among_them():
     assert {
         "slipmode.rom.table.model.Model",
         "slipmode.rom.slow.motion.Motion",
-        "slipmode.rom.table.region.Region",
     } <= set(records())
     assert {
         "slipmode.runner.run.Recording",

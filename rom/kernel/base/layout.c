@@ -57,7 +57,6 @@ static const sm_layout_row ROWS[] = {
     FIELD(sm_table, values),
     FIELD(sm_table, rate_correction),
     FIELD(sm_table, detuning),
-    FIELD(sm_table, region),
     WHOLE(sm_combination),
     FIELD(sm_combination, mode),
     FIELD(sm_combination, n),

@@ -29,7 +29,7 @@ static int shape_is_valid(const sm_table *table) {
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
     if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
         return 0;
-    if (table->modes == 1) return table->count_b == 1 && !table->region;
+    if (table->modes == 1) return table->count_b == 1;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
            table->count_b <= MAX_COUNT;
 }
@@ -53,22 +53,21 @@ sm_status sm_table_check(const sm_table *table) {
     return SM_OK;
 }
 
-/* Doubles of the nodes, of the values and of the corrections, bytes of the cells. */
+/* Doubles of the nodes, of the values and of the corrections. */
 typedef struct {
-    size_t a, b, values, rate_correction, detuning, cells;
+    size_t a, b, values, rate_correction, detuning;
 } sizes;
 
 static sizes sizes_of(const sm_table *table) {
     const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
     const size_t corrections = a * b * 4 * correction_count(table);
     return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
-                   table->rate_correction ? corrections : 0, table->detuning ? corrections : 0,
-                   table->region ? (a - 1) * (b - 1) : 0};
+                   table->rate_correction ? corrections : 0, table->detuning ? corrections : 0};
 }
 
 size_t sm_table_size(const sm_table *table) {
     const sizes s = sizes_of(table);
-    return s.a + s.b + s.values + s.rate_correction + s.detuning + sm_doubles(s.cells);
+    return s.a + s.b + s.values + s.rate_correction + s.detuning;
 }
 
 sm_table sm_table_copy(const sm_table *table, double **memory) {
@@ -79,7 +78,6 @@ sm_table sm_table_copy(const sm_table *table, double **memory) {
     copy.values = sm_keep(memory, table->values, s.values);
     copy.rate_correction = sm_keep(memory, table->rate_correction, s.rate_correction);
     copy.detuning = sm_keep(memory, table->detuning, s.detuning);
-    copy.region = sm_keep_bytes(memory, table->region, s.cells);
     return copy;
 }
 
@@ -213,10 +211,7 @@ SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double am
 SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
     sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
     if (status != SM_OK || table->modes != SM_MODES) return status;
-    status = find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
-    if (status != SM_OK || !table->region) return status;
-    const size_t place = (size_t)cell[0] * (size_t)(table->count_b - 1) + (size_t)cell[1];
-    return table->region[place] ? SM_OK : SM_OUTSIDE_TABLE;
+    return find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
 }
 
 /* The nodes and values are not checked one by one: a NaN among them shows in the result. */

@@ -15,7 +15,7 @@ from slipmode.rom.short_repr import short_repr
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """Those where a table has to hold.
+    """Rectangles of cells without samples between them.
 
     Attributes
     ----------
@@ -23,7 +23,6 @@ class Blocks:
         Ascending.
     low, width : (blocks, modes) ndarray
     middle : (blocks, modes) ndarray
-        Or the place nearest to it where the table has to hold.
     doubt : (blocks,) ndarray
         How little is known of the surface there.
     """
@@ -37,10 +36,8 @@ class Blocks:
     __repr__ = short_repr
 
     @classmethod
-    def of(
-        cls, axes: Sequence[Floats], block: NDArray[np.int64], doubt: Floats, held: Flags
-    ) -> Self:
-        """From the block of each cell, its doubt, and whether the table has to hold there."""
+    def of(cls, axes: Sequence[Floats], block: NDArray[np.int64], doubt: Floats) -> Self:
+        """From the block of each cell and its doubt."""
         cells = np.indices(block.shape)[: len(axes)].reshape(len(axes), -1)
         start = np.stack([node[i] for node, i in zip(axes, cells, strict=True)], axis=-1)
         end = np.stack([node[i + 1] for node, i in zip(axes, cells, strict=True)], axis=-1)
@@ -48,14 +45,8 @@ class Blocks:
         of_cell = of_cell.ravel()
         low, high, most = start[first], end[first], np.zeros(len(first))
         np.maximum.at(high, of_cell, end)
-        np.maximum.at(most, of_cell[held.ravel()], doubt[held])
-        middle = (0.5 * (low + high))[of_cell]
-        nearest = np.clip(middle, start, end)
-        away = (np.abs(nearest - middle) / (high - low)[of_cell]).max(axis=1)
-        order = np.lexsort((away, of_cell))
-        order = order[held.ravel()[order]]
-        kept, at = np.unique(of_cell[order], return_index=True)
-        return cls(numbers[kept], low[kept], (high - low)[kept], nearest[order[at]], most[kept])
+        np.maximum.at(most, of_cell, doubt.ravel())
+        return cls(numbers, low, high - low, 0.5 * (low + high), most)
 
 
 def apart(block: NDArray[np.int64], cells: Flags) -> NDArray[np.int64]:

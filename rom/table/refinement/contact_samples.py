@@ -64,7 +64,7 @@ class ContactSamples:
         self._check = check
         self._sticks = sticks
         self._largest = largest
-        self.carriers = np.zeros((largest.size, contacts), dtype=complex)
+        self.carriers: Complexes = np.zeros((largest.size, contacts), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 

@@ -7,7 +7,6 @@ surface is good enough as it is, and stands at the nodes of the line.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,6 @@ from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.check_points import at_cells, holding_cells
 from slipmode.rom.table.refinement.blocks import apart
-from slipmode.rom.table.region import widened
 
 _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _LEAST_LEFT = 1 / 4  # of an error by halving: one that fell faster may have lost sight of a kink
@@ -75,22 +73,6 @@ class Grid:
         """Number of modes."""
         return len(self.poor)
 
-    def extended(self, further: Sequence[Floats]) -> Grid:
-        """With further nodes of each mode after the last, and new cells between all these."""
-        beyond, second = further if self.modes == 2 else (*further, np.zeros(0))
-        pad = [(0, 0), (0, beyond.size), (0, second.size)]
-        block = np.pad(self.block, pad[1:], constant_values=-1)
-        block[block < 0] = self.block.max() + 1 + np.arange((block < 0).sum())
-        return Grid(
-            (np.append(self.nodes[0], beyond), np.append(self.nodes[1], second)),
-            np.pad(self.poor, pad, constant_values=True),
-            np.pad(self.missed, pad, constant_values=np.inf),
-            np.pad(self.left, pad, constant_values=np.inf),
-            np.pad(self.sampled, pad[1:], constant_values=True),
-            block,
-            self.closest,
-        )
-
     def cells(self, points: Floats) -> tuple[NDArray[np.intp], ...]:
         """Indices of the cells that hold points (points, modes)."""
         cells = holding_cells(self.nodes[: self.modes], points)
@@ -140,7 +122,7 @@ class Grid:
         parts = np.where(split, 2, 1)
         still = np.repeat(still, parts, axis)
         # a kink beside a cell bends the surface in it too, and may be seen only there
-        still[mode] = widened(widened(still[mode]).T).T & self._wide(node, mode)
+        still[mode] = _widened(_widened(still[mode]).T).T & self._wide(node, mode)
         both = np.concatenate((self.sampled, taken), axis=mode)
         return Grid(
             self.with_nodes(mode, node),
@@ -172,6 +154,14 @@ class Grid:
         """Which intervals of a mode may be halved, as a grid."""
         wide = np.diff(node) >= 2.0 * self.closest * node[1:]
         return np.asarray(wide[:, np.newaxis] if mode == 0 else wide)
+
+
+def _widened(nodes: Flags) -> Flags:
+    """Marked nodes and those next to them along the first axis."""
+    wide = nodes.copy()
+    wide[1:] |= nodes[:-1]
+    wide[:-1] |= nodes[1:]
+    return wide
 
 
 def _touching(cells: Flags, axis: int, nodes: int) -> Flags:

@@ -6,7 +6,6 @@ are kept in rows, to which the nodes refer.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -56,12 +55,6 @@ class NodeSamples:
         tabulated[nodes] = own
         row[nodes] = len(self.rows) + np.arange(len(samples))
         return NodeSamples(tabulated, np.concatenate((self.rows, further)), row)
-
-    def padded(self, shape: Sequence[int]) -> NodeSamples:
-        """With further nodes after the last along both axes, of which nothing is known."""
-        more = [(0, nodes - own) for nodes, own in zip(shape, self.row.shape, strict=True)]
-        tabulated = np.pad(self.tabulated, (*more, (0, 0)))
-        return NodeSamples(tabulated, self.rows, np.pad(self.row, more))
 
     def middles(
         self, grid: Grid, mode: int, surface: Complexes, sampled: Flags, *, smooth: bool

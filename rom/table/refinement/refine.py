@@ -5,10 +5,6 @@ tolerance: what it missed new samples by falls with this halving at least half a
 last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
 Every sample becomes a node; points that are no nodes measure the error of the finished table, see
 check_points.py, and cells where it is too large are halved again.
-
-Where only a region of the plane is wanted, samples are taken at the corners of its cells and at
-the nodes next to them, on whose values the slopes there depend most. At all other nodes stands
-what the surface was before its grid lines were halved.
 """
 
 from __future__ import annotations
@@ -39,10 +35,8 @@ from slipmode.rom.table.refinement.blocks import Blocks
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.node_samples import NodeSamples
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
-from slipmode.rom.table.region import corners, with_neighbours
 
-_FIRST_INTERVALS = {1: 8, 2: 4}  # that are sampled everywhere, in the region or not
-_OF_HEADROOM = 8  # intervals up to the amplitude range, and on in the same width
+_FIRST_INTERVALS = {1: 8, 2: 4}  # by modes
 _MAX_ROUNDS = 40
 _RINGS = 8  # of blocks around those of large errors that are checked at once
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
@@ -71,13 +65,6 @@ class _Checks:
         self.gain = 1.0
         self.points, self._exact = points, exact
 
-    def add_beyond(self) -> None:
-        """Check past the amplitude range, too."""
-        sampling, end = self._sampling, self._sampling.amplitude_range
-        furthest = (1.0 + sampling.beyond / _OF_HEADROOM) * end
-        points = spread_points(furthest)
-        self._add(points[(points > end).any(axis=1)])
-
     def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
         """Points, in order, and samples there.
 
@@ -105,14 +92,11 @@ class _Checks:
         sampling, axes = self._sampling, table.axes
         norm = sampling.norm(table)
         doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
-        held = np.ones(doubt.shape, dtype=bool)
-        if sampling.region is not None:
-            held = sampling.region.cells(*grid.nodes)
-        blocks = Blocks.of(axes, grid.block, doubt, held)
+        blocks = Blocks.of(axes, grid.block, doubt)
 
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
-            """Those of them where the table has to hold; errors at all, and their blocks."""
-            self._add(points[held[grid.cells(points)]])
+            """Add points; errors at all, and their blocks."""
+            self._add(points)
             errors = sampling.error_of(self.points, table.terms(self.points), self._exact, norm)
             return errors, grid.block[grid.cells(self.points)]
 
@@ -141,7 +125,7 @@ class _Checks:
 
 def refine(
     sampling: Sampling, tolerance: float, time_budget: TimeBudget
-) -> tuple[Table, Table | None, Complexes | None, float]:
+) -> tuple[Table, Complexes | None, float]:
     """Tabulate to a tolerance relative to the largest |S_j| up to the amplitude range.
 
     Parameters
@@ -153,8 +137,6 @@ def refine(
     Returns
     -------
     table : Table
-    inner : Table, optional
-        Up to the amplitude range, of one that goes beyond.
     carried : (n_a, n_b, carried) complex ndarray, optional
         The columns that are not tabulated, at the nodes, if they are to be kept.
     error : float
@@ -169,26 +151,14 @@ def refine(
     """
     grid, samples, checks = _begun(sampling, tolerance)
     grid, samples, table, error = _refined(sampling, grid, samples, checks, tolerance, time_budget)
-    inner = None
-    if sampling.beyond:
-        inner = table
-        sampling = replace(sampling, inner=inner)
-        grid, samples = _extended(sampling, grid, samples)
-        checks.add_beyond()
-        grid, samples, table, error = _refined(
-            sampling, grid, samples, checks, tolerance, time_budget
-        )
-    if sampling.region is not None:
-        table = replace(table, region=sampling.region.cells(*grid.nodes))
     carried = samples.carried if sampling.columns.kept else None
-    return table, inner, carried, max(error, _LEAST_STATED * tolerance)
+    return table, carried, max(error, _LEAST_STATED * tolerance)
 
 
 def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, NodeSamples, _Checks]:
     """The first grid with its samples, and check points all over; samples are taken at once."""
     ends = sampling.amplitude_range
-    inside = None if sampling.region is None else sampling.region.holds
-    spread = _in_order(spread_points(ends, inside))
+    spread = _in_order(spread_points(ends))
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
     nodes, tabulated = amplitude_pairs(*grid.nodes, grid.modes), len(sampling.columns.orders)
     if grid.modes == 2:
@@ -262,28 +232,6 @@ def _refined(
     )
 
 
-def headroom_intervals(headroom: float) -> int:
-    """Intervals beyond the amplitude range that take a table to `headroom` times it."""
-    if not (np.isfinite(headroom) and headroom >= 1.0):
-        raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
-    return int(np.ceil((headroom - 1.0) * _OF_HEADROOM - 1e-9))
-
-
-def least_further(table: Table) -> int:
-    """Contact problems that the whole plane takes at least beyond those of a tabulated region.
-
-    Each of its first cells is halved.
-    """
-    assert table.region is not None
-    left = ~with_neighbours(corners(table.region))
-    halves = 2 * _FIRST_INTERVALS[2]
-    first = [
-        np.isin(np.round(halves * node / end, 9), np.arange(halves + 1))
-        for node, end in zip(table.axes, table.amplitude_range, strict=True)
-    ]
-    return int(left[np.ix_(*first)].sum())
-
-
 def _in_order(points: Floats) -> Floats:
     return np.asarray(points[np.lexsort(points.T[::-1])])
 
@@ -301,20 +249,16 @@ def _halve(
 
     `table` is that through the samples, where there is one.
     """
-    lacking = grid.lacking(mode) & sampling.wanted(*grid.nodes)[1]
+    lacking = grid.lacking(mode)
     if lacking.any():
         near = samples.rows[samples.row[lacking]]
         samples = _sampled_at(sampling, grid, samples, lacking, near)
         grid, table = replace(grid, sampled=grid.sampled | lacking), None
     order = grid.order(mode)
-    node = np.append(grid.nodes[mode], grid.middles(mode))
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
     table = table or sampling.table(grid.nodes, samples.tabulated)
     new = order >= grid.nodes[mode].size
-    counts, taken = (
-        np.compress(new, flags, axis=mode) & grid.wanted(mode)
-        for flags in sampling.wanted(*grid.with_nodes(mode, node[order]))
-    )
+    taken = grid.wanted(mode)
     surface = table.terms(points).reshape(*taken.shape, -1)
     # what is not sampled is as it was: on the surface, or between the nodes
     lines, near = samples.middles(grid, mode, surface, taken, smooth=sampling.columns.kept)
@@ -324,7 +268,7 @@ def _halve(
         lines = lines.taken(taken, known)
     places = points.reshape(*taken.shape, -1)
     error = sampling.error_of(places, surface, lines.tabulated, sampling.norm(table))
-    finer = grid.halved(mode, taken, np.where(counts, error, 0.0), tolerance)
+    finer = grid.halved(mode, taken, np.where(taken, error, 0.0), tolerance)
     return finer, samples.with_lines(mode, new, lines)
 
 
@@ -334,12 +278,3 @@ def _sampled_at(
     """With samples at some nodes of the grid, from about what is carried there, if it is known."""
     points = amplitude_pairs(*grid.nodes, grid.modes)[nodes.ravel()]
     return samples.taken(nodes, sampling.at(points, near))
-
-
-def _extended(sampling: Sampling, grid: Grid, samples: NodeSamples) -> tuple[Grid, NodeSamples]:
-    """With samples at the nodes of the headroom too."""
-    steps = 1.0 + np.arange(1, sampling.beyond + 1) / _OF_HEADROOM
-    longer = grid.extended([node[-1] * steps for node in grid.nodes[: grid.modes]])
-    fresh = np.ones_like(longer.sampled)
-    fresh[tuple(slice(count) for count in samples.row.shape)] = False
-    return longer, _sampled_at(sampling, longer, samples.padded(fresh.shape), fresh, None)

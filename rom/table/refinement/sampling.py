@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.check_points import unpredicted
 from slipmode.rom.table.hermite import Table, make_table
-from slipmode.rom.table.region import Region, corners, with_neighbours
 
 
 @dataclass(frozen=True)
@@ -75,9 +74,7 @@ class Sampling:
 
     They are taken from about what the columns that are carried are there, if that is known.
     `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
-    much they are off by chance, as errors are; `region` the part of the plane where they are
-    wanted; None: everywhere. `beyond` are the intervals of headroom past `amplitude_range`,
-    up to which the surface is `inner` then.
+    much they are off by chance, as errors are.
     """
 
     at: Callable[[Floats, Complexes | None], Complexes]
@@ -85,19 +82,8 @@ class Sampling:
     amplitude_range: Floats
     onset_lines: Floats
     noise: float
-    region: Region | None = None
-    beyond: int = 0
-    inner: Table | None = None
 
     __repr__ = short_repr
-
-    def wanted(self, node_a: Floats, node_b: Floats) -> tuple[Flags, Flags]:
-        """Nodes of a grid (n_a, n_b) where the error counts, and where samples are taken."""
-        if self.region is None:
-            every = np.ones((node_a.size, node_b.size), dtype=bool)
-            return every, every
-        ends = corners(self.region.cells(node_a, node_b))
-        return ends, with_neighbours(ends)
 
     def norm(self, table: Table) -> ErrorNorm:
         """Return the norm with the largest |S_j| at the nodes of a table."""
@@ -117,8 +103,7 @@ class Sampling:
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Table through the tabulated columns on a grid."""
         orders, loss = self.columns.orders, self.columns.loss
-        table = make_table(axes[0], axes[1], tabulated, orders, loss)
-        return table if self.inner is None else table.keeping(self.inner)
+        return make_table(axes[0], axes[1], tabulated, orders, loss)
 
     def error_of(
         self, points: Floats, surface: Complexes, exact: Complexes, norm: ErrorNorm

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -53,7 +53,7 @@ class Figure:
 
 def figures() -> list[Figure]:
     """Measure all of them."""
-    return [*table_figures(), *region_figures(), *slow_flow_figures(), *memory_figures()]
+    return [*table_figures(), *scene_figures(), *slow_flow_figures(), *memory_figures()]
 
 
 def table_figures() -> list[Figure]:
@@ -78,10 +78,10 @@ def table_figures() -> list[Figure]:
     ]
 
 
-def region_figures() -> list[Figure]:
-    """The friction table of the shipped two-mode scene, whole and in the region of the scene."""
+def scene_figures() -> list[Figure]:
+    """The friction table of the shipped two-mode scene."""
     scene = load_scene("two-mode")
-    plan = make_plan(replace(scene, model=replace(scene.model, table="region")))
+    plan = make_plan(scene)
     reduced, law = plan.excited.reduced, plan.excited.law
     build = partial(
         rom.tabulate,
@@ -91,14 +91,7 @@ def region_figures() -> list[Figure]:
         scene.model.tolerance,
         combinations=plan.combinations,
     )
-    return [
-        Figure("table of the two-mode scene: time to build", timed(build, 5)[0], "s"),
-        Figure(
-            "table of the two-mode scene, the tabulated region: time to build",
-            timed(partial(build, region=plan.region), 5)[0],
-            "s",
-        ),
-    ]
+    return [Figure("table of the two-mode scene: time to build", timed(build, 5)[0], "s")]
 
 
 def slow_flow_figures() -> list[Figure]:

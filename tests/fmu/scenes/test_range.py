@@ -79,7 +79,6 @@ def test_what_no_force_moves_declares_no_force(tmp_path):
 
 
 def test_runs_by_an_fmu_take_its_range(tmp_path):
-    """Its table is the scene's up to where that ends."""
     path = export_fmu("one-mode", tmp_path / "scene.fmu")
     through = runner.run("one-mode", tmp_path / "through", fmu=path)
     inside = runner.run("one-mode", tmp_path / "inside")
@@ -89,13 +88,32 @@ def test_runs_by_an_fmu_take_its_range(tmp_path):
     _, time, expected = inside.read().channels["/modes"]
     _, again, found = through.read().channels["/modes"]
     np.testing.assert_array_equal(again, time)
-    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    tolerance = inside.plan.scene.model.tolerance  # of either table
+    assert np.abs(found - expected).max() < tolerance * np.abs(expected).max()
 
 
-def test_an_fmu_of_another_range_is_of_another_model(tmp_path):
-    scene = load_scene("one-mode")
-    path = export_fmu(
-        replace(scene, model=replace(scene.model, amplitude=(3.61,))), tmp_path / "other.fmu"
-    )
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"amplitude": (2.0, 0.8)},
+        {"amplitude": (3.6, 1.8)},
+        {"tolerance": 5e-3},
+    ],
+    ids=["smaller", "another mode farther", "another tolerance"],
+)
+def test_an_fmu_of_another_table_is_of_another_model(change, tmp_path):
+    scene = load_scene("two-mode")
+    options = replace(scene.model, amplitude=(3.6, 1.5), tolerance=1e-2)
+    path = export_fmu(replace(scene, model=replace(options, **change)), tmp_path / "other.fmu")
     with pytest.raises(SlipmodeError, match="holds another model"):
-        runner.run(scene, tmp_path, fmu=path)
+        runner.run(replace(scene, model=options), tmp_path, fmu=path)
+
+
+@pytest.mark.parametrize("headroom", [1.0, 1.1, 4.0 / 3.0])
+def test_an_fmu_of_any_range_is_of_the_scenes_model(headroom, tmp_path):
+    """Amplitude ranges are compared bit for bit."""
+    scene = load_scene("one-mode")
+    path = export_fmu(scene, tmp_path / "scene.fmu", headroom=headroom)
+    plan = make_plan(scene)
+    through = runner.run(scene, tmp_path, fmu=path)
+    assert through.model.hash == plan.model(contact=True, headroom=headroom)[0].hash

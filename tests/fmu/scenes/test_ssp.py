@@ -15,7 +15,8 @@ from slipmode.runner.cli import main
 @pytest.fixture(scope="module", params=[2, 3])
 def package(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("ssp") / "one.ssp"
-    assert main(["fmu", "one-mode", "--ssp", "-o", str(path), "--fmi", str(request.param)]) == 0
+    options = ["-o", str(path), "--fmi", str(request.param), "--range", "1"]
+    assert main(["fmu", "one-mode", "--ssp", *options]) == 0
     return path
 
 

@@ -386,29 +386,7 @@ static void check_reset_and_work(void) {
     free_model(&m);
 }
 
-/* A component keeps its own copy of which cells are tabulated. */
-static void check_region(void) {
-    model m = new_model(2, 2, 0);
-    const sm_inputs inputs = resonant_inputs();
-    const double at_rest[4] = {0.0};
-    uint8_t region[(COUNT_A - 1) * (COUNT_B - 1)] = {1}; /* the first one */
-    double out[SM_OUTPUTS_FIXED];
-    sm_component *part = NULL;
-    m.flow.table.region = region;
-    CHECK_STATUS(sm_component_create(&m.flow, &m.p.contact, &m.motion, m.tolerance, &part), SM_OK);
-    memset(region, 1, sizeof region);
-    CHECK_STATUS(sm_component_set_inputs(part, &inputs), SM_OK);
-    CHECK_STATUS(sm_component_reset(part, 0.0, at_rest), SM_OK);
-    CHECK_STATUS(sm_component_step(part, 1.0), SM_OK);
-    CHECK_STATUS(sm_component_step(part, 1000.0), SM_OUTSIDE_TABLE);
-    CHECK_STATUS(sm_component_outputs(part, out), SM_OK);
-    CHECK(hypot(out[1], out[2]) < m.t.node_a[1] && hypot(out[3], out[4]) < m.t.node_b[1]);
-    sm_component_free(part);
-    free_model(&m);
-}
-
 void check_component(void) {
-    check_region();
     check_linear_response();
     check_step_pattern();
     check_energy();

@@ -118,41 +118,6 @@ static void check_lookup_refusals(void) {
     free_table(&t);
 }
 
-/* The whole surface in cells of the region, nothing in the others. */
-static void check_region(void) {
-    table t = new_table(2, 4, 6);
-    uint8_t region[3 * 5] = {0};
-    for (int place = 0; place < 3 * 5; place++) {
-        const int cell[2] = {place / 5, place % 5};
-        region[place] = 1;
-        for (int k = 0; k < 20; k++) {
-            double at[2], s[4], whole[4], slopes[12];
-            int32_t found[2] = {0, 0}, inside = 1;
-            for (int j = 0; j < 2; j++) {
-                const double *node = j == 0 ? t.node_a : t.node_b;
-                at[j] = k % 2 ? 4.0 * random_number()
-                              : node[cell[j]] + (node[cell[j] + 1] - node[cell[j]]) * random_number();
-                inside = inside && at[j] >= node[cell[j]] && at[j] < node[cell[j] + 1];
-            }
-            t.table.region = NULL;
-            CHECK_STATUS(sm_table_lookup(&t.table, at, whole), SM_OK);
-            t.table.region = region;
-            const sm_status expected = inside ? SM_OK : SM_OUTSIDE_TABLE;
-            CHECK_STATUS(sm_table_lookup(&t.table, at, s), expected);
-            CHECK_STATUS(sm_table_lookup_many(&t.table, 1, at, s), expected);
-            CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), expected);
-            CHECK_STATUS(sm_table_slopes_from(&t.table, at, 4, found, slopes, NULL), expected);
-            CHECK(!inside || memcmp(s, whole, sizeof s) == 0);
-        }
-        region[place] = 0;
-    }
-    free_table(&t);
-    table alone = new_table(1, 4, 1);
-    alone.table.region = region;
-    CHECK_STATUS(sm_table_check(&alone.table), SM_BAD_ARGUMENT);
-    free_table(&alone);
-}
-
 /* Slopes of some columns alone: what is looked up is what it is among those of all. */
 static void check_some_slopes(void) {
     table t = new_rich_table(9, 5, 2);
@@ -193,7 +158,6 @@ static void check_rate_correction(void) {
 
 void check_table(void) {
     check_rate_correction();
-    check_region();
     check_some_slopes();
     check_values(1, 2, 1);
     check_values(1, 17, 1);

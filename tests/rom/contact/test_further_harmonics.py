@@ -14,7 +14,6 @@ from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.table.region import Region
 from slipmode.runner.report.methods.break_even import jenkins_blade
 
 PLATE = member(50)  # 27 Jenkins contacts; a mode at 7.31 rad/s, forced at 1.046
@@ -119,8 +118,7 @@ def test_a_table_that_does_not_settle_with_them_says_what_it_leaves_out():
     )
     steady = rom.steady_state(reduced, case.law, case.frequency, case.force)
     reached = np.abs(np.array(steady.amplitude))
-    region = Region.along(np.array([0.0 * reached, reached]), 2.0 * reached, reached / 16)
     with pytest.warns(rom.ValidityWarning, match="harmonics neglected: .* by up to 5.9%"):
-        model = rom.tabulate(reduced, case.law, 2.0 * reached, 1e-2, region=region)
+        model = rom.tabulate(reduced, case.law, 2.0 * reached, 1e-2)
     # about as much where contacts move most, at twice the steady amplitudes
     assert 0.05 < model.accuracy.neglected_response < 0.07

@@ -35,7 +35,6 @@ from slipmode.rom.table.check_points import largest_error, onset_points, unpredi
 from slipmode.rom.table.refinement.blocks import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
-from slipmode.rom.table.region import Region
 
 IWAN = Contacts(
     [
@@ -90,8 +89,6 @@ def check(reduced, law, amplitude, tolerance, **arguments):
     limit = np.array(amplitude)
     model = tabulate(reduced, law, amplitude, tolerance, warned=False, **arguments)
     points = dense_points(reduced, law, limit)
-    if (region := arguments.get("region")) is not None:
-        points = points[region.holds(points)]
     found = dense_error(model, points, limit)
     assert found <= model.accuracy.interpolation
     assert model.accuracy.interpolation <= tolerance
@@ -174,7 +171,7 @@ def test_what_grid_lines_go_through_without_samples_is_one_block():
     assert [len(np.unique(left[part])) for part in parts] == 5 * [1]
     assert len(np.unique(left)) == 5
     axes = (np.array([0.0, 1.0, 2.0, 4.0]), np.array([0.0, 1.0, 2.0, 3.0, 4.0]))
-    blocks = Blocks.of(axes, left, np.arange(12.0).reshape(3, 4), np.ones((3, 4), dtype=bool))
+    blocks = Blocks.of(axes, left, np.arange(12.0).reshape(3, 4))
     last = np.searchsorted(blocks.number, left[2, 0])
     assert blocks.low[last].tolist() == [2.0, 0.0]
     assert blocks.width[last].tolist() == [2.0, 4.0]
@@ -182,21 +179,10 @@ def test_what_grid_lines_go_through_without_samples_is_one_block():
     assert blocks.doubt[last] == 11.0
 
 
-def test_a_block_is_checked_where_the_table_holds():
-    """In the cell nearest to its middle."""
-    axes = (np.arange(4.0), np.array([0.0, 1.0]))
-    held = np.array([[True], [False], [False]])
-    blocks = Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), held)
-    np.testing.assert_allclose(blocks.middle, [[1.0, 0.5]])
-    np.testing.assert_allclose(blocks.width, [[3.0, 1.0]])
-    nowhere = Blocks.of(axes, np.zeros((3, 1), dtype=int), np.ones((3, 1)), held & ~held)
-    assert nowhere.middle.shape == (0, 2)
-
-
 def test_onset_is_checked_in_the_blocks_that_it_comes_near_to():
     node = np.linspace(0.0, 4.0, 9)
     number = np.arange(64).reshape(8, 8)
-    blocks = Blocks.of((node, node), number, np.ones((8, 8)), np.ones((8, 8), dtype=bool))
+    blocks = Blocks.of((node, node), number, np.ones((8, 8)))
     # a = 1.55 in the fourth column; within a quarter of a cell from the third
     points = onset_points(blocks, np.array([[1 / 1.55, 0.0]]), np.zeros((0, 2)))
     assert sorted(set(points[:, 0])) == [1.25, 1.75]
@@ -238,7 +224,7 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
     one = np.ones(1)
     columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
     sampling = Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4)
-    table, _, _, error = refine(sampling, 1e-3, TimeBudget(np.inf))
+    table, _, error = refine(sampling, 1e-3, TimeBudget(np.inf))
     assert 3e-3 < error < 0.05  # of what differs by 6e-3 between any two
     assert np.diff(table.axes[0]).min() > 5e-6  # 1e-16 without a least width
     assert sum(map(len, solved)) < 2500
@@ -294,17 +280,6 @@ def test_of_the_family(seed):
     drawn = member(seed)
     reduced = reduce(drawn.structure, drawn.modes, law=drawn.law, carrier=drawn.frequency)
     check(reduced, drawn.law, tuple(1.2 * np.array(drawn.scale)), 1e-2)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", [((3.0, 0.0), (3.1, 1.25)), ((1.2, 0.4), (2.2, 1.3))])
-@pytest.mark.parametrize("law", [Coulomb(2.0), Tanh(2.0, 0.02), Tanh(2.0, 0.005)], ids=str)
-def test_of_a_region(path, law):
-    limit = np.array((3.6, 1.5))
-    region = Region.along(np.array([(0.0, 0.0), *path]), limit, limit / 32)
-    reduced = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65))
-    for tolerance in (1e-2, 1e-3):
-        check(reduced, law, tuple(limit), tolerance, region=region)
 
 
 @pytest.mark.slow

@@ -144,7 +144,7 @@ def test_runs_are_the_same_to_the_bit(tmp_path):
         (f'{NONE}\ntransients = "hybrid"', "", r"model\.transients: leave it out"),
         (f"{NONE}\nbudget = 3.0", "", r"model\.budget: leave it out"),
         (NONE, "[limits]\nscale = 2.0", r"model\.table: .* with limits\.scale"),
-        ('table = "no"', "", r'model\.table: must be one of "whole", "region", "none"'),
+        ('table = "region"', "", r'model\.table: must be one of "whole", "none"; got "region"'),
     ],
 )
 def test_what_it_does_not_go_with_is_refused(table, more, said):

@@ -25,7 +25,6 @@ from slipmode.rom.slow.motion import sum_harmonics
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.slow.transient import TransientError
-from slipmode.rom.table.region import Region
 from slipmode.runner.transients.demodulation import carrier_signal, slow_parts, window_length
 
 SEEDS, LIMIT, PICTURE = 120, 60, "logs/family-rest.png"
@@ -35,7 +34,6 @@ SAMPLES, STEPS = 32, 96  # per period of the fastest forcing
 MOST_CYCLES, LEAST_CYCLES = 400, 20
 SETTLED = 0.02  # of the final amplitude: the run-in ends within
 POINTS = 8  # per period of the slowest forcing: of the slow trajectory
-NEAR = 1 / 32  # of the amplitude range, around the path: where a table of two modes holds
 MARGINS = (1.2, 1.5, 2.0)  # of the amplitude range, over what full order reaches
 
 
@@ -129,15 +127,10 @@ def slow_part(
 
 def tabulated(case: Member, reduced: rom.Reduced, reached: np.ndarray, margin: float) -> rom.Model:
     """A table for effective amplitudes (points, modes), by a margin larger."""
-    amplitude_range, region = margin * reached.max(axis=0), None
-    if len(case.modes) == 2:
-        path = np.vstack((np.zeros((1, 2)), reached))
-        region = Region.along(path, amplitude_range, NEAR * margin**2 * amplitude_range)
     tolerance = TOLERANCE[len(case.modes)]
     return rom.tabulate(
-        *(reduced, case.law, amplitude_range, tolerance),
+        *(reduced, case.law, margin * reached.max(axis=0), tolerance),
         harmonics=RESPONSE_ORDER,
-        region=region,
         warned=False,
     )
 
