@@ -9,6 +9,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
 
 #: Amplitudes below this share of the range are not part of what a table states.
 SMALLEST_SHARE = 1e-3
@@ -27,7 +28,7 @@ _LEAST_SHARE = 1e-6
 class ErrorNorm:
     """Scale of the error of S_j at an amplitude.
 
-        scale_j = |S_j| + gamma_j Omega_j |a_j| + floor rho max |S_j|,
+        scale_j = max(|S_j| + gamma_j Omega_j |a_j|, floor rho max |S_j|),
         rho = max_k |a_k| / range_k,
 
     so that an error of `tolerance` times it changes frequency and damping of mode j by that part
@@ -50,6 +51,8 @@ class ErrorNorm:
     amplitude_range: Floats
     largest: Floats
 
+    __repr__ = short_repr
+
     @classmethod
     def of(cls, reduced: Reduced, amplitude_range: Floats) -> Self:
         """Return the norm before any S_j is known."""
@@ -70,8 +73,16 @@ class ErrorNorm:
         """Return scale_j (..., modes) at amplitudes (..., modes) with values S (..., modes)."""
         floor = _FLOOR[self.loss.size] * self.largest + self.least
         share = self.share(amplitudes)[..., np.newaxis]
-        scale = np.abs(S) + self.loss * amplitudes + floor * share
+        scale = np.maximum(np.abs(S) + self.loss * amplitudes, floor * share)
         return np.asarray(np.where(scale > 0.0, scale, 1.0))
+
+
+def smallest_scale(amplitude_range: Floats) -> Floats:
+    """Return the amplitudes (modes,) below which marches repeat relative to these.
+
+    Of two modes the floor of the norm allows that for a weak mode beside a strong one.
+    """
+    return {1: SMALLEST_SHARE, 2: 0.1}[amplitude_range.size] * amplitude_range
 
 
 def frictionless_force(reduced: Reduced) -> Floats:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm, frictionless_force
+from slipmode.rom.contact.error_norm import ErrorNorm, frictionless_force, smallest_scale
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import LINES
 from slipmode.rom.contact.settled import check_settled
@@ -37,6 +37,9 @@ _LEAST_STEPS = 32
 _STEPS = 40.0  # squared, times a tolerance: of second order, 64 were seen to do for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into; fixed, whatever the number of threads
+_LEAST_PART = (
+    1e-3  # of the frictionless S_j: of one mode where contacts begin to slip, without damping
+)
 _CLOSER = 0.1
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
@@ -203,6 +206,13 @@ def _resolution(
     """As choose_resolution, but for the advice."""
     modes = amplitude_range.size
     points, norm = _probes(reduced, law, amplitude_range), ErrorNorm.of(reduced, amplitude_range)
+    # marches repeat to a tolerance of the frictionless motion, of which S_j may be a small part
+    free = frictionless_force(reduced)
+    moved = free > 0.0
+    least = 1.0
+    if modes == 1 and moved.all():
+        least = float(np.clip(norm.loss[0] / free[0], _LEAST_PART, 1.0))
+    trial_march = max(budget.trial_march * least, _FINEST_MARCH)
 
     @cache
     def solve(steps: int, lines: int) -> _Trial:
@@ -210,8 +220,8 @@ def _resolution(
 
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
-                *(reduced, law, part, grid, budget.trial_march),
-                *(SMALLEST_SHARE * amplitude_range, combinations),
+                *(reduced, law, part, grid, trial_march),
+                *(smallest_scale(amplitude_range), combinations),
                 further=further,
             )
 
@@ -220,7 +230,7 @@ def _resolution(
             check_settled(reduced, combinations, part)
         work = lines * sum(int(part.marched.sum()) for part in parts)
         S, T = (np.concatenate([getattr(part, name) for part in parts]) for name in "ST")
-        repeats = all(part.residual.max() <= budget.trial_march for part in parts)
+        repeats = all(part.residual.max() <= trial_march for part in parts)
         return _Trial(S, T, work, repeats)
 
     driven = [*range(modes), *(term.mode for term in combinations)]
@@ -248,9 +258,7 @@ def _resolution(
     lines = numbers[0]
     if not rigid:  # in so many steps fewer may take less work
         lines = min(numbers, key=lambda number: solve(steps, number).work)
-    # marches repeat to a tolerance of the frictionless motion, of which S_j may be a small part
-    S, free = solve(steps, lines).S, frictionless_force(reduced)
-    moved = free > 0.0
+    S = solve(steps, lines).S
     part = (norm.known(S).scale(points, S) / points)[:, moved] / free[moved]
     of_free = part.min(initial=1.0)
     march = max(budget.march * float(of_free), _FINEST_MARCH)

@@ -38,6 +38,8 @@ _COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
 _STRIDE, _DETUNING_STRIDE = 3, 4  # grid lines from one that is sampled to the next, at least,
 _LINES = 16  # if it takes no fewer than so many: what is corrected is small
+# Shares of the range: above it every so many lines are sampled, below it these.
+_LARGE, _SMALL = 1 / 8, (0.0, 1 / 32, 1 / 10)
 _HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
@@ -161,14 +163,17 @@ def _surface(
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes)."""
     modes, axes = table.modes, (table.node_a, table.node_b)
-    strides = [max(stride, node.size // _LINES) for node in axes]
-    lines = [
-        np.append(np.arange(0, node.size - 1, each), node.size - 1)
-        for node, each in zip(axes, strides, strict=True)
-    ]
-    some = [node[chosen] for node, chosen in zip(axes, lines, strict=True)]
+    some = [_spaced(node, stride) for node in axes]
     parts = list(spread(sample, amplitude_pairs(some[0], some[1], modes)))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
     return surface_values(*axes, samples, orders)
+
+
+def _spaced(node: Floats, stride: int) -> Floats:
+    """Return some nodes: one in `stride` at large amplitudes, and two small ones."""
+    share = node / max(node[-1], np.finfo(float).tiny)
+    large = np.flatnonzero(share > _LARGE)[:: -max(stride, node.size // _LINES)]
+    small = np.abs(share[:, np.newaxis] - _SMALL).argmin(axis=0)
+    return node[np.unique(np.concatenate((large, small)))]

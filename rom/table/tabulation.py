@@ -13,7 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
+from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
@@ -280,7 +280,7 @@ class _Task:
                     self.law,
                     resolution,
                     amplitudes,
-                    SMALLEST_SHARE * self.amplitude_range,
+                    smallest_scale(self.amplitude_range),
                 ),
                 *(self.combinations, highest, further, near if sliders else None),
             )
@@ -312,7 +312,7 @@ class _Task:
         ) -> ContactTerms:
             return contact_terms(
                 *(reduced, self.law, amplitudes, resolution.grid, march),
-                *(SMALLEST_SHARE * self.amplitude_range, self.combinations, 1, further, near),
+                *(smallest_scale(self.amplitude_range), self.combinations, 1, further, near),
             )
 
         table = with_rate_correction(

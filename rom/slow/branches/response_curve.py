@@ -64,6 +64,8 @@ class CurveSizes(NamedTuple):
     lowest: Floats
     highest: Floats
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True, eq=False)
 class ResponseCurve:
