@@ -29,12 +29,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.fmu.inputs import (
-    FORCES,
     MODE_NAMES,
     Inputs,
     limit_scale,
     moved_on,
-    place,
 )
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
@@ -51,12 +49,11 @@ from slipmode.rom.slow.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     Finding,
-    force_strain,
     mode_frequency_findings,
     model_findings,
-    strain_findings,
     warn,
 )
 
@@ -95,14 +92,15 @@ class Component:
     Raises
     ------
     SlipmodeError
-        On arguments that are not allowed.
+        On arguments that are not allowed; where the table does not have the quasi-static response of the
+        contacts to these forces, and the error of an amplitude is above its tolerance.
 
     Warns
     -----
     ValidityWarning
         Where contacts or friction strain what the method assumes, at the largest amplitudes of
-        the table, or frequencies of modes are implausible; and, once each, where force inputs
-        that are set strain it, or frequency inputs are far from their mode.
+        the table, or frequencies of modes are implausible; and, once, where frequency inputs are
+        far from their mode.
     """
 
     def __init__(
@@ -133,9 +131,10 @@ class Component:
         self._start = np.zeros(kernel.MODES, dtype=complex)
         self._start_address = self._start.ctypes.data
         self.reset()
-        self._strain = self._strain_of(force_patterns) if warned else None
         self._frequencies_checked = warned
         if warned:
+            if force_patterns is not None:
+                check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
             warn(findings_of(model, self._named.mode_names))
 
     @property
@@ -207,7 +206,6 @@ class Component:
             kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
         )
         self._inputs = changed
-        self._warn_of_forces(changed)
         if not self._named.frequencies.isdisjoint(values):
             self._warn_of_frequencies(changed)
 
@@ -274,7 +272,6 @@ class Component:
         if done.value:
             last = done.value - 1
             self._inputs = moved_on(records[last : done.value].copy(), float(lengths[last]))
-        self._warn_of_forces(records[: done.value])
         self._warn_of_frequencies(records[: done.value])
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
@@ -312,7 +309,6 @@ class Component:
                 *(ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed)),
             )
             before, k = k, done.value
-            self._warn_of_forces(records[before:k])
             self._warn_of_frequencies(records[before:k])
             if elapsed.value > 0.0:
                 self._inputs = moved_on(records[k : k + 1].copy(), elapsed.value)
@@ -370,25 +366,6 @@ class Component:
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
-
-    def _strain_of(self, force_patterns: ForcePatterns | None) -> Floats | None:
-        """`force_strain` of 1 N of each force input, at the largest amplitudes; None: of none."""
-        if force_patterns is None:
-            return None
-        most = self.model.table.amplitude_range
-        applied = AppliedForces.of(self.model.reduced, force_patterns)
-        strain = force_strain(self.model.law, applied, most)
-        return strain if strain.any() else None
-
-    def _warn_of_forces(self, records: Floats) -> None:
-        """Say once if forces do more to the contacts than the friction table has."""
-        if self._strain is None:
-            return
-        forces = np.abs(records[:, FORCES[: self._strain.size]])
-        largest = (forces / records[:, place("limit_scale"), np.newaxis]).max(axis=0, initial=0.0)
-        if findings := strain_findings(self._strain * largest, self._named.mode_names):
-            self._strain = None
-            warn(findings, stacklevel=4)
 
     def _warn_of_frequencies(self, records: Floats) -> None:
         """Warn once of frequency inputs that are far from their mode."""

@@ -20,7 +20,7 @@ def within_reach(tolerance: float) -> str:
 
 @dataclass(frozen=True)
 class ErrorBudget:
-    """Shares of the tolerance of S_j, each relative to the largest |S_j| of a table.
+    """Shares of the tolerance of S_j, each relative to `ErrorNorm`.
 
     The tolerance is that of what is measured in the end, the interpolation between exact samples;
     samples are kept exact enough not to disturb that measurement.
@@ -56,6 +56,11 @@ class ErrorBudget:
     @property
     def response(self) -> float:
         """Of the contacts' motion, by a harmonic that modes are not taken to respond to."""
+        return 0.1 * self.tolerance
+
+    @property
+    def modes(self) -> float:
+        """Of S_j, by modes that a table neglects."""
         return 0.1 * self.tolerance
 
     @property

@@ -14,7 +14,6 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
-from slipmode.rom.validity import table_findings
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -86,8 +85,7 @@ class SlowPass:
         schedule = self._plan.schedule
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
-        worth = self._model.accuracy
-        found = table_findings(worth.tolerance, worth.interpolation, worth.neglected_response)
+        found = self._model.accuracy.findings()
         names = [f"frequency_{mode}" for mode in self._plan.excited.modes]
         found += self._model.detuning_findings(np.array(schedule.extremes(names)))
         record_findings(recorder, (*self._plan.decisions, *found))

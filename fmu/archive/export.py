@@ -32,7 +32,8 @@ from slipmode.fmu.variables.listing import Choice, list_variables
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.files import replacing
-from slipmode.rom.reduction.force_response import ForcePatterns
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.text import checked_line
 from slipmode.rom.validity import Finding, carrier_findings, warn
 
@@ -127,6 +128,8 @@ def export(
         if not (isfinite(value) and value > 0):
             raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")
     modes = present_modes(model, mode_names)
+    if force_patterns is not None:
+        check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
     component = Component(
         model,
         force_patterns,

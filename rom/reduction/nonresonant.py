@@ -8,6 +8,7 @@ nu^4 m m^T / (omega^2 - nu^2 + i gamma nu) per displacement, m = phi^T M X.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.fixed_interface import modes_below
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
@@ -73,6 +75,43 @@ def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, 
         "nonresonant_damper": np.zeros((0, n_contacts)),
         "damping_coupling": np.zeros((modes, modes)),
     }
+
+
+def with_responding(reduced: Reduced, smallest: float) -> Reduced:
+    """Return reduced matrices with the nonresonant modes that respond with more than `smallest`.
+
+    The others follow statically, as the contact stiffness or flexibility has it. Modes below the
+    retained ones, which are coupled by springs, stay.
+
+    Parameters
+    ----------
+    reduced : Reduced
+        Of the consistent formulation.
+    smallest : float
+        As in `responding`.
+    """
+    stiffness = np.diag(reduced.stiffness)
+    if reduced.contacts is not None:
+        k = reduced.contacts.reference
+        stiffness = np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0) - stiffness
+    follows = responding(
+        *(reduced.nonresonant_frequency, reduced.nonresonant_damping),
+        *(reduced.nonresonant_inertia, stiffness, reduced.carrier, smallest),
+    )
+    kept = follows | np.any(reduced.nonresonant_spring != 0.0, axis=1)
+    if kept.all():
+        return reduced
+    every = np.append(np.ones(len(reduced.modes), dtype=bool), kept)
+    return replace(
+        reduced,
+        nonresonant_frequency=reduced.nonresonant_frequency[kept],
+        nonresonant_damping=reduced.nonresonant_damping[kept],
+        nonresonant_shapes=reduced.nonresonant_shapes[:, kept],
+        nonresonant_spring=reduced.nonresonant_spring[kept],
+        nonresonant_inertia=reduced.nonresonant_inertia[kept],
+        nonresonant_damper=reduced.nonresonant_damper[kept],
+        damping_coupling=reduced.damping_coupling[np.ix_(every, every)],
+    )
 
 
 def responding(

@@ -24,11 +24,12 @@ from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, shifted_flow
 from slipmode.rom.table.model import Model
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     carrier_range,
     check_carriers,
     forcing_findings,
-    motion_findings,
+    friction_findings,
     warn,
 )
 
@@ -129,7 +130,8 @@ def limit_cycles(
     ]
     if found:
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
-        warn(motion_findings(model.law, applied, largest))
+        check_force_patterns(model, applied, largest[np.newaxis])
+        warn(friction_findings(model.reduced, model.law, largest))
         warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 

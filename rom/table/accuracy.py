@@ -1,11 +1,20 @@
 """What a friction table is worth."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from math import inf
+
+from slipmode.rom.errors import Finding
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What the table was measured to be worth, relative to the largest |S_j|.
+    """What the table was measured to be worth, in terms of `ErrorNorm`.
+
+    Errors are relative to |S_j| + gamma_j Omega_j |a_j|, friction and structural damping in the
+    amplitude equation, at amplitudes from 1e-3 of the range on. Of two modes they are relative to
+    the largest |S_j| at that distance from rest, if that is more.
 
     Attributes
     ----------
@@ -24,6 +33,10 @@ class Accuracy:
         table leaves out, relative to the motion without friction. 0 if the table has every
         harmonic that counts; infinity if it could not be measured, because the contact motion
         converges at none of the amplitudes that are tried.
+    neglected_modes : float
+        Change of S_j by the modes of the reduction that the table neglects, where the contacts
+        move most. 0 if it has all; infinity if it could not be measured, because the contact
+        motion does not converge with all modes.
     detuning : float or None
         Error of forcing 5 % from the carriers, the largest of what was tried.
         It grows with the square of that distance where the table has dS_j / dOmega_k, else in
@@ -40,7 +53,43 @@ class Accuracy:
     resolution: float
     periodicity: float
     neglected_response: float
+    neglected_modes: float
     detuning: float | None
     steps: int
     lines: int
     solved: int
+
+    @property
+    def total(self) -> float:
+        """Stated error of S_j at the carriers: interpolation, resolution and neglected modes."""
+        return self.interpolation + self.resolution + self.neglected_modes
+
+    def findings(self) -> list[Finding]:
+        """Return warnings of a table that misses its tolerance or neglects a response of modes."""
+        found = []
+        if self.interpolation > self.tolerance:
+            reason = (
+                "at some amplitudes it jumps, or contacts do not come to one motion: the relative "
+                f"error of the friction table is up to {self.interpolation:.1g}, tolerance is "
+                f"{self.tolerance:g}; compare with slipmode validate"
+            )
+            found.append(Finding("friction", "uncertain", reason, "warning"))
+        if neglected := self.neglected_response:
+            reason = (
+                "the contact motion at the largest amplitudes does not converge, so the response "
+                "to harmonics beyond the fifth is not known and is left out"
+                if neglected == inf
+                else "a harmonic beyond the fifth would change the contact motion by up to "
+                f"{neglected:.1%}, but the motion does not converge with the response of the "
+                "modes to it, which is left out"
+            )
+            reason += "; compare with slipmode validate"
+            found.append(Finding("harmonics", "neglected", reason, "warning"))
+        if self.neglected_modes == inf:
+            reason = (
+                "the contact motion at the largest amplitudes does not converge with the response "
+                "of all other modes, so the error due to the weakest of them is not known; "
+                "compare with slipmode validate"
+            )
+            found.append(Finding("other modes", "neglected", reason, "warning"))
+        return found

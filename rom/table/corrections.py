@@ -176,4 +176,4 @@ def _spaced(node: Floats, stride: int) -> Floats:
     share = node / max(node[-1], np.finfo(float).tiny)
     large = np.flatnonzero(share > _LARGE)[:: -max(stride, node.size // _LINES)]
     small = np.abs(share[:, np.newaxis] - _SMALL).argmin(axis=0)
-    return node[np.unique(np.concatenate((large, small)))]
+    return np.asarray(node[np.unique(np.concatenate((large, small)))])

@@ -24,7 +24,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 22  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 23  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
@@ -94,12 +94,11 @@ class Model:
     def friction_error(self, amplitudes: Floats) -> Floats:
         """Return the stated error of S_j at the carriers, (..., modes) [N kg^-1/2].
 
-        Interpolation and resolution together, at amplitudes (..., modes) [kg^1/2 m].
+        It is `Accuracy.total`, at amplitudes (..., modes) [kg^1/2 m].
         """
-        modulus, table, stated = np.abs(amplitudes), self.table, self.accuracy
+        modulus, table = np.abs(amplitudes), self.table
         norm = ErrorNorm.of(self.reduced, table.amplitude_range).known(table.nodes())
-        share = stated.interpolation + stated.resolution
-        return np.asarray(share * norm.scale(modulus, table(modulus)))
+        return np.asarray(self.accuracy.total * norm.scale(modulus, table(modulus)))
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""

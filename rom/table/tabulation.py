@@ -17,6 +17,7 @@ from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.neglected_modes import responding_modes
 from slipmode.rom.contact.resolution import (
     Mapped,
     Resolution,
@@ -46,7 +47,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tasks
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Columns, Sampling
-from slipmode.rom.validity import check_table_carriers, model_findings, table_findings, warn
+from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
@@ -80,8 +81,10 @@ def tabulate(
     amplitude : sequence of float
         Largest amplitude |a_j| of each mode [kg^1/2 m].
     tolerance : float
-        Of S_j = Q_j |a_j|, relative to its largest value over the table: half of it for the
-        contact problem, the whole for the interpolation.
+        Relative error of the amplitude equation: of S_j = Q_j |a_j|, relative to |S_j| and the
+        structural damping gamma_j Omega_j |a_j| together, at amplitudes from 1e-3 of the range
+        on, so that frequency and damping of a backbone have this accuracy. Of two modes relative
+        to the largest |S_j| at that distance from rest, if that is more. See `Accuracy`.
     combinations : sequence of CombinationResonance, optional
         Combination frequencies that the slow flow is to treat as resonant. Default: those near
         the carriers of `reduced`; none in the paper's formulation.
@@ -142,6 +145,10 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
+    grid = trial_grid(reduced, combinations, tolerance)
+    reduced, neglected_modes = responding_modes(
+        *(reduced, law, amplitude_range, grid, combinations, ErrorBudget(tolerance))
+    )
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
@@ -175,13 +182,14 @@ def tabulate(
         resolution=resolution.error,
         periodicity=found.samples.periodicity,
         neglected_response=neglected,
+        neglected_modes=neglected_modes,
         detuning=off_carriers,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
         solved=found.samples.solved,
     )
     if warned:
-        warn(table_findings(tolerance, found.error, neglected))
+        warn(accuracy.findings())
     carried = found.carried
     kept = None if carried is None else _harmonics(table, found.orders, carried)
     if reduced.force_patterns is None:

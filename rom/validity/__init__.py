@@ -27,15 +27,11 @@ from slipmode.rom.validity.assumptions import (
     detuning_findings,
     direction_findings,
     force_findings,
-    force_strain,
     forcing_findings,
     meeting_refusal,
     model_findings,
-    motion_findings,
     separation_findings,
     share_findings,
-    strain_findings,
-    table_findings,
 )
 from slipmode.rom.validity.friction import friction_findings, frictionless_findings
 
@@ -58,7 +54,6 @@ __all__ = [
     "detuning_findings",
     "direction_findings",
     "force_findings",
-    "force_strain",
     "forcing_findings",
     "friction_findings",
     "frictionless_findings",
@@ -66,10 +61,7 @@ __all__ = [
     "meeting_refusal",
     "mode_frequency_findings",
     "model_findings",
-    "motion_findings",
     "separation_findings",
     "share_findings",
-    "strain_findings",
-    "table_findings",
     "warn",
 ]

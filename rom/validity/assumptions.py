@@ -17,19 +17,21 @@ from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.laws.directions import skewed_directions
-from slipmode.rom.laws.friction import Friction, limits
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
-from slipmode.rom.validity.friction import elastic_force, friction_findings
+from slipmode.rom.validity.friction import friction_findings
 
 _SEPARATION = 0.1  # relative distance of a mode from its neighbours
 _TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
 _SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
-_ASIDE = 0.1  # of what holds a contact: force on it that the friction table does not have
+# Force on the contacts directly, relative to that through the mode, per dynamic stiffness of the
+# mode over its static one: below, friction does not see it.
+_DIRECT = 1e-3
 
 _AT_CARRIER = 1e-9  # relative distance that is rounding
 _DETUNED = 0.05  # distance from the carriers that a table states the error of
@@ -88,14 +90,6 @@ def model_findings(
     ]
 
 
-def motion_findings(law: Friction, applied: AppliedForces, amplitude: Floats) -> list[Finding]:
-    """Whatever the largest amplitudes (modes,) under forces tell."""
-    return [
-        *friction_findings(applied.reduced, law, amplitude),
-        *force_findings(law, applied, amplitude),
-    ]
-
-
 def separation_findings(
     structure: Structure, reduced: Reduced, names: Sequence[str] = "AB"
 ) -> list[Finding]:
@@ -150,33 +144,6 @@ def contact_findings(
     return found
 
 
-def table_findings(tolerance: float, interpolation: float, neglected: float) -> list[Finding]:
-    """Return findings on a table that misses its tolerance or neglects a harmonic response.
-
-    The arguments are `Accuracy.tolerance`, `interpolation` and `neglected_response`.
-    """
-    found = []
-    if interpolation > tolerance:
-        reason = (
-            f"at some amplitudes it jumps, or contacts do not come to one motion: the friction "
-            f"table is off by up to {interpolation:.1g} of its largest value, "
-            f"tolerance is {tolerance:g}; compare with slipmode validate"
-        )
-        found.append(Finding("friction", "uncertain", reason, "warning"))
-    if neglected:
-        reason = (
-            "the contact motion at the largest amplitudes does not converge, so the response to "
-            "harmonics beyond the fifth is not known and is left out"
-            if neglected == np.inf
-            else "a harmonic beyond the fifth would change the contact motion by up to "
-            f"{neglected:.1%}, but the motion does not converge with the response of the modes to "
-            "it, which is left out"
-        )
-        reason += "; compare with slipmode validate"
-        found.append(Finding("harmonics", "neglected", reason, "warning"))
-    return found
-
-
 def detuning_findings(
     tolerance: float, detuning: float | None, corrected: bool, apart: Floats
 ) -> list[Finding]:
@@ -223,44 +190,25 @@ def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
     ]
 
 
-def force_findings(
-    law: Friction, applied: AppliedForces, amplitude: Floats, names: Sequence[str] = "AB"
-) -> list[Finding]:
-    """Forces (largest, one per mode) must move contacts as their modes do.
+def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[Finding]:
+    """Report forces whose direct action on the contacts no friction table has.
 
-    The friction table has one motion of the contacts per mode; what a force does to them besides
-    has to be small against the friction limit, or against the elastic force on the contact.
+    A table has it as a function of the amplitude that the force holds steady, which says nothing
+    where the force moves the contacts about as much as its mode does.
     """
-    return strain_findings(force_strain(law, applied, amplitude), names)
-
-
-def force_strain(law: Friction, applied: AppliedForces, amplitude: Floats) -> Floats:
-    """What forces do to a contact besides, relative to what holds it there, (modes,)."""
     reduced = applied.reduced
-    if reduced.formulation == "paper":
-        return np.zeros(applied.modal.size)
-    residual = applied.residual(applied.contact)
-    if reduced.force_patterns is not None:  # the contact problem has theirs
-        known = AppliedForces.of(reduced, list(reduced.force_patterns))
-        has = steady_force(reduced)[0] != 0.0
-        residual -= np.where(has, known.residual(known.contact), 0.0)
-    aside = np.abs(residual * applied.modal[:, np.newaxis])
-    if reduced.contacts is not None:
-        aside = aside * reduced.contacts.reference
-    holds = np.maximum(limits(law, reduced.n_contacts), elastic_force(reduced, amplitude))
-    part = np.divide(aside, holds, out=np.zeros_like(aside), where=holds > 0.0)
-    return np.asarray(part.max(axis=1))
-
-
-def strain_findings(strain: Floats, names: Sequence[str] = "AB") -> list[Finding]:
-    """Of `force_strain`, (modes,)."""
+    if reduced.formulation == "paper" or reduced.force_patterns is None:
+        return []
+    acting = np.abs(applied.residual(applied.past_mode)).max(axis=1)
+    through = np.abs(reduced.coupling).max(axis=1)
+    directly = acting * reduced.frequency**2 > _DIRECT * through
+    known = (steady_force(reduced)[0] != 0.0).any(axis=1)
     reason = (
-        "past what its mode does there it is {:.2g} of the friction limit or elastic force, above "
-        "{:g}: the friction table leaves that out (in steady states it has it from reduce with "
-        "force_patterns); compare with slipmode validate"
+        "it moves the contacts directly about as much as through its mode: no friction table has "
+        'that; model.table = "none" or rom.steady_state does'
     )
     return [
-        Finding(f"force {mode}", "acts on contacts aside", reason.format(each, _ASIDE), "warning")
-        for mode, each in zip(names, strain, strict=False)
-        if each > _ASIDE
+        Finding(f"force {mode}", "acts on contacts", reason, "warning")
+        for mode, neglected in zip(names, directly & ~known & (applied.modal != 0.0), strict=False)
+        if neglected
     ]

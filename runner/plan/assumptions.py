@@ -58,7 +58,7 @@ def check_assumptions(
         *direction_findings(structure, law),
         *contact_findings(reduced, combinations, names),
         *friction_findings(reduced, law, amplitude),
-        *force_findings(law, AppliedForces.of(reduced, force), amplitude, names),
+        *force_findings(AppliedForces.of(reduced, force), names),
     ]
 
 

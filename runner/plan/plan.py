@@ -19,7 +19,6 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.reduction.reduction import SMALLEST_RESPONSE
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding as Decision
 from slipmode.rom.validity import frictionless_findings
@@ -34,8 +33,6 @@ from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.nodes import located
 from slipmode.runner.scene.scene import Scene, Window
 from slipmode.runner.scene.schedule import Schedule, make_schedule
-
-_SMALLEST_INTEGRATED = 1e-5  # response of other modes that counts: there they cost little
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +166,6 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         scene.model.formulation,
         None if isinstance(law, RigidFriction) else law,
         _aerodynamics(scene, modes),
-        SMALLEST_RESPONSE if scene.tabulated else _SMALLEST_INTEGRATED,
         progress=progress,
     )
     initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
@@ -328,15 +324,8 @@ def _force_pattern(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.
 
 
 def _at_frequencies(excited: Excited, schedule: Schedule) -> Reduced:
-    """With the contact problem at the forcing frequencies.
-
-    Elastic contacts have what the forces do past their modes from there too, where it stays the
-    same: a sweep takes it to other frequencies.
-    """
+    """With the contact problem at the forcing frequencies, and what the forces do to it."""
     reduced = excited.reduced.at_carrier(schedule.mean_frequency(excited.modes))
-    least, most = schedule.extremes([f"frequency_{mode}" for mode in excited.modes])
-    if reduced.contacts is None or np.any(least != most):
-        return reduced
     return replace(reduced, force_patterns=np.array(excited.force_patterns))
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -121,7 +121,6 @@ class SceneModel:
         excited, terms = plan.excited, plan.combinations if samples.asked.runs else ()
         detuned = any(mode in frequencies for mode in excited.modes)
         if detuned:
-            excited = replace(excited, reduced=replace(excited.reduced, force_patterns=None))
             if samples.asked.runs and scene.model.formulation == "consistent":
                 terms = _combinations(plan.excited, plan.schedule, frequencies)
         may_grow = scene.model.amplitude is None

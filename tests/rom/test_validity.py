@@ -1,13 +1,14 @@
 """What the method assumes: refused where nothing could follow, warned of where it is strained."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from slipmode import rom, runner
 from slipmode.fmu import Component, export
-from slipmode.rom.validity import table_findings
+from slipmode.rom.table.accuracy import Accuracy
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 
@@ -185,10 +186,13 @@ def test_python_is_warned_too(law, amplitude, words):
 
 
 def test_a_table_that_is_off_by_more_than_asked_for_says_so():
-    assert table_findings(1e-3, 1e-3, 0.0) == []
-    (found,) = table_findings(1e-3, 4e-3, 0.0)
+    stated = Accuracy(1e-3, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 64, 1, 100)
+    assert stated.findings() == []
+    (found,) = replace(stated, interpolation=4e-3).findings()
     assert (found.subject, found.level) == ("friction", "warning")
-    assert "off by up to 0.004 of its largest value, tolerance is 0.001;" in found.reason
+    assert "error of the friction table is up to 0.004, tolerance is 0.001;" in found.reason
+    (found,) = replace(stated, neglected_modes=np.inf).findings()
+    assert found.subject == "other modes"
 
 
 def test_an_alpha_that_is_advised_is_accepted():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,7 +56,8 @@ class SpecialPoint:
     __repr__ = short_repr
 
 
-class CurveSizes(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class CurveSizes:
     """Amplitudes along a curve, each (n, modes): its points, special points, ends of cycles."""
 
     points: Floats

@@ -40,7 +40,7 @@ _FIRST_INTERVALS = {1: 8, 2: 4}  # by modes
 _MAX_ROUNDS = 40
 _RINGS = 8  # of blocks around those of large errors that are checked at once
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
-_MOST_NODES = 20_000
+_MOST_NODES = 60_000
 # Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
 # Kinks and thresholds were seen to need 1/2.
 _CLOSEST = 1 / 100
