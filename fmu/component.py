@@ -92,8 +92,8 @@ class Component:
     Raises
     ------
     SlipmodeError
-        On arguments that are not allowed; where the table does not have the quasi-static response of the
-        contacts to these forces, and the error of an amplitude is above its tolerance.
+        On arguments that are not allowed; if the table does not have the quasi-static response of
+        the contacts to these forces, and the error of an amplitude is above its tolerance.
 
     Warns
     -----

@@ -95,8 +95,12 @@ def with_responding(reduced: Reduced, smallest: float) -> Reduced:
         k = reduced.contacts.reference
         stiffness = np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0) - stiffness
     follows = responding(
-        *(reduced.nonresonant_frequency, reduced.nonresonant_damping),
-        *(reduced.nonresonant_inertia, stiffness, reduced.carrier, smallest),
+        reduced.nonresonant_frequency,
+        reduced.nonresonant_damping,
+        reduced.nonresonant_inertia,
+        stiffness,
+        reduced.carrier,
+        smallest,
     )
     kept = follows | np.any(reduced.nonresonant_spring != 0.0, axis=1)
     if kept.all():

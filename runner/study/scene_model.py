@@ -120,9 +120,8 @@ class SceneModel:
         scene = plan.scene
         excited, terms = plan.excited, plan.combinations if samples.asked.runs else ()
         detuned = any(mode in frequencies for mode in excited.modes)
-        if detuned:
-            if samples.asked.runs and scene.model.formulation == "consistent":
-                terms = _combinations(plan.excited, plan.schedule, frequencies)
+        if detuned and samples.asked.runs and scene.model.formulation == "consistent":
+            terms = _combinations(plan.excited, plan.schedule, frequencies)
         may_grow = scene.model.amplitude is None
         return cls(excited, plan.amplitude, may_grow, terms, detuned, scene.model.tolerance)
 

@@ -26,7 +26,8 @@ from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.validity import Finding, forcing_findings, motion_findings, warn
+from slipmode.rom.table.quasi_static import check_force_patterns
+from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -256,7 +257,8 @@ def response_curve(
     points = Points(rows, problem.curve.unknowns)
     amplitude = problem.amplitude(points.z)
     relative = np.abs(amplitude) / problem.limit_scale(points.z[:, -1])[:, np.newaxis]
-    warn(motion_findings(model.law, problem.applied, relative.max(axis=0)))
+    check_force_patterns(model, problem.applied, relative)
+    warn(friction_findings(model.reduced, model.law, relative.max(axis=0)))
     frequencies, forces = (
         problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
     )
