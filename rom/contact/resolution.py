@@ -40,7 +40,7 @@ _TASKS = {1: 1, 2: 3}  # that the probes are split into; fixed, whatever the num
 _LEAST_PART = (
     1e-3  # of the frictionless S_j: of one mode where contacts begin to slip, without damping
 )
-_CLOSER = 0.1
+_CLOSER, _MORE_STEPS = 0.1, 4
 _FINEST_MARCH = 1e-10  # nearer than this rounding keeps motion from repeating
 _MOST_LINES = 8  # times those of the grid, where the motion does not settle on it
 
@@ -82,8 +82,9 @@ class Resolution:
 
     @property
     def closer(self) -> Resolution:
-        """With marches that go on for longer."""
-        return replace(self, march=max(_CLOSER * self.march, _FINEST_MARCH))
+        """With marches that go on for longer, in more steps."""
+        grid = replace(self.grid, steps=_MORE_STEPS * self.grid.steps)
+        return replace(self, grid=grid, march=max(_CLOSER * self.march, _FINEST_MARCH))
 
 
 def choose_resolution(

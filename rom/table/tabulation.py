@@ -164,28 +164,26 @@ def tabulate(
         except UnsettledError:  # nothing is known about the response to them
             further, neglected = {}, np.inf
         try:
-            resolution = task.resolution(list(further))
-            found = task.refined(resolution, list(further))
+            found = task.refined(task.resolution(list(further)), list(further))
         except UnsettledError:
             if not further:
                 raise
             neglected, further = max(further.values()), {}
-            resolution = task.resolution()
-            found = task.refined(resolution)
+            found = task.refined(task.resolution())
         table = found.table
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, resolution, list(further), detuning)
+            table, off_carriers = task.corrected(found, list(further), detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
-        resolution=resolution.error,
+        resolution=found.resolution.error,
         periodicity=found.samples.periodicity,
         neglected_response=neglected,
         neglected_modes=neglected_modes,
         detuning=off_carriers,
-        steps=resolution.grid.steps,
-        lines=resolution.grid.lines,
+        steps=found.resolution.grid.steps,
+        lines=found.resolution.grid.lines,
         solved=found.samples.solved,
     )
     if warned:
@@ -212,8 +210,9 @@ def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
 
 
 class _Refined(NamedTuple):
-    """What refinement came to: see `refine`, and the harmonics and samples behind it."""
+    """What refinement came to: see `refine`, and the grid, harmonics and samples behind it."""
 
+    resolution: Resolution
     orders: list[Order]
     samples: ContactSamples
     table: Table
@@ -303,16 +302,16 @@ class _Task:
             self.budget.march,
         )
         made = refine(sampling, self.budget.interpolation, self.time_budget)
-        return _Refined(orders, samples, *made)
+        return _Refined(resolution, orders, samples, *made)
 
     def corrected(
         self,
         found: _Refined,
-        resolution: Resolution,
         further: Sequence[Order],
         detuning: bool | None,
     ) -> tuple[Table, float | None]:
         """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves."""
+        resolution = found.resolution
         spread = partial(in_tasks, self.mapped)
 
         def solve(

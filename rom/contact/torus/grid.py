@@ -10,7 +10,7 @@ from slipmode.rom.arrays import Floats
 _LEAST_STEPS_PER_PERIOD = 4  # of either mode, on the coarsest grid
 # By the number of modes. Just past the onset of rigid friction the error of a march falls like
 # steps^-1.3, so that a table to 1e-4 takes 4096.
-_MOST_STEPS = {1: 8192, 2: 2048}
+_MOST_STEPS = {1: 16384, 2: 2048}
 _HALF = 0.6  # of the work: that half periods take, of whole ones
 
 

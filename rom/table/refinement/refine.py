@@ -219,6 +219,8 @@ def _refined(
     table = sampling.table(grid.nodes, samples.tabulated)
     *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
+    if grid.sampled.size <= _MOST_NODES and not time_budget.spent:
+        return grid, samples, table, error  # samples jump: more rounds would not help
     reached = round_up(_SLACK * max(error, tolerance))
     nodes = "{} x {} nodes".format(*samples.row.shape)
     if time_budget.spent:

@@ -19,11 +19,11 @@ from slipmode.rom import (
     tabulate,
     two_mass,
 )
+from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.resolution import (
     Resolution,
-    least_force,
     resolved_terms,
     trial_grid,
 )
@@ -53,10 +53,23 @@ def dense_points(reduced, law, limit):
     held = along / np.einsum("lj,lpj->lp", lines, along)[..., np.newaxis]
     beyond = rng.choice((0.99, 1.0, 1.003, 1.01, 1.03), held.shape[:2])[..., np.newaxis]
     near = (held * beyond).reshape(-1, limit.size)
-    near = near[(near <= 1.0).all(axis=1)]
-    points = np.concatenate((rng.random((500, limit.size)), near)) * limit
+    near = near[(near <= 1.0).all(axis=1) & (near >= 1e-3).any(axis=1)]
+    small = rng.random((300, limit.size)) * 10.0 ** -rng.uniform(0.0, 3.0, (300, 1))
+    small = small[small.max(axis=1) > 1e-3]  # below, nothing is stated
+    points = np.concatenate((rng.random((500, limit.size)), small, near)) * limit
     # where contacts have two motions, the one is meant that is followed from small amplitudes
     return points[np.lexsort(points.T[::-1])]
+
+
+def relative_error(model, points, off, S, driven):
+    """Largest error (points,), by the definition that `Accuracy` states."""
+    reduced, limit = model.reduced, model.table.amplitude_range
+    loss = reduced.modal_damping * reduced.carrier  # gamma_j Omega_j
+    largest = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
+    share = (points / limit).max(axis=1)[:, np.newaxis]
+    floor = {1: 1e-2, 2: 1.0}[limit.size] * share * largest
+    scale = np.maximum(np.abs(S) + loss * points, floor) + 1e-300
+    return (np.abs(off) / scale[:, driven]).max(axis=1)
 
 
 def dense_error(model, points, limit):
@@ -72,16 +85,18 @@ def dense_error(model, points, limit):
         found = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
         further = list(found)
     solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
-    terms = solve(points, 0.1 * limit, model.combinations, 1, further)
-    nodes = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
+    smallest = smallest_scale(limit)
+    terms = solve(points, smallest, model.combinations, 1, further)
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
-    scale = np.maximum(nodes, least_force(model.reduced, limit))[driven]
     surface = model.table.terms(points)[:, :-1]
-    errors = (np.abs(surface - np.hstack((terms.S, terms.T))) / scale).max(axis=1)
+    off = surface - np.hstack((terms.S, terms.T))
+    errors = relative_error(model, points, off, terms.S, driven)
     # motion that did not settle, begun with that at the point before, is no reference
     for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
-        alone = solve(points[k : k + 1], 0.1 * limit, model.combinations, 1, further)
-        errors[k] = (np.abs(surface[k] - np.append(alone.S, alone.T)) / scale).max()
+        here = points[k : k + 1]
+        alone = solve(here, smallest, model.combinations, 1, further)
+        off = surface[k : k + 1] - np.hstack((alone.S, alone.T))
+        errors[k] = relative_error(model, here, off, alone.S, driven)[0]
     return float(errors.max())
 
 
@@ -119,9 +134,14 @@ def test_the_stated_error_of_two_modes_is_the_largest():
     assert check(reduced, Coulomb(2.0), (3.6, 1.5), 1e-2) > 1e-3
 
 
-@pytest.mark.parametrize("law", [LAWS["with a gap"], IWAN], ids=["gap", "Iwan"])
-def test_the_stated_error_of_elastic_contacts_is_the_largest(law):
-    assert check(*on_cantilever(law, (0,)), 1e-3) > 1e-5
+@pytest.mark.parametrize(
+    # with the gap there are two motions at some amplitudes, 1.3e-3 apart
+    ("law", "tolerance"),
+    [(LAWS["with a gap"], 5e-3), (IWAN, 1e-3)],
+    ids=["gap", "Iwan"],
+)
+def test_the_stated_error_of_elastic_contacts_is_the_largest(law, tolerance):
+    assert check(*on_cantilever(law, (0,)), tolerance) > 1e-5
 
 
 def test_a_fine_table_of_one_mode_holds():
@@ -222,7 +242,8 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
         return np.stack((-1j * a * np.exp(-a) + noise, a**2), axis=1).astype(complex)
 
     one = np.ones(1)
-    columns = Columns(((1, 0), (0, 0)), (0,), one, 1e-9 * one, 0.0 * one)
+    norm = ErrorNorm(0.0 * one, 1e-9 * one, one, one)
+    columns = Columns(((1, 0), (0, 0)), (0,), norm, one, 0.0 * one)
     sampling = Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4)
     table, _, error = refine(sampling, 1e-3, TimeBudget(np.inf))
     assert 3e-3 < error < 0.05  # of what differs by 6e-3 between any two
@@ -286,7 +307,7 @@ def test_of_the_family(seed):
 def test_friction_that_jumps_is_tabulated_and_the_jump_is_stated():
     """Near |a| = 0.0118 the contacts come to one of two motions, S differs by 0.1 to 0.2 %."""
     reduced, law, limit = on_cantilever(LAWS["mixed"], (1,), (0.03,))
-    with pytest.warns(ValidityWarning, match="friction uncertain: .* is off by up to 0.00[1-9] "):
+    with pytest.warns(ValidityWarning, match="friction uncertain: .* is up to 0.00[1-9], "):
         model = tabulate(reduced, law, limit, 1e-3)
     points = np.append(np.linspace(0.001, 0.03, 100), np.linspace(0.0117, 0.012, 100))
     found = dense_error(model, np.sort(points)[:, np.newaxis], np.array(limit))
