@@ -82,7 +82,7 @@ def smallest_scale(amplitude_range: Floats) -> Floats:
 
     Of two modes the floor of the norm allows that for a weak mode beside a strong one.
     """
-    return {1: SMALLEST_SHARE, 2: 0.1}[amplitude_range.size] * amplitude_range
+    return {1: SMALLEST_SHARE, 2: 0.01}[amplitude_range.size] * amplitude_range
 
 
 def frictionless_force(reduced: Reduced) -> Floats:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.error_norm import ErrorNorm, frictionless_force, smallest_scale
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm, frictionless_force
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import LINES
 from slipmode.rom.contact.settled import check_settled
@@ -33,6 +33,8 @@ _PROBES = {
 }
 # Of the amplitude at which the first contact begins to slip: for a fraction of a step there.
 _PAST_ONSET = np.array([1.006, 1.03])
+# Of the range: marches of trials repeat relative to these amplitudes at least.
+_TRIED_SCALE = {1: SMALLEST_SHARE, 2: 1.0}
 _LEAST_STEPS = 32
 _STEPS = 40.0  # squared, times a tolerance: of second order, 64 were seen to do for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
@@ -222,7 +224,7 @@ def _resolution(
         def terms(part: Floats) -> ContactTerms:
             return contact_terms(
                 *(reduced, law, part, grid, trial_march),
-                *(smallest_scale(amplitude_range), combinations),
+                *(_TRIED_SCALE[modes] * amplitude_range, combinations),
                 further=further,
             )
 

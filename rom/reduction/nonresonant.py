@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.fixed_interface import modes_below
 from slipmode.rom.reduction.reduced import Reduced
@@ -43,10 +43,10 @@ def nonresonant_modes(
         Their frequencies [rad/s].
     contact_shapes : (n, N_c) ndarray
         X, with static flexibility [-].
-    stiffness : (N_c,) ndarray
-        Diagonal of the contact problem's [N/m].
+    stiffness : (N_c, N_c) ndarray
+        Of the contact problem [N/m].
     smallest_response : float
-        As in `responding`.
+        Largest force, see `response`, of the modes that are left out.
     """
     highest = highest_response(float(carrier.max()))
     omega, shapes = modes_below(structure, highest, max(retained) + 1)
@@ -54,7 +54,7 @@ def nonresonant_modes(
     omega, shapes = omega[others], shapes[:, others]
     inertia = projection(shapes, structure.mass, contact_shapes)
     damping = np.einsum("nk,nk->k", shapes, as_dense(structure.damping @ shapes))
-    chosen = responding(omega, damping, inertia, stiffness, carrier, smallest_response)
+    chosen = response(omega, damping, inertia, stiffness, carrier) > smallest_response
     return omega[chosen], shapes[:, chosen]
 
 
@@ -77,36 +77,41 @@ def no_nonresonant_modes(modes: int, n_dofs: int, n_contacts: int) -> dict[str, 
     }
 
 
-def with_responding(reduced: Reduced, smallest: float) -> Reduced:
-    """Return reduced matrices with the nonresonant modes that respond with more than `smallest`.
+def with_responding(reduced: Reduced, allowed: float) -> tuple[Reduced, float]:
+    """Return reduced matrices without the modes that respond least, and what these amount to.
 
-    The others follow statically, as the contact stiffness or flexibility has it. Modes below the
-    retained ones, which are coupled by springs, stay.
+    The modes that are left out follow statically, as the contact stiffness or flexibility has it.
+    Modes below the retained ones, which are coupled by springs, stay.
 
     Parameters
     ----------
     reduced : Reduced
         Of the consistent formulation.
-    smallest : float
-        As in `responding`.
+    allowed : float
+        Sum of the responses of the modes that are left out, at most; see `response`.
     """
-    stiffness = np.diag(reduced.stiffness)
+    stiffness = reduced.stiffness
     if reduced.contacts is not None:
         k = reduced.contacts.reference
-        stiffness = np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0) - stiffness
-    follows = responding(
+        soft = np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0)
+        stiffness = np.diag(soft) - stiffness
+    force = response(
         reduced.nonresonant_frequency,
         reduced.nonresonant_damping,
         reduced.nonresonant_inertia,
         stiffness,
         reduced.carrier,
-        smallest,
     )
-    kept = follows | np.any(reduced.nonresonant_spring != 0.0, axis=1)
-    if kept.all():
-        return reduced
+    force[np.any(reduced.nonresonant_spring != 0.0, axis=1)] = np.inf
+    weakest = np.argsort(force, kind="stable")
+    total = np.cumsum(force[weakest])
+    dropped = weakest[total <= allowed]
+    if not dropped.size:
+        return reduced, 0.0
+    kept = np.ones(force.size, dtype=bool)
+    kept[dropped] = False
     every = np.append(np.ones(len(reduced.modes), dtype=bool), kept)
-    return replace(
+    few = replace(
         reduced,
         nonresonant_frequency=reduced.nonresonant_frequency[kept],
         nonresonant_damping=reduced.nonresonant_damping[kept],
@@ -116,17 +121,13 @@ def with_responding(reduced: Reduced, smallest: float) -> Reduced:
         nonresonant_damper=reduced.nonresonant_damper[kept],
         damping_coupling=reduced.damping_coupling[np.ix_(every, every)],
     )
+    return few, float(total[dropped.size - 1])
 
 
-def responding(
-    omega: Floats,
-    damping: Floats,
-    inertia: Floats,
-    stiffness: Floats,
-    carrier: Floats,
-    smallest: float,
-) -> Flags:
-    """Which modes respond to some harmonic with a force that counts, (modes,).
+def response(
+    omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
+) -> Floats:
+    """Return the largest force of each mode on the contacts, relative to theirs, (modes,).
 
     Parameters
     ----------
@@ -134,25 +135,25 @@ def responding(
         Natural frequencies [rad/s] and modal damping [1/s].
     inertia : (modes, N_c) ndarray
         m_k = phi_k^T M X [kg^1/2].
-    stiffness : (N_c,) ndarray
-        Diagonal of the contact problem's [N/m].
+    stiffness : (N_c, N_c) ndarray
+        Of the contact problem [N/m].
     carrier : (retained modes,) ndarray
         [rad/s]
-    smallest : float
-        Force that counts, relative to that of the contact stiffness.
 
     Notes
     -----
-    Harmonics of order k are weighted by 1 / k^2, and taken where, within 10 %, they come closest
-    to the mode.
+    The force at the harmonic nu is relative to that of the contact stiffness for the same motion,
+    nu^4 m^T K^-1 m / |omega^2 - nu^2 + i gamma nu|. Harmonics of order k are weighted by 1 / k^2,
+    and taken where, within 10 %, they come closest to the mode.
     """
     orders = np.array(harmonic_orders(RESPONSE_ORDER, carrier.size))
     weight = 1.0 / np.abs(orders).sum(axis=1) ** 2
     centre = np.abs(orders[:, : carrier.size] @ carrier)
     nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)
     dynamic = omega[:, np.newaxis] ** 2 - nu**2 + 1j * damping[:, np.newaxis] * nu
-    share = (inertia**2 / stiffness).max(axis=1, initial=0.0)
+    share = np.einsum("kc,ck->k", inertia, np.linalg.solve(stiffness, inertia.T))
     floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
     with np.errstate(over="ignore"):  # infinite there
-        force = share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
-    return np.asarray(force > smallest)
+        return np.asarray(
+            share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
+        )

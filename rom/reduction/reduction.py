@@ -261,7 +261,7 @@ def _reduce_consistent(
     _check_stiffness(stiffness)
     spring = projection(Phi, K, X)
     nonresonant_omega, nonresonant = nonresonant_modes(
-        structure, modes, omega, X, np.diag(stiffness), smallest_response
+        structure, modes, omega, X, stiffness, smallest_response
     )
     every = np.hstack((Phi, nonresonant))
     modal_damping = projection(every, C, every)

@@ -18,7 +18,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.reduction.nonresonant import highest_response, responding
+from slipmode.rom.reduction.nonresonant import highest_response, response
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.structure.held import Held, stuck
 from slipmode.rom.structure.matrices import as_dense, projection
@@ -60,7 +60,7 @@ def reduce_stuck(
     inertia = projection(shapes, M, X)
     damping = np.einsum("nk,nk->k", shapes, as_dense(C @ shapes))
     soft = np.divide(1.0, contacts.reference, out=np.zeros(len(R)), where=contacts.reference > 0)
-    follows = responding(omega, damping, inertia, np.diag(R) + soft, carrier, smallest_response)
+    follows = response(omega, damping, inertia, R + np.diag(soft), carrier) > smallest_response
     chosen = ~retained & (below | follows)
     every = np.hstack((shapes[:, list(modes)], shapes[:, chosen]))
     modal_damping = projection(every, C, every)

@@ -24,7 +24,7 @@ from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, shifted_flow
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
+from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import (
     carrier_range,
     check_carriers,
@@ -130,7 +130,9 @@ def limit_cycles(
     ]
     if found:
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
-        check_force_patterns(model, applied, largest[np.newaxis])
+        amplitude = np.array([cycle.amplitude for cycle in found])
+        every = np.tile(excitation, (len(found), 1))
+        check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
         warn(friction_findings(model.reduced, model.law, largest))
         warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))

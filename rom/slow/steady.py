@@ -19,7 +19,7 @@ from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_problem import SteadyProblem
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
+from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
     check_carriers,
@@ -184,7 +184,7 @@ def steady(
     for point in np.flatnonzero(~problem.is_steady(amplitude)):
         amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
-    check_force_patterns(model, applied, np.abs(amplitude))
+    check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)

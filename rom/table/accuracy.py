@@ -34,9 +34,8 @@ class Accuracy:
         harmonic that counts; infinity if it could not be measured, because the contact motion
         converges at none of the amplitudes that are tried.
     neglected_modes : float
-        Change of S_j by the modes of the reduction that the table neglects, where the contacts
-        move most. 0 if it has all; infinity if it could not be measured, because the contact
-        motion does not converge with all modes.
+        Estimated relative change of S_j by the modes of the reduction that the table neglects: sum
+        of their forces on the contacts, relative to those of the contact stiffness.
     detuning : float or None
         Error of forcing 5 % from the carriers, the largest of what was tried.
         It grows with the square of that distance where the table has dS_j / dOmega_k, else in
@@ -85,11 +84,4 @@ class Accuracy:
             )
             reason += "; compare with slipmode validate"
             found.append(Finding("harmonics", "neglected", reason, "warning"))
-        if self.neglected_modes == inf:
-            reason = (
-                "the contact motion at the largest amplitudes does not converge with the response "
-                "of all other modes, so the error due to the weakest of them is not known; "
-                "compare with slipmode validate"
-            )
-            found.append(Finding("other modes", "neglected", reason, "warning"))
         return found

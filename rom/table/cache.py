@@ -78,8 +78,10 @@ def _unshaped(model: Model) -> Model:
 
 
 def _shaped(model: Model, reduced: Reduced) -> Model:
-    """With the shapes of the structure that it was asked for."""
+    """With the shapes of the structure that it was asked for; those of the modes that it has."""
     shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
+    kept = np.isin(reduced.nonresonant_frequency, model.reduced.nonresonant_frequency)
+    shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]
     return replace(model, reduced=replace(model.reduced, **shapes))
 
 

@@ -8,7 +8,8 @@ and without that response.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.motion import reaction_stiffnesses, torus_harmonics
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
 _ROUNDING = 1e-9  # relative difference of forces that are the same
@@ -29,8 +31,32 @@ _PASSES = 2  # the force follows from the friction term, which it changes by per
 _SHARES = np.array([[1.0, 1.0], [0.5, 0.5]])
 
 
+@dataclass(frozen=True, eq=False)
+class SteadyStates:
+    """Steady states of a slow flow, and the forces that hold them.
+
+    Attributes
+    ----------
+    amplitude : (points, modes) complex ndarray
+        Effective amplitudes a_j + shift_j F_j at the contacts, relative to the scale of the
+        friction limits [kg^1/2 m].
+    excitation : (points, modes) complex ndarray
+        F_j exp(i phase_j), relative to the same scale [N kg^-1/2].
+    """
+
+    amplitude: Complexes
+    excitation: Complexes
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, applied: AppliedForces, amplitude: Complexes, excitation: Complexes) -> Self:
+        """From amplitudes and excitations that the slow flow has, (points, modes) both."""
+        return cls(amplitude + applied.shift * excitation, excitation)
+
+
 def check_force_patterns(
-    model: Model, applied: AppliedForces, amplitudes: Floats | None = None
+    model: Model, applied: AppliedForces, states: SteadyStates | None = None
 ) -> None:
     """Refuse forces whose quasi-static response a table does not have, where it matters.
 
@@ -39,16 +65,16 @@ def check_force_patterns(
     model : Model
     applied : AppliedForces
         Forces, or patterns: their scale does not matter.
-    amplitudes : (points, modes) ndarray, optional
-        Of steady states [kg^1/2 m]; the largest of each mode are checked. Default: the largest of
-        the table, and half of them.
+    states : SteadyStates, optional
+        Of which those with the largest amplitude of each mode are checked. Default: steady states
+        at the carriers with the largest amplitudes of the table, and with half of them.
 
     Raises
     ------
     SlipmodeError
         If the error of an amplitude is larger than the tolerance of the table.
     """
-    error = quasi_static_error(model, applied, amplitudes)
+    error = quasi_static_error(model, applied, states)
     tolerance = model.accuracy.tolerance
     if np.all(error <= tolerance):
         return
@@ -71,22 +97,27 @@ def check_force_patterns(
 
 
 def quasi_static_error(
-    model: Model, applied: AppliedForces, amplitudes: Floats | None = None
+    model: Model, applied: AppliedForces, states: SteadyStates | None = None
 ) -> Floats:
     """Return the relative error of amplitudes due to a neglected quasi-static response, (modes,).
 
     See `check_force_patterns` for the parameters. 0 where the table has the response.
     """
-    reduced = model.reduced
     error = np.zeros(model.modes)
-    if reduced.formulation == "paper" or _has_response(applied).all():
+    if model.reduced.formulation == "paper" or _has_response(applied).all():
         return error
-    if amplitudes is None:
-        points = _SHARES[:, : model.modes] * model.table.amplitude_range
-    else:
-        points = np.unique(amplitudes[amplitudes.argmax(axis=0)], axis=0)
-    for point in points[(points > 0.0).any(axis=1)]:
-        error = np.maximum(error, _error_at(model, applied, point))
+    if states is None:
+        for point in _SHARES[:, : model.modes] * model.table.amplitude_range:
+            error = np.maximum(error, _error_at(model, applied, point, None))
+        return error
+    size = np.abs(states.amplitude)
+    for k in np.unique(size.argmax(axis=0)):
+        held = np.divide(
+            *(0.5 * states.excitation[k], states.amplitude[k]),
+            out=np.zeros(model.modes, dtype=complex),
+            where=size[k] > 0.0,
+        )
+        error = np.maximum(error, _error_at(model, applied, size[k], held))
     return error
 
 
@@ -111,10 +142,15 @@ def _has_response(applied: AppliedForces) -> Flags:
     return np.asarray(none | (_same(applied) & (known | none)))
 
 
-def _error_at(model: Model, applied: AppliedForces, point: Floats) -> Floats:
-    """Return the relative error of the amplitudes at one point (modes,)."""
-    reduced, law = model.reduced, model.law
-    modes = point.size
+def _error_at(
+    model: Model, applied: AppliedForces, point: Floats, held: Complexes | None
+) -> Floats:
+    """Return the relative error of the amplitudes at one point, (modes,).
+
+    `held` is half the modal force per amplitude; None: that which holds the motion at the carriers
+    steady.
+    """
+    reduced, law, modes = model.reduced, model.law, point.size
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
     tolerance = _MARCH * model.accuracy.tolerance
     smallest = smallest_scale(model.table.amplitude_range)
@@ -123,15 +159,14 @@ def _error_at(model: Model, applied: AppliedForces, point: Floats) -> Floats:
     )
     bare = replace(reduced, force_patterns=None)
     orders = tuple(contact_orders(bare, model.combinations))
-    reaction = reaction_stiffnesses(bare, orders, model.combinations)
+    reaction = reaction_stiffnesses(bare, orders, tuple(model.combinations))
     index = np.arange(modes)
     D = bare.modal_stiffness(bare.carrier)[index, index, index] + bare.indirect_damping
     residual = applied.residual(applied.past_mode) * (applied.modal != 0.0)[:, np.newaxis]
     amplitude = np.where(point > 0.0, point, np.inf)
     S: Complexes = known.S[0]
-    for _ in range(_PASSES):
-        # half the modal force per amplitude that holds the motion steady
-        half = (D - S / amplitude) / (1.0 + 2.0 * applied.shift * D)
+    for _ in range(_PASSES if held is None else 1):
+        half = (D - S / amplitude) / (1.0 + 2.0 * applied.shift * D) if held is None else held
         solved = torus_harmonics(
             *(bare, law, bare.coupling - residual * half[:, np.newaxis], reaction),
             *(point[np.newaxis], grid, orders),
@@ -142,6 +177,9 @@ def _error_at(model: Model, applied: AppliedForces, point: Floats) -> Floats:
             return np.where(point > 0.0, np.inf, 0.0)
         P = solved.P[0, :modes]
         S = -np.einsum("jc,jc->j", bare.coupling, P) - bare.indirect_damping * point
-    loss = np.abs(bare.modal_damping) * bare.carrier * point + np.abs(S.imag)
+    balance = np.abs(bare.modal_damping) * bare.carrier * point + np.abs(S.imag)
+    if held is not None:
+        balance = np.maximum(balance, np.abs(held) * point)
     apart = np.abs(S - known.S[0])
-    return np.asarray(np.divide(apart, loss, out=np.zeros(modes), where=loss > 0.0))
+    moving = (point > 0.0) & (balance > 0.0)
+    return np.asarray(np.divide(apart, balance, out=np.zeros(modes), where=moving))

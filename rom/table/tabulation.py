@@ -17,7 +17,6 @@ from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.neglected_modes import responding_modes
 from slipmode.rom.contact.resolution import (
     Mapped,
     Resolution,
@@ -37,6 +36,7 @@ from slipmode.rom.reduction.combination import (
     combination_resonances,
     tabulated_orders,
 )
+from slipmode.rom.reduction.nonresonant import with_responding
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.short_repr import short_repr
@@ -145,10 +145,9 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
-    grid = trial_grid(reduced, combinations, tolerance)
-    reduced, neglected_modes = responding_modes(
-        *(reduced, law, amplitude_range, grid, combinations, ErrorBudget(tolerance))
-    )
+    neglected_modes = 0.0
+    if reduced.formulation == "consistent":
+        reduced, neglected_modes = with_responding(reduced, ErrorBudget(tolerance).modes)
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,

@@ -26,7 +26,7 @@ from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
+from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
 
 if TYPE_CHECKING:
@@ -256,8 +256,11 @@ def response_curve(
     rows = np.concatenate([branch.points.rows for branch in branches])
     points = Points(rows, problem.curve.unknowns)
     amplitude = problem.amplitude(points.z)
-    relative = np.abs(amplitude) / problem.limit_scale(points.z[:, -1])[:, np.newaxis]
-    check_force_patterns(model, problem.applied, relative)
+    scale = problem.limit_scale(points.z[:, -1])[:, np.newaxis]
+    relative, inputs = np.abs(amplitude) / scale, problem.inputs_at(points.z[:, -1])
+    excitation = phasor(inputs["force"], inputs["phase"])[:, : model.modes]
+    held = SteadyStates.of(problem.applied, amplitude / scale, excitation / scale)
+    check_force_patterns(model, problem.applied, held)
     warn(friction_findings(model.reduced, model.law, relative.max(axis=0)))
     frequencies, forces = (
         problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
