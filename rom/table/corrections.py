@@ -36,8 +36,9 @@ Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
 _COARSER = Discretisation(steps=4, lines=2)
 _COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
-_STRIDE, _DETUNING_STRIDE = 3, 4  # grid lines from one that is sampled to the next, at least,
-_LINES = 16  # if it takes no fewer than so many: what is corrected is small
+# Grid lines from one that is sampled to the next, at least, by modes,
+_STRIDE, _DETUNING_STRIDE = {1: 2, 2: 3}, 4
+_LINES = 16  # or more, if it takes no fewer than so many: what is corrected is small
 # Shares of the range: above it every so many lines are sampled, below it these.
 _LARGE, _SMALL = 1 / 8, (0.0, 1 / 32, 1 / 10)
 _HELPS = 0.5  # of the error that a slope has to take away, at least
@@ -71,7 +72,7 @@ def with_rate_correction(
     )
     surface = _surface(
         table,
-        _STRIDE,
+        _STRIDE[table.modes],
         lambda part: friction_rate_correction(reduced, law, part, amplitude_range, coarse),
         [(j != k, j != k) for j in range(table.modes) for k in range(table.modes)],
         spread,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -145,9 +145,6 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
-    neglected_modes = 0.0
-    if reduced.formulation == "consistent":
-        reduced, neglected_modes = with_responding(reduced, ErrorBudget(tolerance).modes)
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
@@ -157,29 +154,18 @@ def tabulate(
             *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
             *(time_budget, map if quick else pool.map, bar),
         )
-        neglected = 0.0
-        try:
-            further = task.further_harmonics()
-        except UnsettledError:  # nothing is known about the response to them
-            further, neglected = {}, np.inf
-        try:
-            found = task.refined(task.resolution(list(further)), list(further))
-        except UnsettledError:
-            if not further:
-                raise
-            neglected, further = max(further.values()), {}
-            found = task.refined(task.resolution())
-        table = found.table
+        task, found = task.solved()
+        table, reduced = found.table, task.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, list(further), detuning)
+            table, off_carriers = task.corrected(found, detuning)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
         resolution=found.resolution.error,
         periodicity=found.samples.periodicity,
-        neglected_response=neglected,
-        neglected_modes=neglected_modes,
+        neglected_response=found.neglected_response,
+        neglected_modes=found.neglected_modes,
         detuning=off_carriers,
         steps=found.resolution.grid.steps,
         lines=found.resolution.grid.lines,
@@ -209,14 +195,20 @@ def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
 
 
 class _Refined(NamedTuple):
-    """What refinement came to: see `refine`, and the grid, harmonics and samples behind it."""
+    """What refinement came to: see `refine`, and the grid, harmonics and samples behind it.
 
+    `further` are the harmonics that modes respond to beside those that they always do.
+    """
+
+    further: list[Order]
     resolution: Resolution
     orders: list[Order]
     samples: ContactSamples
     table: Table
     carried: Complexes | None
     error: float
+    neglected_response: float = 0.0
+    neglected_modes: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,6 +232,32 @@ class _Task:
         """What each part may be off by."""
         return ErrorBudget(self.tolerance)
 
+    def solved(self) -> tuple[_Task, _Refined]:
+        """The table with the modes and the harmonics that the tolerance needs, and its task.
+
+        Where the contact motion does not converge with the response of weak modes to harmonics
+        beyond the fifth, those modes are left out, and then those harmonics: both are stated.
+        """
+        if self.reduced.formulation == "paper":
+            return self, self.refined(self.resolution(), [])
+        neglected = np.inf
+        for allowed in (self.budget.modes, self.tolerance):
+            few, of_modes = with_responding(self.reduced, allowed)
+            task = replace(self, reduced=few)
+            try:
+                further = task.further_harmonics()
+            except UnsettledError:
+                continue  # the response to them is not known
+            try:
+                found = task.refined(task.resolution(list(further)), list(further))
+                return task, found._replace(neglected_modes=of_modes)
+            except UnsettledError:
+                if not further:
+                    raise
+                neglected = max(further.values())
+        found = task.refined(task.resolution(), [])
+        return task, found._replace(neglected_response=neglected, neglected_modes=of_modes)
+
     def further_harmonics(self) -> dict[Order, float]:
         """Those that modes respond to beside what they always do, and how far contacts move."""
         grid = trial_grid(self.reduced, self.combinations, self.tolerance)
@@ -253,17 +271,17 @@ class _Task:
             *(self.combinations, self.mapped, self.time_budget, list(further)),
         )
 
-    def refined(self, resolution: Resolution, further: Sequence[Order] = ()) -> _Refined:
+    def refined(self, resolution: Resolution, further: list[Order]) -> _Refined:
         """The table to the tolerance, or as near as it comes."""
         found = self._refined_on(resolution, further)
-        if found.error <= self.budget.interpolation or self.reduced.contacts is None:
+        if found.error <= self.budget.interpolation:
             return found
-        # where the modes' response is strong, what hardly changes from one period to the next
-        # may still be far from where it will settle; rigid contacts are off by the grid
+        # where the response of the modes is strong, motion that hardly changes from one period to
+        # the next may still be far from periodic; near the onset of slip steps may be too long
         closer = self._refined_on(resolution.closer, further)
         return min(found, closer, key=lambda each: each.error)
 
-    def _refined_on(self, resolution: Resolution, further: Sequence[Order]) -> _Refined:
+    def _refined_on(self, resolution: Resolution, further: list[Order]) -> _Refined:
         reduced, modes, highest = self.reduced, self.amplitude_range.size, max(self.harmonics, 1)
         # under varying load contacts may have two motions: each point is to find its own
         sliders = reduced.contacts is not None and not reduced.even
@@ -301,16 +319,15 @@ class _Task:
             self.budget.march,
         )
         made = refine(sampling, self.budget.interpolation, self.time_budget)
-        return _Refined(resolution, orders, samples, *made)
+        return _Refined(further, resolution, orders, samples, *made)
 
     def corrected(
         self,
         found: _Refined,
-        further: Sequence[Order],
         detuning: bool | None,
     ) -> tuple[Table, float | None]:
         """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves."""
-        resolution = found.resolution
+        resolution, further = found.resolution, found.further
         spread = partial(in_tasks, self.mapped)
 
         def solve(

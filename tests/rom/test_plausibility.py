@@ -324,13 +324,13 @@ def test_python_reports_limits_that_are_exceeded_a_hundred_times(part, words):
 
 
 def test_contacts_of_an_iwan_joint_that_slip_a_little_have_friction():
-    """The first slider gives way at 1e-3 of the force of macro-slip."""
+    """The first slider gives way at 1e-4 of the displacement of macro-slip."""
     law = rom.Iwan(force=2.0, stiffness=20.0, chi=-0.5, beta=1.0)
     reduced = rom.reduce(rom.two_mass(), modes=(0,), law=law)
     macro = 2.0 / float(np.abs(2.0 * reduced.coupling[0] * reduced.contacts.reference).max())
     silent(rom.tabulate, reduced, law, (0.01 * macro,), tolerance=0.1)
     with pytest.warns(rom.ValidityWarning, match="friction does nothing: "):
-        rom.tabulate(reduced, law, (1e-4 * macro,), tolerance=0.1)
+        rom.tabulate(reduced, law, (1e-5 * macro,), tolerance=0.1)
 
 
 @pytest.mark.parametrize("law", [rom.Coulomb(0.0), rom.Jenkins(0.0, 20.0)])

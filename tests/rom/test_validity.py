@@ -140,7 +140,6 @@ LIMIT, ALPHA = "limit = 2.0 ", "alpha = 0.02 "
         ((LIMIT, "limit = 1.5e-7 "), "friction faint: at contact 1 the limit is "),
         ((ALPHA, "alpha = 2.0 "), "friction blurred: alpha is "),
         ((ALPHA, "alpha = 1e-14 "), "friction too sharp: alpha is "),
-        (("dof = 1\n", "vector = [0.0, 1.0, 8.0, 0.0]\n"), "force B acts on contacts aside: "),
     ],
 )  # fmt: skip
 def test_nonsense_is_told_in_the_plan(change, words):
@@ -222,41 +221,20 @@ def test_a_component_warns_of_what_its_model_strains(saved, tmp_path):
         Component(model, warned=False)
 
 
-@pytest.mark.parametrize("way", ["set_inputs", "run", "trace"])
-def test_a_component_warns_once_of_a_force_past_its_mode(two_mode_model, way):
-    component = Component(two_mode_model, ({0: 1.0}, {2: 1.0}))
-    inputs = {"force_B": 0.1, "frequency_A": 0.98, "frequency_B": 1.65}
-    steps = np.ones(1)
-
-    def take(force):
-        named = inputs | {"force_B": force}
-        if way == "set_inputs":
-            component.set_inputs(**named)
-            return
-        rows = np.array([[named.get(name, 0.0) for name in component.input_names]])
-        outputs = component.run(steps, rows) if way == "run" else component.trace(steps, rows)
-        list(outputs)
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", rom.ValidityWarning)
-        take(0.1)
-    with pytest.warns(rom.ValidityWarning, match="^force B acts on contacts aside: ") as issued:
-        take(-4.0)
-    assert [warning.filename for warning in issued] == [__file__]
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", rom.ValidityWarning)
-        take(5.0)
+def test_forces_that_the_table_does_not_have_are_refused(two_mode_model, tmp_path):
+    """The force on contact DOF 2 does not move the contacts as mode B does."""
+    patterns = ({0: 1.0}, {1: 1.0, 2: 1.0})
+    refused = pytest.raises(rom.SlipmodeError, match=r"^force_patterns: .* give rom\.reduce")
+    with refused:
+        Component(two_mode_model, patterns)
+    with refused:
+        export(two_mode_model, tmp_path / "two.fmu", force_patterns=patterns)
+    with refused:
+        rom.steady(two_mode_model, (0.98, 1.65), ({0: 0.15}, {1: 0.25, 2: 0.25}))
+    Component(two_mode_model, ({0: 1.0}, {1: 1.0}))
 
 
 def test_a_scene_has_its_warnings_in_the_plan_alone():
     with warnings.catch_warnings():
         warnings.simplefilter("error", rom.ValidityWarning)
         assert of_scene(change=(ALPHA, "alpha = 2.0 "))
-
-
-def test_a_steady_state_warns_of_a_force_past_its_mode(two_mode_model):
-    with pytest.warns(
-        rom.ValidityWarning, match="force B acts on contacts aside: .* is 0.65 "
-    ) as w:
-        rom.steady(two_mode_model, (0.98, 1.65), ({0: 0.15}, {2: 4.0}))
-    assert w[0].filename == __file__

@@ -45,9 +45,12 @@ class SlowCase:
     ) -> SlowCase:
         """Reduce a case, find the amplitudes that it reaches, and tabulate them."""
         started = time.perf_counter()
-        reduced = rom.reduce(case.structure, range(len(case.force)), formulation)
-        if formulation == "consistent":
-            reduced = reduced.at_carrier(case.frequency)
+        consistent = formulation == "consistent"
+        reduced = rom.reduce(
+            *(case.structure, range(len(case.force)), formulation),
+            carrier=case.frequency if consistent else None,
+            force_patterns=case.force if consistent else None,
+        )
         reached = _reach(case, reduced)
         model = rom.tabulate(
             reduced,

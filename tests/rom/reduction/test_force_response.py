@@ -24,9 +24,10 @@ def viscous_chain():
     """A chain with linear contacts, forced at one mass: case, forces, model, amplitudes."""
     case = cases.point_forced_chain(20)
     force = ({3: 0.02}, {3: 0.03})
-    reduced = rom.reduce(case.structure, carrier=case.frequency)
+    # with all modes of the chain nothing would be left to its static flexibility
+    reduced = rom.reduce(case.structure, carrier=case.frequency, smallest_response=1e-3)
     model = rom.tabulate(
-        reduced, Tanh(20.0 * DASHPOT, 20.0), (0.8, 0.4), tolerance=1e-4, harmonics=RESPONSE_ORDER
+        reduced, Tanh(20.0 * DASHPOT, 20.0), (0.8, 0.4), tolerance=2e-5, harmonics=RESPONSE_ORDER
     )
     return case, force, model, rom.steady(model, case.frequency, force)
 
@@ -93,7 +94,7 @@ def test_linear_contacts_resist_as_dashpots(way):
 def test_the_structure_is_wanted_for_the_static_part_alone():
     _, force, model, _ = viscous_chain()
     x, x_c = errors(rom.reconstruct, ForceResponse.of(model.reduced, force))
-    assert 2.2e-3 < x < 2.4e-3  # measured 2.3e-3
+    assert 5e-4 < x < 6e-4  # measured 5.5e-4
     assert x_c < 4e-5
     x, x_c = errors(rom.reconstruct, None)
     assert x > 0.04  # measured 0.046

@@ -97,7 +97,7 @@ def test_scaled_limits_scale_displacements(chain):
     Omega = (0.985 * reduced.frequency[0],)
     small = rom.response_curve(model, Omega, FORCES[:1], "force", (0.5, 1.0))
     scaled = rom.response_curve(model, Omega, ({N - 1: 0.2},), "limit", (1.0, 2.0))
-    assert scaled.displacement(7)[-1] == pytest.approx(2.0 * small.displacement(7)[-1], rel=1e-5)
+    assert scaled.displacement(7)[-1] == pytest.approx(2.0 * small.displacement(7)[-1], rel=1e-4)
 
 
 def test_where_nothing_slips_the_shape_is_that_of_the_mode():

@@ -128,7 +128,8 @@ def test_bodies_float_that_a_single_frictional_contact_holds(mode):
     reduced = rom.reduce(structure, (mode,), law=law, force_patterns=[{1: 1.0}])
     Omega, force = [0.999 * reduced.frequency[0]], [{1: 0.02}]
     state = rom.steady_state(reduced, law, Omega, force)
-    model = rom.tabulate(reduced, law, (2.0 * abs(state.amplitude[0]),))
+    # friction nearly vanishes just below the steady amplitude: from rest the flow overshoots it
+    model = rom.tabulate(reduced, law, (6.0 * abs(state.amplitude[0]),))
     assert rom.steady(model, Omega, force) == pytest.approx(state.amplitude, rel=2e-3)
 
 
