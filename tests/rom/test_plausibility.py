@@ -12,6 +12,7 @@ from fmu_fixtures import VERSIONS, instance
 from slipmode import rom
 from slipmode.fmu import Component, export
 from slipmode.rom.frequencies import carrier_findings, carrier_refusal, mode_frequency_findings
+from slipmode.rom.validity import friction_findings
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene
@@ -305,6 +306,14 @@ def test_python_reports_friction_that_does_nothing_at_the_forces():
     assert factor == pytest.approx(2.0 / elastic.max(), rel=1e-2)
 
 
+@pytest.mark.parametrize(("limit", "nothing"), [(4.0, False), (4e3, True)])
+def test_tanh_contacts_that_creep_below_their_limit_have_friction(limit, nothing):
+    """At a limit of 4 N, creep loses half as much energy as structural damping does."""
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    found = friction_findings(reduced, rom.Tanh(limit, 0.02), np.array([0.9]))
+    assert [each.choice for each in found] == (["does nothing"] if nothing else [])
+
+
 def test_python_reports_a_table_in_which_friction_does_nothing():
     with pytest.warns(rom.ValidityWarning, match="friction does nothing: "):
         model = two_mass_table(law=rom.Coulomb(2e3), warned=True)
@@ -324,13 +333,13 @@ def test_python_reports_limits_that_are_exceeded_a_hundred_times(part, words):
 
 
 def test_contacts_of_an_iwan_joint_that_slip_a_little_have_friction():
-    """The first slider gives way at 1e-3 of the force of macro-slip."""
+    """The first slider gives way at 1e-4 of the force of macro-slip."""
     law = rom.Iwan(force=2.0, stiffness=20.0, chi=-0.5, beta=1.0)
     reduced = rom.reduce(rom.two_mass(), modes=(0,), law=law)
     macro = 2.0 / float(np.abs(2.0 * reduced.coupling[0] * reduced.contacts.reference).max())
     silent(rom.tabulate, reduced, law, (0.01 * macro,), tolerance=0.1)
     with pytest.warns(rom.ValidityWarning, match="friction does nothing: "):
-        rom.tabulate(reduced, law, (1e-4 * macro,), tolerance=0.1)
+        rom.tabulate(reduced, law, (1e-5 * macro,), tolerance=0.1)
 
 
 @pytest.mark.parametrize("law", [rom.Coulomb(0.0), rom.Jenkins(0.0, 20.0)])
