@@ -45,7 +45,7 @@ from slipmode.rom.reduction.force_response import (
     off_resonance_shift,
     phasor,
 )
-from slipmode.rom.slow.response_surface import forces_out, response_surface
+from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table

@@ -112,7 +112,10 @@ def planned(monkeypatch):
 
     def dry_run(excited, schedule, combinations, *, progress):
         modes = len(excited.modes)
-        return DryRun(modes * (1.0,), np.ones(modes), "not run", *np.zeros((2, modes)))
+        return DryRun(
+            *(modes * (1.0,), np.ones(modes), "not run"),
+            *(np.zeros(modes), np.zeros(1), np.zeros((0, modes))),
+        )
 
     def measure_truncation(excited, amplitude, combinations, dofs):
         return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))

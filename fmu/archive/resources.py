@@ -20,7 +20,11 @@ from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.slow.response_surface import forces_out, no_response, response_surface
+from slipmode.rom.slow.nonresonant.response_surface import (
+    forces_out,
+    no_response,
+    response_surface,
+)
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 

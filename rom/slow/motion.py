@@ -25,7 +25,7 @@ from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.response import ModalResponse, modal_response
+from slipmode.rom.slow.nonresonant.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 

@@ -25,7 +25,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.response import ModalResponse, response_to
+from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model

@@ -9,6 +9,7 @@ from slipmode.rom.contact.slip_onset import largest_load
 from slipmode.rom.errors import Finding
 from slipmode.rom.laws.elements import FRICTIONAL
 from slipmode.rom.laws.friction import Friction, RigidFriction, Tanh, limits
+from slipmode.rom.reduction.force_response import steady_coupling
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import round_down
 from slipmode.rom.short_repr import short_list
@@ -18,6 +19,9 @@ from slipmode.rom.short_repr import short_list
 _EXCEEDED = 1e-2
 # tanh velocity relative to the one at which a contact slides without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
+# Power lost by a tanh contact that creeps, relative to the power lost by structural damping.
+# Below, friction hardly changes the damping; a limit in another unit changes it by 1e3.
+_CREEP = 1e-2
 
 
 def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
@@ -40,7 +44,11 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
             "the limit in another unit?"
         )
         found.append(Finding("friction", "faint", reason, "warning"))
-    elif 0.0 < load < 1.0 and not any(each.choice == "blurred" for each in of_tanh):
+    elif (
+        0.0 < load < 1.0
+        and not any(each.choice == "blurred" for each in of_tanh)
+        and not _creeps(reduced, law, amplitude)
+    ):
         reason = (
             f"no contact slips or opens: the largest load on a contact is {load:.3g} of what it "
             f"holds, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
@@ -103,6 +111,23 @@ def _least_holding(
         whole = float(limit[together].sum() / force[together].sum())
         shares["of preloaded contacts the limits are together"] = whole
     return min(shares.items(), key=lambda each: each[1])
+
+
+def _creeps(reduced: Reduced, law: Friction, amplitude: Floats) -> bool:
+    """Return whether tanh contacts below their limit lose a relevant part of the energy.
+
+    Below the limit the law is a dashpot, limit / alpha, loaded by the force 2 Re sum_j L_j a_j
+    on a contact that sticks.
+    """
+    if not isinstance(law, Tanh):
+        return False
+    square = np.abs(amplitude) ** 2
+    limit = limits(law, reduced.n_contacts)
+    held = limit > 0.0
+    force = square @ np.abs(steady_coupling(reduced)[:, held]) ** 2
+    creep = 2.0 * law.alpha * float((force / limit[held]).sum())
+    damping = reduced.modal_damping - reduced.aerodynamic_damping
+    return creep > _CREEP * 2.0 * float(damping @ (reduced.carrier**2 * square))
 
 
 def _tanh_findings(

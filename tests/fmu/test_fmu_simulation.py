@@ -110,11 +110,14 @@ def test_the_friction_limit_follows_its_input(scalable, fmi, coulomb_model):
 
 
 def test_results_do_not_depend_on_the_steps(unzipped, fmi):
-    """Steps of 0.01 to 100 s to the same time; the internal tolerance is 1e-6."""
+    """Steps of 0.01 to 100 s to the same time; each may be off by the internal tolerance.
+
+    On 56 x 67 nodes long steps cross many cells: the sum is 4.2e-7, at a tolerance of 1e-6 1.6e-6.
+    """
     ends = []
     for duration in (0.01, 0.1, 1.0, 10.0, 100.0):
         with instance(unzipped[fmi], fmi) as made:
-            made.start()
+            made.start(tolerance=1e-7)
             for k in range(round(100.0 / duration)):
                 made.step(k * duration, duration)
             ends.append(made.get("A_re", "A_im", "B_re", "B_im"))

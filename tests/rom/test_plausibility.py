@@ -12,6 +12,7 @@ from fmu_fixtures import VERSIONS, instance
 from slipmode import rom
 from slipmode.fmu import Component, export
 from slipmode.rom.frequencies import carrier_findings, carrier_refusal, mode_frequency_findings
+from slipmode.rom.validity import friction_findings
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene
@@ -303,6 +304,14 @@ def test_python_reports_friction_that_does_nothing_at_the_forces():
     reduced = model.reduced
     elastic = 2.0 * np.abs(a) @ np.abs(reduced.coupling)
     assert factor == pytest.approx(2.0 / elastic.max(), rel=1e-2)
+
+
+@pytest.mark.parametrize(("limit", "nothing"), [(4.0, False), (4e3, True)])
+def test_tanh_contacts_that_creep_below_their_limit_have_friction(limit, nothing):
+    """At a limit of 4 N, creep loses half as much energy as structural damping does."""
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    found = friction_findings(reduced, rom.Tanh(limit, 0.02), np.array([0.9]))
+    assert [each.choice for each in found] == (["does nothing"] if nothing else [])
 
 
 def test_python_reports_a_table_in_which_friction_does_nothing():

@@ -168,7 +168,7 @@ def test_a_mode_that_only_starts_is_modelled():
 def test_forces_on_contacts_move_modes_and_contacts(tmp_path):
     scene = changed(
         ("dof = 0\namplitude = 0.15", "dof = 2\namplitude = 2.5"),
-        ("[log]", "[output]\nelastic = [0, 2]\n[log]"),
+        ("[log]", "[output]\nelastic = [0, 2]\n[model]\ntolerance = 3e-4\n[log]"),
     )
     recording = runner.run(scene, tmp_path)
     end = column(recording.read(), "/modes", "A_abs")[-1]
@@ -177,7 +177,7 @@ def test_forces_on_contacts_move_modes_and_contacts(tmp_path):
     moved = recording.read().channels["/elastic"]
     excitation = Excitation.harmonic(two_mass(), ({2: 2.5},), (0.98,))
     exact = integrate(two_mass(), Tanh(2.0, 0.02), excitation, moved.time, step=0.01)
-    # measured: 8.9e-5 and 1.18e-3
+    # measured: 9.2e-5 and 3.6e-4
     for name, dof, bound in (("x_0", 0, 2e-4), ("x_2", 2, 2.4e-3)):
         x = exact.displacement[:, dof]
         assert (np.std(moved.column(name) - x) / np.std(x)) < bound

@@ -68,9 +68,10 @@ def test_a_mode_settles_to_its_limit_cycle(tmp_path):
 
 
 def test_full_order_has_the_same_forces(tmp_path):
-    stuck = scene(initial="A = [0.6, 0.0]")  # a start that slips leaves a phase of its own
+    # a start that slips leaves a phase of its own, and so does fast growth
+    stuck = scene("A = [0.0, -0.014]", initial="A = [0.6, 0.0]")
     found = {each.subject: each.error for each in validate(stuck, tmp_path).comparisons}
-    assert found["modal displacement"] < 5e-3
+    assert found["modal displacement"] < 3e-3  # measured 2.1e-3, 1.8e-3 at 256 steps a period
     assert found["energy dissipated by friction"] < 1e-2
 
 

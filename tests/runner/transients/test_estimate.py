@@ -192,7 +192,6 @@ def test_the_plan_lists_the_stretches_and_their_cost(tmp_path, capsys):
     [
         ({"transients": "slow"}, 'model.transients = "auto" integrate such'),
         ({"model": "[limits]\nscale = 1.0"}, "limits.scale allows slow time only"),
-        ({"model": 'table = "region"'}, 'model.table = "region" allows slow time only'),
     ],
 )
 def test_scenes_that_stay_in_slow_time_are_warned(tmp_path, values, advice):
