@@ -21,6 +21,7 @@ measured: contact problems are solved at the forcing frequencies at a few points
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -117,7 +118,7 @@ def _most_apart(apart: Floats, weight: Floats) -> NDArray[np.intp]:
         return np.array(found, dtype=np.intp)
     for sign in (1.0, -1.0):
         part = sign * furthest / largest
-        for upper, lower in zip(_LEVELS[:-1], _LEVELS[1:], strict=True):
+        for upper, lower in pairwise(_LEVELS):
             (within,) = np.nonzero((part > lower) & (part <= upper))
             if within.size:
                 found.append(int(within[weight[within].argmax()]))
@@ -195,7 +196,7 @@ def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:
 
 
 def change_along(
-    parameter: Floats, values: Complexes, branch: NDArray[np.intp], width: Floats
+    parameter: Floats, values: Complexes | Floats, branch: NDArray[np.intp], width: Floats
 ) -> Floats:
     """Return the largest |change| of values (points, modes) along a curve near each point.
 
@@ -227,7 +228,7 @@ def change_along(
 
 def error_at_constant(
     parameter: Floats,
-    values: Complexes,
+    values: Complexes | Floats,
     branch: NDArray[np.intp],
     displacement: tuple[Floats, Floats],
     at_end: Floats,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.answer_error import (
     TableError,
@@ -130,7 +131,7 @@ def significant_specials(
         return float(growth.max(initial=0.0))
 
     while len(kept) > 1:
-        size = [excess(*pair) for pair in zip(kept[:-1], kept[1:], strict=True)]
+        size = [excess(*pair) for pair in pairwise(kept)]
         least = int(np.argmin(size))
         if size[least] > 1.0:
             break

@@ -206,7 +206,7 @@ class ForcedSlowFlow:
         frequency = self.inputs_at(z[:, -1])["frequency"][:, : self.model.modes]
         return TableError.of(self.model, effective, frequency, limit_scale, weight)
 
-    def rate_change(self, z: Floats, friction: Complexes) -> Complexes:
+    def rate_change(self, z: Floats, friction: Complexes | Floats) -> Complexes:
         """Return the change of da/dt (points, modes) by one of S_j (points, modes)."""
         inputs = self.inputs_at(z[:, -1])
         factor = coupling_factor(self.model.reduced, inputs["frequency"][:, : self.model.modes])

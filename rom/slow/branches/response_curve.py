@@ -289,9 +289,7 @@ def response_curve(
     error = CurveError.of(problem, points.z, number)
     apart = (frequencies / model.reduced.carrier - 1.0)[:, forced]
     warn(
-        off_carrier_findings(
-            model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are"
-        )
+        off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are")
     )
     ends = _cut_off(branches)
     cut_off = problem.parameter(np.array([end[-1] for end in ends]))
@@ -330,7 +328,7 @@ def response_curve(
 def _significant(
     problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
-    """Return special points that are larger than the error, and which points lie between others."""
+    """Return special points that are larger than the error; points between the others."""
     ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
     parts = zip(
         branches, np.split(error.friction, ends), np.split(error.growth, ends), strict=True
