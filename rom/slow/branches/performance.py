@@ -214,15 +214,15 @@ def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
 def _significant(limit: Floats, error: Floats) -> Flags:
     """Return which points to keep, (n,), so that peaks fold over only by more than the error.
 
-    Between two turning points of the limit that are closer than its error the curve is left out,
-    and so is what is beside it at the same limits.
+    Between two turning points of the limit, or one and an end, that are closer than the error of
+    the limit, the curve is left out, and so is what is beside it at the same limits.
     """
     kept = np.ones(limit.size, dtype=bool)
     while True:
         at = np.flatnonzero(kept)
         way = np.sign(np.diff(limit[at]))
-        turns = at[np.flatnonzero(way[1:] != way[:-1]) + 1]
-        if turns.size < 2:
+        turns = at[np.r_[0, np.flatnonzero(way[1:] != way[:-1]) + 1, at.size - 1]]
+        if turns.size == 2:
             return kept
         first, second = turns[:-1], turns[1:]
         size = np.abs(limit[first] - limit[second]) / (error[first] + error[second])
