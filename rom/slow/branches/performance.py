@@ -85,9 +85,14 @@ class PerformanceCurve:
 
     @property
     def optimum_range(self) -> tuple[float, float]:
-        """The range of factors around the optimum whose peaks are equal to it within the error."""
-        best = int(np.argmin(self.peak))
-        return self._around(best, self.peak - self.error > self.peak[best] + self.error[best])
+        """The range of factors around the optimum whose peaks |a| equal it within the error."""
+        return self.lowest_range()
+
+    def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
+        """Return the range of factors whose peaks, as they are shown, equal the lowest one."""
+        size = self.size(shown)
+        error, best = size * self.error / self.peak, int(np.argmin(size))
+        return self._around(best, size - error > size[best] + error[best])
 
     def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
         """The range of limits around the optimum whose peaks are at most `factor` times its."""
