@@ -191,7 +191,7 @@ def backbone(
     table_error = TableError.of(model, factor * np.abs(a), frequency, np.ones(r.size), weight)
     share = factor[:, mode] * table_error.size[:, mode] / r
     frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
-    if _friction_takes_energy(model, other):
+    if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
     warn(_off_carrier_findings(model, mode, table_error, off.imag * r, frequency))
     decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
@@ -203,7 +203,7 @@ def backbone(
     )
 
 
-def _friction_takes_energy(model: Model, other: float) -> bool:
+def friction_takes_energy(model: Model, other: float) -> bool:
     """Return whether Im S <= 0, so that what a table has above 0 is its error.
 
     So it is for elastic contacts, whose dampers are the structure's, if modes are not coupled

@@ -8,7 +8,7 @@ that each amplitude of the backbone is a point of the curve, with s = |F| / (4 z
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +23,15 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.answer_error import error_at_constant
-from slipmode.rom.slow.branches.backbone import BAND, LARGEST, SMALLEST, Backbone, backbone
+from slipmode.rom.slow.branches.backbone import (
+    BAND,
+    LARGEST,
+    SMALLEST,
+    Backbone,
+    backbone,
+    friction_takes_energy,
+)
+from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
@@ -37,6 +45,7 @@ _ENOUGH = 4.0  # times where contacts begin to slip: friction takes most at abou
 _MATTERS = 0.1  # of what the first to yield is moved by: others that matter are moved so much
 _UNKNOWN = 1.0  # relative error of a peak from which on the curve is left out
 _LOWEST = 0.01  # of the peak: where the band ends in pictures
+_PASSES, _CONVERGED = 100, 1e-12  # of the frequencies of peaks
 _LITTLE = 0.01  # of the damping: friction that adds less has no best limit
 
 
@@ -197,6 +206,7 @@ def performance_curve(
         raise SlipmodeError(
             f"model: the peaks are known to {share[0]:.0%} only; tabulate to a smaller tolerance"
         )
+    curve, held = _with_force_on_contacts(model, mode, force, curve)
     limit, peak = F / held[:known], F / held[:known] * curve.amplitude[:known]
     warn(_unknown_findings(curve, known, limit[-1]))
     error = _peak_errors(limit, peak, share[:known])
@@ -205,6 +215,43 @@ def performance_curve(
     motion = _at_peaks(model, mode, force, limit, curve.motion, kept)
     frequency = curve.frequency[kept]
     return PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+
+
+def _with_force_on_contacts(
+    model: Model, mode: int, force: Mapping[int, float] | ArrayLike, curve: Backbone
+) -> tuple[Backbone, Floats]:
+    """Return phase resonances, and their modal forces, if the force also acts on the contacts.
+
+    Contacts move with the effective amplitude A = a + shift F, so that
+
+        stiffness (A - shift F) = F / 2 + friction(A),
+
+    which has F for each A. The frequency follows from a quarter turn between a and F.
+    """
+    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
+    forces[mode] = force
+    shift = AppliedForces.of(model.reduced, forces).shift[mode]
+    A, frequency = curve.motion.amplitude, curve.motion.frequency.copy()
+    flow, still = shifted_flow(model, 0.0), np.zeros_like(A)
+    takes_energy = friction_takes_energy(model, 0.0)
+    for _ in range(_PASSES):
+        now = balance(flow, inputs_of(still, frequency), A)
+        friction, stiffness = now.friction[:, mode], now.stiffness[:, mode]
+        if takes_energy:
+            friction = friction.real + 1j * np.minimum(friction.imag, 0.0)
+        F = (stiffness * A[:, mode] - friction) / (0.5 + stiffness * shift)
+        a = A[:, mode] - shift * F
+        square = frequency[:, mode] ** 2 + (0.5 * F / a).real
+        after = np.sqrt(np.maximum(square, 0.25 * frequency[:, mode] ** 2))
+        change = np.abs(after / frequency[:, mode] - 1.0).max()
+        frequency[:, mode] = after
+        if change <= _CONVERGED:
+            break
+    amplitude = A.copy()
+    amplitude[:, mode] = np.abs(a)
+    motion = replace(curve.motion, amplitude=amplitude, frequency=frequency)
+    moved = replace(curve, amplitude=np.abs(a), frequency=frequency[:, mode], motion=motion)
+    return moved, np.abs(F)
 
 
 def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:

@@ -72,6 +72,24 @@ def test_no_peak_is_above_that_of_stuck_contacts(seed):
     assert low <= curve.optimum[0] <= high
 
 
+@pytest.mark.parametrize("seed", [4, 7, 100, 104])
+def test_peaks_include_the_action_of_the_force_on_the_contacts(seed):
+    """Peaks of response curves on the same table: within 5e-5, without that action 1 to 2 %."""
+    drawn = member(seed)
+    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=drawn.law)
+    furthest = max(slip_onset(reduced, drawn.law, 0)[1], drawn.scale[0])
+    model = rom.tabulate(reduced, drawn.law, (8.0 * furthest,), 1e-3, detuning=True)
+    peaks = rom.performance_curve(model, drawn.force[0])
+    limit, peak = peaks.optimum
+    omega = np.interp(limit, peaks.limit, peaks.frequency)
+    curve = rom.response_curve(
+        *(model, [omega], [drawn.force[0] / limit], "frequency_A"),
+        (0.97 * omega, 1.03 * omega),
+        largest_step=0.005,
+    )
+    assert peak == pytest.approx(limit * np.abs(curve.amplitude).max(), rel=2e-4)
+
+
 @pytest.fixture(scope="module")
 def two_jenkins():
     """A beam on two Jenkins contacts, its table as designs have it; and a force."""
@@ -105,9 +123,8 @@ def test_folds_of_peaks_below_the_error_are_left_out(two_jenkins):
     assert turns(hidden.limit) >= 10
     curve = rom.performance_curve(with_noise(model, 0.3, 0.3), F)
     assert turns(curve.limit) == 0
-    stuck = rom.performance_curve(model, F)
-    speed = stuck.peak[-1] * stuck.frequency[-1]  # friction takes energy, whatever the noise
-    assert (curve.peak * curve.frequency).max() <= (1.0 + 1e-6) * speed
+    stuck = rom.performance_curve(model, F).peak[-1]
+    assert np.all(curve.peak - curve.error <= stuck)
 
 
 def test_folds_below_the_error_are_left_out():
