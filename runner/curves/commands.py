@@ -123,7 +123,8 @@ def _design(options: argparse.Namespace) -> int:
         print(f"{lowest} where the contacts stick: no limit is better")
         return 0
     low, high = curve.within(1.1, shown)
-    print(f"{lowest} at {limit:.3g} times the scene's limits and preloads;")
+    equal = "{:.3g} to {:.3g} within the error".format(*curve.lowest_range(shown))
+    print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
     print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
     return 0
 

@@ -164,17 +164,16 @@ def scene_performance(
         warned=False,
         progress=progress,
     )
-    nearest = furthest = plan.amplitude[at]
+    furthest = plan.amplitude[at]
     if scene.model.amplitude is None:
-        first, last = slip_onset(reduced, law, 0)
-        nearest, furthest = max(nearest, first), max(furthest, last)
+        furthest = max(furthest, slip_onset(reduced, law, 0)[1])
     for part in _DESIGN_PARTS:
-        # relative to the largest |S| of the table, which what is looked at stays far below
         largest = part * _DESIGN_RANGE * furthest
-        tolerance = scene.model.tolerance * min(nearest / largest, 1.0)
         try:
             model, _ = cached_model(
-                reduced, law, (largest,), tolerance, detuning=True, progress=progress
+                *(reduced, law, (largest,), scene.model.tolerance),
+                detuning=True,
+                progress=progress,
             )
         except SlipmodeError:
             if part == _DESIGN_PARTS[-1]:

@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
+from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
@@ -29,8 +31,10 @@ if TYPE_CHECKING:
 
 _POINTS = 200
 SMALLEST, LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+BAND = 0.2  # opacity of the error in pictures
 _PASSES = 100
 _CONVERGED = 1e-13
+_UNCOUPLED = 1e-9  # damping between modes relative to that of a mode: rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +49,12 @@ class Backbone:
         |a| of the other mode, at its carrier [kg^1/2 m].
     frequency : (n,) ndarray
         Omega [rad/s].
+    frequency_error : (n,) ndarray
+        Error of Omega by the errors of the friction table and of its carriers [rad/s].
     damping : (n,) ndarray
         Damping ratio zeta [-], of steady motion.
+    damping_error : (n,) ndarray
+        Error of zeta by the same errors [-].
     decay : (n,) ndarray
         -d|a|/dt / |a| [1/s] of free vibration: zeta Omega where that is slow; friction lags
         behind a faster one.
@@ -61,7 +69,9 @@ class Backbone:
     amplitude: Floats
     other: float
     frequency: Floats
+    frequency_error: Floats
     damping: Floats
+    damping_error: Floats
     decay: Floats
     mode_shape: Floats
     motion: SteadyMotion
@@ -76,17 +86,24 @@ class Backbone:
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
     ) -> Any:
-        """Frequency and damping ratio against the amplitude, of a DOF where one is given."""
+        """Frequency and damping ratio against the amplitude, of a DOF where one is given.
+
+        Bands show the errors.
+        """
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         amplitude = Shown(dof, units)
         against = amplitude.size(self.motion)[:, self.mode]
         shown = {
-            f"frequency [{units.frequency}]": units.of_frequency(self.frequency),
-            "damping [-]": self.damping,
+            f"frequency [{units.frequency}]": (
+                units.of_frequency(self.frequency),
+                units.of_frequency(self.frequency_error),
+            ),
+            "damping [-]": (self.damping, self.damping_error),
         }
-        for ax, (name, values) in zip(axes, shown.items(), strict=True):
+        for ax, (name, (values, error)) in zip(axes, shown.items(), strict=True):
             ax.semilogx(against, values)
+            ax.fill_between(against, values - error, values + error, alpha=BAND, lw=0)
             ax.set_ylabel(name)
         axes[1].set_xlabel(amplitude.named("amplitude"))
         return axes
@@ -96,7 +113,9 @@ class Backbone:
         found = {
             "amplitude": self.amplitude,
             units.named("frequency"): units.of_frequency(self.frequency),
+            units.named("frequency_error"): units.of_frequency(self.frequency_error),
             "damping": self.damping,
+            "damping_error": self.damping_error,
             "decay": self.decay,
         }
         if dof is not None:
@@ -166,9 +185,48 @@ def backbone(
         change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
         if change <= _CONVERGED:
             break
-    warn(model.detuning_findings(frequency))
     zeta = off.imag / (2.0 * Omega**2)
+    factor = np.abs(coupling_factor(model.reduced, frequency))
+    weight = np.abs(now.friction[:, mode]) / (np.abs(off.imag) * r)
+    table_error = TableError.of(model, factor * np.abs(a), frequency, np.ones(r.size), weight)
+    share = factor[:, mode] * table_error.size[:, mode] / r
+    frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
+    if friction_takes_energy(model, other):
+        zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
+    warn(_off_carrier_findings(model, mode, table_error, off.imag * r, frequency))
     decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, still, None, np.ones(r.size))
-    return Backbone(r, float(other), Omega, zeta, decay, shape, motion, mode)
+    return Backbone(
+        *(r, float(other), Omega, frequency_error, zeta, damping_error),
+        *(decay, shape, motion, mode),
+    )
+
+
+def friction_takes_energy(model: Model, other: float) -> bool:
+    """Return whether Im S <= 0, so that what a table has above 0 is its error.
+
+    So it is for elastic contacts, whose dampers are the structure's, if modes are not coupled
+    by damping and no energy comes from another mode.
+    """
+    reduced = model.reduced
+    coupling = np.abs(reduced.damping_coupling).max(initial=0.0)
+    uncoupled = coupling <= _UNCOUPLED * np.abs(reduced.modal_damping).max()
+    alone = other == 0.0 and not model.combinations
+    return reduced.contacts is not None and bool(uncoupled) and alone
+
+
+def _off_carrier_findings(
+    model: Model, mode: int, error: TableError, loss: Floats, frequency: Floats
+) -> list[Finding]:
+    """Report damping that is wrong by the distance from the table's carriers.
+
+    `loss` (points,) is Im of the amplitude equation [N kg^-1/2].
+    """
+    at = error.measured
+    if not at.size:
+        return []
+    part = np.nan_to_num(np.abs(error.off_carriers[:, mode]), nan=np.inf) / np.abs(loss[at])
+    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
+    worst = float(part.max(initial=0.0))
+    return off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is")

@@ -81,6 +81,12 @@ class Branch:
 
     __repr__ = short_repr
 
+    @property
+    def reversed(self) -> Branch:
+        """The same solutions in the opposite order."""
+        points = Points(self.points.rows[::-1].copy(), self.points.unknowns)
+        return Branch(points, self.special[::-1], self.closed, self.cut_off[::-1])
+
 
 def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     """The curve through a solution, both ways to p = 0, p = 1 or where F ends.

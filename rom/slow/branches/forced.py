@@ -14,15 +14,24 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import AppliedForces, Forces
+from slipmode.rom.reduction.coupling import coupling_factor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow
+from slipmode.rom.slow.answer_error import TableError
+from slipmode.rom.slow.slow_flow import (
+    balance,
+    inputs_of,
+    rate_and_jacobian,
+    rates,
+    shifted_flow,
+)
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
 LARGEST_STEP = 0.02  # of span and table, between two points
+_DIFFERENCE = 1e-6  # of the span: for derivatives, far above rounding
 _NAMES = get_args(Varied)
 _VARIED = "force", "frequency", "limit_scale"
 
@@ -37,6 +46,9 @@ class ForcedSlowFlow:
     ----------
     inputs : (2,) ndarray of kernel.INPUTS
         At the ends of the span.
+    is_reversed : bool
+        Whether the span was given from the larger value to the smaller one. Curves are computed
+        from the smaller value on, so that they do not depend on it.
     curve : kernel.Curve
         Its steady states.
     """
@@ -46,6 +58,7 @@ class ForcedSlowFlow:
     flow: kernel.SlowFlow
     span: tuple[float, float]
     inputs: NDArray[np.void]
+    is_reversed: bool
     curve: kernel.Curve
 
     __repr__ = short_repr
@@ -86,6 +99,8 @@ class ForcedSlowFlow:
         Omega = as_floats("frequency", frequency)
         if Omega.shape != (model.modes,):
             raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
+        is_reversed = values[0].tolist() > values[1].tolist()
+        values = values[::-1] if is_reversed else values
         inputs = np.repeat(inputs_of(excitation[np.newaxis], Omega), 2)
         mode = "AB".find(vary[-1])
         if both:
@@ -109,8 +124,8 @@ class ForcedSlowFlow:
             kernel.lib.sm_forced_curve(forced, largest_step, ctypes.byref(curve)), "curve"
         )
         curve.owned = forced
-        first, last = (0.0, 1.0) if both else values.tolist()
-        return cls(model, applied, flow, (first, last), inputs, curve)
+        first, last = values.tolist() if not both else (1.0, 0.0) if is_reversed else (0.0, 1.0)
+        return cls(model, applied, flow, (first, last), inputs, is_reversed, curve)
 
     @property
     def scale(self) -> Floats:
@@ -163,6 +178,48 @@ class ForcedSlowFlow:
             return found
 
         return rates_of
+
+    def linearised(self, z: Floats) -> Floats:
+        """Return the derivatives of the scaled rates by z, (points, k, k + 1), at solutions.
+
+        NaN at the end of the friction table.
+        """
+        part, unknowns = z[:, -1], self.curve.unknowns
+        size = np.multiply.outer(self.limit_scale(part), self.scale)
+        _, jacobian = rate_and_jacobian(self.flow, self.inputs_at(part), self.amplitude(z))
+        found = np.empty((len(z), unknowns, unknowns + 1))
+        found[:, :, :-1] = jacobian * size[:, np.newaxis] / size[:, :, np.newaxis]
+        sides = [z + sign * _DIFFERENCE * np.eye(unknowns + 1)[-1] for sign in (1.0, -1.0)]
+        above, below = (self._scaled_rates(side) for side in sides)
+        found[:, :, -1] = (above - below) / (2.0 * _DIFFERENCE)
+        return found
+
+    def _scaled_rates(self, z: Floats) -> Floats:
+        size = np.multiply.outer(self.limit_scale(z[:, -1]), self.scale)
+        rate = balance(self.flow, self.inputs_at(z[:, -1]), self.amplitude(z)).rate
+        return np.ascontiguousarray(rate).view(float) / size
+
+    def table_error(self, z: Floats, weight: Floats | None) -> TableError:
+        """Return the error of S_j at solutions, see `TableError.of`."""
+        limit_scale = self.limit_scale(z[:, -1])
+        effective = np.abs(self._effective(z)) / limit_scale[:, np.newaxis]
+        frequency = self.inputs_at(z[:, -1])["frequency"][:, : self.model.modes]
+        return TableError.of(self.model, effective, frequency, limit_scale, weight)
+
+    def rate_change(self, z: Floats, friction: Complexes | Floats) -> Complexes:
+        """Return the change of da/dt (points, modes) by one of S_j (points, modes)."""
+        inputs = self.inputs_at(z[:, -1])
+        factor = coupling_factor(self.model.reduced, inputs["frequency"][:, : self.model.modes])
+        mass = balance(self.flow, inputs, self.amplitude(z)).mass
+        turned = np.exp(1j * np.angle(self._effective(z)))
+        return np.asarray(factor * turned * friction / mass)
+
+    def _effective(self, z: Floats) -> Complexes:
+        """Amplitudes (points, modes) at which the friction table is looked up."""
+        inputs, modes = self.inputs_at(z[:, -1]), slice(0, self.model.modes)
+        factor = coupling_factor(self.model.reduced, inputs["frequency"][:, modes])
+        force = phasor(inputs["force"], inputs["phase"])[:, modes]
+        return np.asarray(factor * (self.amplitude(z) + self.applied.shift * force))
 
     def inputs_at(self, part: Floats) -> NDArray[np.void]:
         """Return the inputs at parts of the span (points,), of which they are linear functions."""

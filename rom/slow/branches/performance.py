@@ -8,24 +8,34 @@ that each amplitude of the backbone is a point of the curve, with s = |F| / (4 z
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
+from slipmode.rom.slow.answer_error import error_at_constant
+from slipmode.rom.slow.branches.backbone import (
+    BAND,
+    LARGEST,
+    SMALLEST,
+    Backbone,
+    backbone,
+    friction_takes_energy,
+)
+from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
+from slipmode.rom.validity import warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,6 +43,9 @@ if TYPE_CHECKING:
 _POINTS = 2000
 _ENOUGH = 4.0  # times where contacts begin to slip: friction takes most at about twice that
 _MATTERS = 0.1  # of what the first to yield is moved by: others that matter are moved so much
+_UNKNOWN = 1.0  # relative error of a peak from which on the curve is left out
+_LOWEST = 0.01  # of the peak: where the band ends in pictures
+_PASSES, _CONVERGED = 100, 1e-12  # of the frequencies of peaks
 _LITTLE = 0.01  # of the damping: friction that adds less has no best limit
 
 
@@ -46,6 +59,8 @@ class PerformanceCurve:
         Factor on the model's limits and preloads [-], ascending unless peaks fold over.
     peak : (n,) ndarray
         |a| [kg^1/2 m].
+    error : (n,) ndarray
+        Error of the peak at a constant factor, by the errors of the backbone [kg^1/2 m].
     frequency : (n,) ndarray
         Where it is [rad/s].
     mode_shape : (n_dofs,) ndarray
@@ -58,6 +73,7 @@ class PerformanceCurve:
 
     limit: Floats
     peak: Floats
+    error: Floats
     frequency: Floats
     mode_shape: Floats
     motion: SteadyMotion
@@ -76,11 +92,26 @@ class PerformanceCurve:
         at = int(np.argmin(size))
         return float(self.limit[at]), float(size[at])
 
+    @property
+    def optimum_range(self) -> tuple[float, float]:
+        """The range of factors around the optimum whose peaks |a| equal it within the error."""
+        return self.lowest_range()
+
+    def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
+        """Return the range of factors whose peaks, as they are shown, equal the lowest one."""
+        size = self.size(shown)
+        error, best = size * self.error / self.peak, int(np.argmin(size))
+        return self._around(best, size - error > size[best] + error[best])
+
     def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
         """The range of limits around the optimum whose peaks are at most `factor` times its."""
         size = self.size(shown)
-        at = int(np.argmin(size))
-        worse = np.flatnonzero(size > factor * size[at])
+        best = int(np.argmin(size))
+        return self._around(best, size > factor * size[best])
+
+    def _around(self, at: int, is_worse: Flags) -> tuple[float, float]:
+        """Return the range of factors around a point up to points that are worse."""
+        worse, size = np.flatnonzero(is_worse), self.limit
         first = worse[worse < at].max(initial=-1) + 1
         last = worse[worse > at].min(initial=size.size) - 1
         low, high = sorted((float(self.limit[first]), float(self.limit[last])))
@@ -95,10 +126,13 @@ class PerformanceCurve:
         return self.motion.displacement(dof)[:, self.mode]
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """Peak against the factor, the optimum marked."""
+        """Peak against the factor, the optimum marked; the band shows the error."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
         peak = self.size(shown)
+        error = peak * self.error / self.peak
+        low = np.maximum(peak - error, _LOWEST * peak)  # on a logarithmic axis
+        ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
         ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
@@ -112,10 +146,13 @@ class PerformanceCurve:
         found = {
             "limit": self.limit,
             "peak": self.peak,
+            "peak_error": self.error,
             units.named("frequency"): units.of_frequency(self.frequency),
         }
         if dof is not None:
-            found[units.of_dof("peak", dof)] = units.of_displacement(self.displacement(dof))
+            peak = units.of_displacement(self.displacement(dof))
+            found[units.of_dof("peak", dof)] = peak
+            found[units.of_dof("peak_error", dof)] = peak * self.error / self.peak
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
@@ -162,10 +199,108 @@ def performance_curve(
             "goes, the contacts hardly slip: every limit has the same peak, none is best; "
             f"{_advice(model, mode)}"
         )
-    limit = F / held[::-1]
-    frequency, peak = curve.frequency[::-1], limit * curve.amplitude[::-1]
-    motion = _at_peaks(model, mode, force, limit, curve.motion)
-    return PerformanceCurve(limit, peak, frequency, curve.mode_shape, motion, mode)
+    share = curve.damping_error / curve.damping + curve.frequency_error / curve.frequency
+    (unknown,) = np.nonzero(share >= _UNKNOWN)
+    known = int(unknown[0]) if unknown.size else share.size
+    if known < 2:
+        raise SlipmodeError(
+            f"model: the peaks are known to {share[0]:.0%} only; tabulate to a smaller tolerance"
+        )
+    curve, held = _with_force_on_contacts(model, mode, force, curve)
+    limit, peak = F / held[:known], F / held[:known] * curve.amplitude[:known]
+    warn(_unknown_findings(curve, known, limit[-1]))
+    error = _peak_errors(limit, peak, share[:known])
+    kept = np.flatnonzero(_significant(limit, limit * share[:known]))[::-1]
+    limit, peak, error = limit[kept], peak[kept], error[kept]
+    motion = _at_peaks(model, mode, force, limit, curve.motion, kept)
+    frequency = curve.frequency[kept]
+    return PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+
+
+def _with_force_on_contacts(
+    model: Model, mode: int, force: Mapping[int, float] | ArrayLike, curve: Backbone
+) -> tuple[Backbone, Floats]:
+    """Return phase resonances, and their modal forces, if the force also acts on the contacts.
+
+    Contacts move with the effective amplitude A = a + shift F, so that
+
+        stiffness (A - shift F) = F / 2 + friction(A),
+
+    which has F for each A. The frequency follows from a quarter turn between a and F.
+    """
+    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
+    forces[mode] = force
+    shift = AppliedForces.of(model.reduced, forces).shift[mode]
+    A, frequency = curve.motion.amplitude, curve.motion.frequency.copy()
+    flow, still = shifted_flow(model, 0.0), np.zeros_like(A)
+    takes_energy = friction_takes_energy(model, 0.0)
+    for _ in range(_PASSES):
+        now = balance(flow, inputs_of(still, frequency), A)
+        friction, stiffness = now.friction[:, mode], now.stiffness[:, mode]
+        if takes_energy:
+            friction = friction.real + 1j * np.minimum(friction.imag, 0.0)
+        F = (stiffness * A[:, mode] - friction) / (0.5 + stiffness * shift)
+        a = A[:, mode] - shift * F
+        square = frequency[:, mode] ** 2 + (0.5 * F / a).real
+        after = np.sqrt(np.maximum(square, 0.25 * frequency[:, mode] ** 2))
+        change = np.abs(after / frequency[:, mode] - 1.0).max()
+        frequency[:, mode] = after
+        if change <= _CONVERGED:
+            break
+    amplitude = A.copy()
+    amplitude[:, mode] = np.abs(a)
+    motion = replace(curve.motion, amplitude=amplitude, frequency=frequency)
+    moved = replace(curve, amplitude=np.abs(a), frequency=frequency[:, mode], motion=motion)
+    return moved, np.abs(F)
+
+
+def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
+    """Return the error of peaks (n,) at constant limit; `share` is that of the force they need."""
+    slope = np.abs(np.gradient(np.log(peak)) / np.gradient(np.log(limit)))
+    at_end = np.where(np.isfinite(slope), (1.0 + slope) * share * peak, peak)[:, np.newaxis]
+    aside = (share * peak)[:, np.newaxis], share * limit
+    one_branch = np.zeros(limit.size, dtype=np.intp)
+    return error_at_constant(limit, peak[:, np.newaxis], one_branch, aside, at_end)[:, 0]
+
+
+def _significant(limit: Floats, error: Floats) -> Flags:
+    """Return which points to keep, (n,), so that peaks fold over only by more than the error.
+
+    Between two turning points of the limit, or one and an end, that are closer than the error of
+    the limit, the curve is left out, and so is what is beside it at the same limits.
+    """
+    kept = np.ones(limit.size, dtype=bool)
+    while True:
+        at = np.flatnonzero(kept)
+        way = np.sign(np.diff(limit[at]))
+        turns = at[np.r_[0, np.flatnonzero(way[1:] != way[:-1]) + 1, at.size - 1]]
+        if turns.size == 2:
+            return kept
+        first, second = turns[:-1], turns[1:]
+        size = np.abs(limit[first] - limit[second]) / (error[first] + error[second])
+        least = int(np.argmin(size))
+        if size[least] > 1.0:
+            return kept
+        i, j = first[least], second[least]
+        low, high = sorted((limit[i], limit[j]))
+        beside = np.flatnonzero(~kept | (limit < low) | (limit > high))
+        before = beside[beside < i].max(initial=-1)
+        after = beside[beside > j].min(initial=limit.size)
+        kept[before + 1 : after] = False
+
+
+def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding]:
+    """Report where a performance curve ends because nothing is known of its peaks beyond."""
+    if known == curve.amplitude.size:
+        return []
+    natural = curve.motion.model.reduced.carrier[curve.mode]
+    apart = abs(curve.frequency[known] / natural - 1.0)
+    reason = (
+        f"at smaller limits the error of the peak is as large as the peak: the frequency of the "
+        f"mode is {apart:.0%} from the carrier of the friction table; put the carrier there "
+        "(rom.reduce(..., carrier=))"
+    )
+    return [Finding("curve", f"not followed below limit = {limit:.3g}", reason, "warning")]
 
 
 def _at_peaks(
@@ -174,15 +309,16 @@ def _at_peaks(
     force: Mapping[int, float] | ArrayLike,
     limit: Floats,
     free: SteadyMotion,
+    kept: NDArray[np.intp],
 ) -> SteadyMotion:
-    """Motion at the peaks (n,): of the backbone, scaled, and the force a quarter turn ahead."""
+    """Motion at the peaks (n,): of the backbone's points `kept`, scaled; the force at 90 deg."""
     forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
     forces[mode] = force
     applied = AppliedForces.of(model.reduced, forces)
     return SteadyMotion(
         model,
-        limit[:, np.newaxis] * free.amplitude[::-1],
-        free.frequency[::-1],
+        limit[:, np.newaxis] * free.amplitude[kept],
+        free.frequency[kept],
         np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
         applied,
         limit,

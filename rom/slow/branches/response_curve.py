@@ -14,12 +14,18 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.slow.answer_error import off_carrier_findings
+from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
     Branch,
     Kind,
     Points,
     branch_through,
+)
+from slipmode.rom.slow.branches.curve_error import (
+    CurveError,
+    significant_specials,
 )
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
@@ -80,8 +86,12 @@ class ResponseCurve:
         Its values: [rad/s], or relative to the forces and limits given [-].
     amplitude : (n, modes) complex ndarray
         a_j [kg^1/2 m].
+    error : (n, modes) ndarray
+        Of a_j at a constant parameter: |a_j - exact| by the errors of the friction table and of
+        forcing off its carriers [kg^1/2 m].
     growth : (n,) ndarray
-        Of the small deviation that grows fastest, or decays slowest [1/s].
+        Of the small deviation that grows fastest, or decays slowest [1/s]. Interpolated between
+        folds and between Hopf points that are left out because they are closer than the error.
     branch : (n,) ndarray of int
         Neighbours of one branch follow one another along the curve.
     special : tuple of SpecialPoint
@@ -100,6 +110,7 @@ class ResponseCurve:
     vary: str
     parameter: Floats
     amplitude: Complexes
+    error: Floats
     growth: Floats
     branch: NDArray[np.intp]
     special: tuple[SpecialPoint, ...]
@@ -131,6 +142,11 @@ class ResponseCurve:
         """Return the amplitude of a DOF at the carrier of each mode, (n, modes) [m]."""
         return self.sizes(Shown(dof)).points
 
+    def error_of(self, size: Floats) -> Floats:
+        """Return the error of amplitudes `size` (n, modes), with the relative error of a_j."""
+        modulus = np.abs(self.amplitude)
+        return size * np.divide(self.error, modulus, out=np.zeros_like(size), where=modulus > 0.0)
+
     def sizes(self, shown: Shown) -> CurveSizes:
         """Return everything that a picture of the curve shows, |a_j| or the amplitude of a DOF."""
         counts = self.parameter.size, len(self.special), self.cycles.parameter.size
@@ -143,15 +159,20 @@ class ResponseCurve:
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """|a_j|, or a DOF, against the parameter: stable solid, unstable dashed; folds, Hopf.
 
+        Bands show the error, see `error`.
         Where amplitudes oscillate in slow time, bars from the least to the largest.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
         sizes = self.sizes(shown)
+        error = self.error_of(sizes.points)
         for j in range(self.amplitude.shape[1]):
             size, color = sizes.points[:, j], f"C{j}"
             for number in np.unique(self.branch):
                 own = self.branch == number
+                low, high = (size + sign * error[:, j] for sign in (-1.0, 1.0))
+                x = parameter[own]
+                ax.fill_between(x, low[own], high[own], color=color, alpha=BAND, lw=0)
                 for which, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
@@ -175,10 +196,13 @@ class ResponseCurve:
         for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
             found |= {f"{mode}_re": self.amplitude[:, j].real}
             found |= {f"{mode}_im": self.amplitude[:, j].imag}
+            found |= {f"{mode}_error": self.error[:, j]}
         if dof is not None:
             sizes = units.of_displacement(self.displacement(dof))
-            for mode, size in zip("AB", sizes.T, strict=False):
+            errors = self.error_of(sizes)
+            for mode, size, error in zip("AB", sizes.T, errors.T, strict=False):
                 found[units.of_dof(mode, dof)] = size
+                found[units.of_dof(f"{mode} error", dof)] = error
         return found | {"growth": self.growth}
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
@@ -253,6 +277,8 @@ def response_curve(
             f"span: no steady state inside the friction table, whose range is "
             f"{model.table.amplitude_range}, over the span {span}"
         )
+    if problem.is_reversed:
+        branches = [branch.reversed for branch in branches]
     rows = np.concatenate([branch.points.rows for branch in branches])
     points = Points(rows, problem.curve.unknowns)
     amplitude = problem.amplitude(points.z)
@@ -267,19 +293,28 @@ def response_curve(
     )
     forced = (forces != 0.0).any(axis=0)
     warn(forcing_findings(model.reduced, frequencies, forced))
-    warn(model.detuning_findings(frequencies, forced))
+    number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
+    error = CurveError.of(problem, points.z, number)
+    apart = (frequencies / model.reduced.carrier - 1.0)[:, forced]
+    warn(
+        off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are")
+    )
     ends = _cut_off(branches)
     cut_off = problem.parameter(np.array([end[-1] for end in ends]))
     warn(_cut_off_findings(vary, cut_off))
+    specials, smaller = _significant(problem, branches, error)
     special = [
         SpecialPoint(kind, float(problem.parameter(at[-1])), problem.amplitude(at[np.newaxis])[0])
-        for branch in branches
-        for kind, at in branch.special
+        for kind, at in specials
     ]
-    cycles = slow_cycles(problem, points)
+    cycles = slow_cycles(problem, Points(rows[~smaller], points.unknowns))
+    growth = points.eigenvalues[:, 0].real
+    if smaller.any():
+        at = np.arange(growth.size)
+        growth = np.where(smaller, np.interp(at, at[~smaller], growth[~smaller]), growth)
     motion = _motion(
         problem,
-        [parts := points.z[:, -1], np.array([at[-1] for b in branches for _, at in b.special])],
+        [parts := points.z[:, -1], np.array([z[-1] for _, z in specials])],
         [amplitude, *(each.amplitude[np.newaxis] for each in special)],
         cycles,
     )
@@ -287,14 +322,27 @@ def response_curve(
         vary,
         problem.parameter(parts),
         amplitude,
-        points.eigenvalues[:, 0].real,
-        np.repeat(np.arange(len(branches)), [len(branch.points.rows) for branch in branches]),
+        error.amplitude,
+        growth,
+        number,
         tuple(special),
         model.reduced.mode_shapes.copy(),
         cycles,
         cut_off,
         motion,
     )
+
+
+def _significant(
+    problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
+) -> tuple[list[tuple[Kind, Floats]], Flags]:
+    """Return special points that are larger than the error; points between the others."""
+    ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
+    parts = zip(
+        branches, np.split(error.friction, ends), np.split(error.growth, ends), strict=True
+    )
+    found = [significant_specials(problem, *part) for part in parts]
+    return [one for kept, _ in found for one in kept], np.concatenate([each for _, each in found])
 
 
 def _motion(

@@ -91,8 +91,8 @@ def test_folds_and_branches_are_told_apart_in_recordings():
     shapes = np.ones((1, 1))
     motion = SimpleNamespace(amplitude=np.vstack((size, [[1.0], [0.5], [0.8]])))
     curve = rom.ResponseCurve(
-        *("limit", parameter, size + 0j, growth, branch, (fold,), shapes, cycles, np.zeros(0)),
-        motion,
+        *("limit", parameter, size + 0j, 0.01 * size, growth, branch, (fold,), shapes),
+        *(cycles, np.zeros(0), motion),
     )
     (((chart),),) = curve_charts(curve, None, rom.Units("Hz"))
     stable, unstable, at_fold, band = chart.layers

@@ -48,9 +48,11 @@ def test_there_are_none_where_a_steady_state_attracts(curve):
 
 def test_they_are_in_the_picture(curve):
     ax = pytest.importorskip("matplotlib.figure").Figure().subplots()
+    from matplotlib.collections import LineCollection
+
     _, found = curve
     found.plot(ax, units=rom.Units("Hz"))
-    (bars,) = ax.collections
+    (bars,) = (drawn for drawn in ax.collections if isinstance(drawn, LineCollection))
     drawn = np.array(bars.get_segments())
     assert drawn[:, 0, 0] == pytest.approx(found.cycles.parameter / (2 * np.pi))
     assert drawn[:, 1, 1] == pytest.approx(found.cycles.highest[:, 0])

@@ -12,7 +12,7 @@ FORCE = {0: 0.15}
 @pytest.fixture(scope="module")
 def model():
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
-    return rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 5e-4)
+    return rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-3)
 
 
 def test_each_point_is_the_peak_of_a_response_curve(model):

@@ -1,0 +1,253 @@
+"""Errors of steady answers, by linearisation from the stated error of the friction table.
+
+An error delta S_j of the friction terms changes the slow flow da/dt = G(a, p) by
+
+    delta G_j = r_j delta S_j / mass_j,
+
+with the coupling factor r_j. It moves the solution curve G(a, p) = 0 by (delta a, delta p), where
+
+    [dG/da, dG/dp] (delta a, delta p) = -delta G.
+
+The smallest solution is the distance between the curves. It is bounded at folds, where dG/da is
+singular. The error of a_j at constant p is |delta a_j| plus the largest change of a_j along the
+curve while p changes by delta p. On a backbone
+
+    delta Omega = |delta S| / (2 Omega |a|),    delta zeta = |delta S| / (2 Omega^2 |a|).
+
+Beside what the table states, delta S_j has the error of forcing off the table's carriers, which is
+measured: contact problems are solved at the forcing frequencies at a few points of the answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
+from slipmode.rom.contact.friction_terms import ContactTerms
+from slipmode.rom.contact.resolution import Resolution, resolved_terms
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
+from slipmode.rom.table.model import Model
+
+_AT_CARRIER = 1e-9  # relative distance that is rounding
+# Distances from the carriers, relative to the largest, between which one point is measured.
+_LEVELS = (1.0, 0.6, 0.3, 0.1)
+
+
+@dataclass(frozen=True, eq=False)
+class TableError:
+    """The error of S_j along an answer.
+
+    Attributes
+    ----------
+    size : (points, modes) ndarray
+        |delta S_j| [N kg^-1/2].
+    measured : (some,) ndarray of int
+        Points at which the error of forcing off the carriers is measured.
+    off_carriers : (some, modes) complex ndarray
+        That error of S_j [N kg^-1/2]; NaN where the contact motion does not converge.
+    """
+
+    size: Floats
+    measured: NDArray[np.intp]
+    off_carriers: Complexes
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        effective: Floats,
+        frequency: Floats,
+        limit_scale: Floats,
+        weight: Floats | None,
+    ) -> Self:
+        """Return the error of S_j at points.
+
+        Parameters
+        ----------
+        model : Model
+        effective : (points, modes) ndarray
+            Amplitudes at which the table is looked up, over `limit_scale` [kg^1/2 m].
+        frequency : (points, modes) ndarray
+            Omega_j [rad/s].
+        limit_scale : (points,) ndarray
+            Friction limits over those of the model.
+        weight : (points,) ndarray or None
+            The larger, the more the answer depends on S_j: such points are measured. None: the
+            error of forcing off the carriers is left out.
+        """
+        r = np.minimum(effective, model.table.amplitude_range)
+        norm = ErrorNorm.of(model.reduced, model.table.amplitude_range)
+        scale = norm.known(model.table.nodes()).scale(r, model.table(r))
+        apart = frequency / model.reduced.carrier - 1.0
+        off = np.abs(apart).max(axis=1)
+        measured = np.zeros(0, dtype=np.intp) if weight is None else _most_apart(apart, weight)
+        beyond = np.array([_off_carriers(model, r[k], apart[k]) for k in measured])
+        beyond = beyond.reshape(-1, model.modes).astype(complex)
+        share = np.zeros(r.shape)
+        if measured.size:
+            stated = model.accuracy
+            part = np.nan_to_num(np.abs(beyond) / scale[measured], nan=1.0)
+            part = np.maximum(part - stated.resolution - stated.periodicity, 0.0)
+            order = 2 if model.table.detuning is not None else 1
+            away = off[:, np.newaxis] ** order
+            share = (part / away[measured]).max(axis=0) * away
+        size = model.friction_error(r) + share * scale
+        factor = limit_scale[:, np.newaxis]
+        return cls(factor * size, measured, factor[measured] * beyond)
+
+
+def _most_apart(apart: Floats, weight: Floats) -> NDArray[np.intp]:
+    """Points on both sides of the carriers, at several distances, where the weight is largest."""
+    furthest = np.take_along_axis(apart, np.abs(apart).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    largest = float(np.abs(furthest).max(initial=0.0))
+    found: list[int] = []
+    if largest <= _AT_CARRIER:
+        return np.array(found, dtype=np.intp)
+    for sign in (1.0, -1.0):
+        part = sign * furthest / largest
+        for upper, lower in pairwise(_LEVELS):
+            (within,) = np.nonzero((part > lower) & (part <= upper))
+            if within.size:
+                found.append(int(within[weight[within].argmax()]))
+    return np.array(found, dtype=np.intp)
+
+
+def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
+    """Return the error of S_j (modes,) at frequencies so far from the carriers (modes,).
+
+    NaN where the contact motion does not converge.
+    """
+    reduced, stated = model.reduced, model.accuracy
+    if reduced.formulation == "paper":
+        return np.zeros(model.modes, dtype=complex)
+    resolution = Resolution(
+        Discretisation(stated.steps, stated.lines),
+        stated.resolution,
+        ErrorBudget(stated.tolerance).march,
+    )
+
+    def solve(problem: Reduced, amplitudes: Floats, near: Complexes | None) -> ContactTerms:
+        smallest = SMALLEST_SHARE * model.table.amplitude_range
+        return resolved_terms(
+            *(problem, model.law, resolution, amplitudes, smallest, model.combinations, 1),
+            near=near,
+        )
+
+    at = effective[np.newaxis]
+    try:
+        at_carriers = Detuned(reduced, np.ones(model.modes, dtype=complex))
+        known = at_carriers.terms(solve, at)
+        moved = Detuned.of(reduced, apart).friction(solve, at, known.P)
+    except SlipmodeError:
+        return np.full(model.modes, np.nan, dtype=complex)
+    has = np.clip(apart, -MOST_DETUNING, MOST_DETUNING) * reduced.carrier
+    slope = model.table.detuning_at(effective) @ has
+    return np.asarray((moved - at_carriers.settled(known))[0] - slope)
+
+
+def off_carrier_findings(
+    tolerance: float, error: float, apart: Floats, what: str
+) -> list[Finding]:
+    """Report an answer whose error, by forcing so far `apart` from the carriers, is too large."""
+    if error <= tolerance:
+        return []
+    size = "more than 100 %" if error > 1.0 else f"up to {100.0 * error:.2g} %"
+    reason = (
+        f"forcing is up to {np.abs(apart).max():.1%} from the carriers of the friction table: "
+        f"{what} wrong by {size}, tolerance is {100.0 * tolerance:g} %; put the carriers at the "
+        "forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
+    )
+    return [Finding("carriers", "left", reason, "warning")]
+
+
+def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:
+    """Return the distance of the true curve, in a_j (points, modes) and in p (points,).
+
+    Parameters
+    ----------
+    linear : (points, 2 modes, 2 modes + 1) ndarray
+        dG/da, dG/dp. Without the last column: at constant p.
+    change : (points, modes) ndarray
+        |delta G_j|, of any phase.
+    """
+    points, unknowns, _ = linear.shape
+    known = np.isfinite(linear).all(axis=(1, 2))
+    inverse = np.full((points, linear.shape[2], unknowns), np.nan)
+    inverse[known] = np.linalg.pinv(linear[known])
+    modes = unknowns // 2
+    of_a = np.full((points, modes, modes), np.nan)
+    blocks = inverse[known, :unknowns].reshape(-1, modes, 2, modes, 2).transpose(0, 1, 3, 2, 4)
+    of_a[known] = np.linalg.norm(blocks, ord=2, axis=(-2, -1))
+    of_p = np.linalg.norm(inverse[:, unknowns:].reshape(points, -1, modes, 2), axis=-1).sum(axis=1)
+    return np.einsum("pij,pj->pi", of_a, change), np.einsum("pj,pj->p", of_p, change)
+
+
+def change_along(
+    parameter: Floats, values: Complexes | Floats, branch: NDArray[np.intp], width: Floats
+) -> Floats:
+    """Return the largest |change| of values (points, modes) along a curve near each point.
+
+    From a point the curve is followed both ways, through folds, while its parameter is within
+    `width` (points,) of the point's. Infinity where the branch ends before.
+    """
+    found = np.zeros(values.shape)
+    for way in (1, -1):
+        active = np.arange(parameter.size)
+        for step in range(1, parameter.size + 1):
+            after = active + way * step
+            on = (after >= 0) & (after < parameter.size)
+            on[on] = branch[after[on]] == branch[active[on]]
+            found[active[~on & (width[active] > 0.0)]] = np.inf
+            active, after = active[on], after[on]
+            if not active.size:
+                break
+            start = values[active]
+            before = after - way
+            near, far = parameter[before] - parameter[active], parameter[after] - parameter[active]
+            beyond = np.abs(far) > width[active]
+            edge = np.copysign(width[active], far)
+            part = np.divide(edge - near, far - near, out=np.ones(far.size), where=beyond)
+            reached = values[before] + part[:, np.newaxis] * (values[after] - values[before])
+            found[active] = np.maximum(found[active], np.abs(reached - start))
+            active = active[~beyond]
+    return found
+
+
+def error_at_constant(
+    parameter: Floats,
+    values: Complexes | Floats,
+    branch: NDArray[np.intp],
+    displacement: tuple[Floats, Floats],
+    at_end: Floats,
+) -> Floats:
+    """Return the error of values (points, modes) at constant parameter, see above.
+
+    Parameters
+    ----------
+    displacement : ((points, modes), (points,)) ndarray
+        Of the true curve, in the values and in the parameter.
+    at_end : (points, modes) ndarray
+        The error where the branch ends nearby.
+    """
+    aside, width = displacement
+    along = change_along(parameter, values, branch, width)
+    error = np.where(np.isfinite(along), aside + along, at_end)
+    known = np.isfinite(error).all(axis=1)
+    if known.any() and not known.all():  # beside the end of the table
+        at = np.arange(error.shape[0])
+        for column in error.T:
+            column[:] = np.interp(at, at[known], column[known])
+    return np.asarray(error)
