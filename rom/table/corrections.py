@@ -1,7 +1,7 @@
 """What is tabulated beside the friction terms: how they change with rates, and with frequencies.
 
-Both are hundredths of them, and themselves taken to some hundredths: at every third or fourth grid
-line; the rate correction on a coarser torus and without the modal response.
+Both are hundredths of them, and are computed to some hundredths: with two modes at every third or
+fourth grid line; the rate correction on a coarser torus and without the modal response.
 """
 
 from __future__ import annotations
@@ -36,11 +36,9 @@ Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
 _COARSER = Discretisation(steps=4, lines=2)
 _COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
-# Grid lines from one that is sampled to the next, at least, by modes,
-_STRIDE, _DETUNING_STRIDE = {1: 2, 2: 3}, 4
-_LINES = 16  # or more, if it takes no fewer than so many: what is corrected is small
-# Shares of the range: above it every so many lines are sampled, below it these.
-_LARGE, _SMALL = 1 / 8, (0.0, 1 / 32, 1 / 10)
+# Grid lines from one that is sampled to the next, at least, and how many at the most, by modes: what
+# is corrected is small. Nodes of one mode are cheap.
+_STRIDE, _DETUNING_STRIDE, _LINES = {1: 1, 2: 3}, {1: 1, 2: 4}, {1: 100, 2: 16}
 _HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
@@ -135,7 +133,7 @@ def _with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) 
     problems = detuned_problems(reduced)
     surface = _surface(
         table,
-        _DETUNING_STRIDE,
+        _DETUNING_STRIDE[table.modes],
         lambda part: friction_detuning(problems, reduced.carrier, roughly, part),
         [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
         spread,
@@ -164,7 +162,8 @@ def _surface(
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes)."""
     modes, axes = table.modes, (table.node_a, table.node_b)
-    some = [_spaced(node, stride) for node in axes]
+    some = [_spaced(node, stride, _LINES[modes]) for node in axes[:modes]]
+    some += [axes[1]] * (2 - modes)
     parts = list(spread(sample, amplitude_pairs(some[0], some[1], modes)))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
@@ -172,9 +171,7 @@ def _surface(
     return surface_values(*axes, samples, orders)
 
 
-def _spaced(node: Floats, stride: int) -> Floats:
-    """Return some nodes: one in `stride` at large amplitudes, and two small ones."""
-    share = node / max(node[-1], np.finfo(float).tiny)
-    large = np.flatnonzero(share > _LARGE)[:: -max(stride, node.size // _LINES)]
-    small = np.abs(share[:, np.newaxis] - _SMALL).argmin(axis=0)
-    return np.asarray(node[np.unique(np.concatenate((large, small)))])
+def _spaced(node: Floats, stride: int, most: int) -> Floats:
+    """Return every so many nodes, the first and the last: as many as `most`, about."""
+    every = max(stride, node.size // most)
+    return np.append(node[:-1:every], node[-1])

@@ -51,6 +51,7 @@ from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
+_NOISE = 4.0  # of the tolerance: larger errors are jumps of friction, not samples that are off
 _ROUGHLY = 10.0  # how much less well marches repeat for differences of friction
 
 
@@ -274,7 +275,8 @@ class _Task:
     def refined(self, resolution: Resolution, further: list[Order]) -> _Refined:
         """The table to the tolerance, or as near as it comes."""
         found = self._refined_on(resolution, further)
-        if found.error <= self.budget.interpolation:
+        allowed = self.budget.interpolation
+        if found.error <= allowed or found.error > _NOISE * allowed:
             return found
         # where the response of the modes is strong, motion that hardly changes from one period to
         # the next may still be far from periodic; near the onset of slip steps may be too long

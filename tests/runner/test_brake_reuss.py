@@ -98,14 +98,14 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     assert omega[0] == pytest.approx(reduced.frequency[0], rel=1e-6)  # all stuck
     assert damping[0] == pytest.approx(reduced.modal_damping[0] / (2 * omega[0]), rel=1e-4)
     np.testing.assert_allclose(omega[-2:], [10865.7, 10692.3], rtol=1e-3)
-    np.testing.assert_allclose(damping[-2:], [0.0184, 0.0332], rtol=2e-2)
+    np.testing.assert_allclose(damping[-2:], [0.0179, 0.0331], rtol=2e-2)
 
 
 @pytest.mark.parametrize("grid", [(32, 8), (64, 16)])
 def test_two_modes_slide_the_lap_in_both_directions(example, lap, grid):
     """Sliders that other phase lines brought on lay beyond their limit: steps had no solution."""
     rest = rom.preload(lap.structure, lap.law, lap.bolts, warned=False)
-    reduced = rom.reduce(lap.structure, (6, 7), law=rest.law)
+    reduced = rom.reduce(lap.structure, (6, 7), law=rest.law, smallest_response=1e-2)
     resonances = combination_resonances(reduced.carrier, even=reduced.even)
     points = np.array([[2e-7, 2e-7], [6e-7, 6e-7]])
     found = contact_terms(
@@ -113,7 +113,7 @@ def test_two_modes_slide_the_lap_in_both_directions(example, lap, grid):
     )
     assert found.residual.max() <= 1e-3
     expected = [[2.652 - 1.732j, 2.788 - 2.196j], [19.95 - 4.00j, 32.54 - 13.71j]]
-    assert found.marched.max() <= 28 * grid[0]  # 24; 40 if what sliders remember only marches on
+    assert found.marched.max() <= 32 * grid[0]  # 30; 40 if what sliders remember only marches on
     errors = np.abs(found.S - expected) / np.abs(expected)
     assert errors.max() < (0.02 if grid == (32, 8) else 2e-3)
     assert np.all(found.power > 0.0)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.error_budget import within_reach
+from slipmode.rom.error_budget import LARGEST_TOLERANCE, within_reach
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
@@ -40,7 +40,7 @@ _FIRST_INTERVALS = {1: 8, 2: 4}  # by modes
 _MAX_ROUNDS = 40
 _RINGS = 8  # of blocks around those of large errors that are checked at once
 _LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
-_MOST_NODES = 60_000
+_MOST_NODES = {1: 600, 2: 60_000}  # by modes
 # Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
 # Kinks and thresholds were seen to need 1/2.
 _CLOSEST = 1 / 100
@@ -190,7 +190,7 @@ def _refined(
     least, idle = np.inf, 0.0
     table: Table | None = None
     for _ in range(_MAX_ROUNDS):
-        if grid.sampled.size > _MOST_NODES or time_budget.spent:
+        if grid.sampled.size > _MOST_NODES[grid.modes] or time_budget.spent:
             break
         for mode in range(grid.modes):
             if grid.poor[mode].any():
@@ -219,8 +219,9 @@ def _refined(
     table = sampling.table(grid.nodes, samples.tabulated)
     *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
-    if grid.sampled.size <= _MOST_NODES and not time_budget.spent:
-        return grid, samples, table, error  # samples jump: more rounds would not help
+    many = grid.modes == 2 and grid.sampled.size > _MOST_NODES[2]
+    if error <= LARGEST_TOLERANCE and not many and not time_budget.spent:
+        return grid, samples, table, error  # samples jump: more nodes would not help
     reached = round_up(_SLACK * max(error, tolerance))
     nodes = "{} x {} nodes".format(*samples.row.shape)
     if time_budget.spent:

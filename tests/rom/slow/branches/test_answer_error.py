@@ -60,13 +60,15 @@ def test_the_true_error_of_a_backbone_is_within_the_stated_one(seed):
 def test_no_peak_is_above_that_of_stuck_contacts(seed):
     """Where the mode leaves the carrier of the table there were peaks 1.3 times as high."""
     drawn = member(seed)
-    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=drawn.law)
+    reduced = rom.reduce(
+        drawn.structure, drawn.modes[:1], law=drawn.law, force_patterns=drawn.force[:1]
+    )
     furthest = max(slip_onset(reduced, drawn.law, 0)[1], drawn.scale[0])
     model = rom.tabulate(reduced, drawn.law, (8.0 * furthest,), 1e-3, detuning=True)
     curve = rom.performance_curve(model, drawn.force[0])
     F = abs(reduced.modal_force(0, drawn.force[0]))
     stuck = F / (2.0 * reduced.modal_damping[0] * reduced.frequency[0])
-    assert curve.peak.max() <= (1.0 + 1e-6) * stuck
+    assert curve.peak.max() <= (1.0 + 1e-5) * stuck
     assert np.all(np.diff(curve.limit) > 0.0)
     low, high = curve.optimum_range
     assert low <= curve.optimum[0] <= high
@@ -76,7 +78,9 @@ def test_no_peak_is_above_that_of_stuck_contacts(seed):
 def test_peaks_include_the_action_of_the_force_on_the_contacts(seed):
     """Peaks of response curves on the same table: within 5e-5, without that action 1 to 2 %."""
     drawn = member(seed)
-    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=drawn.law)
+    reduced = rom.reduce(
+        drawn.structure, drawn.modes[:1], law=drawn.law, force_patterns=drawn.force[:1]
+    )
     furthest = max(slip_onset(reduced, drawn.law, 0)[1], drawn.scale[0])
     model = rom.tabulate(reduced, drawn.law, (8.0 * furthest,), 1e-3, detuning=True)
     peaks = rom.performance_curve(model, drawn.force[0])
@@ -94,7 +98,9 @@ def test_peaks_include_the_action_of_the_force_on_the_contacts(seed):
 def two_jenkins():
     """A beam on two Jenkins contacts, its table as designs have it; and a force."""
     drawn = member(23)
-    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=drawn.law)
+    reduced = rom.reduce(
+        drawn.structure, drawn.modes[:1], law=drawn.law, force_patterns=drawn.force[:1]
+    )
     furthest = max(slip_onset(reduced, drawn.law, 0)[1], drawn.scale[0])
     return rom.tabulate(reduced, drawn.law, (8.0 * furthest,), 1e-3), drawn.force[0]
 

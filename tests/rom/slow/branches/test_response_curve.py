@@ -11,7 +11,7 @@ from slipmode.rom.slow.branches import continuation
 
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
-LOW_FOLD, HIGH_FOLD = 0.8995, 0.98326  # of `opening` under 0.06 N
+LOW_FOLD, HIGH_FOLD = 0.89965, 0.98326  # of `opening` under 0.06 N
 
 
 @pytest.fixture(scope="module")
