@@ -33,7 +33,6 @@ T = TypeVar("T")
 
 _CONTACTS = (4, 12, 30, 100)
 _DOFS, _HARMONICS, _FIRST = 3000, 7, 1e8  # of the meshed blade; of B on component modes; k_t [N/m]
-_RESPONSE = 1e-5  # of other modes, that counts in a steady state: contacts are stiff
 _RATIO, _SLIPPING, _DETUNED = 4e-3, 0.15, 0.99  # damping; limit, of the stuck force; forcing
 _CYCLES, _SAMPLES = 160, 16
 _ERROR = 1e-3
@@ -49,7 +48,6 @@ class Case(NamedTuple):
     name: str
     structure: rom.Structure
     reduced: rom.Reduced
-    more_modes: rom.Reduced  # that a steady state costs next to nothing
     law: Friction
     force: tuple[Floats, Floats]
     frequency: tuple[float, float]
@@ -88,7 +86,7 @@ def two_mass() -> Case:
     force = np.diag([0.15, 0.25, 0.0, 0.0])
     law, frequency = rom.Tanh(limit=2.0, alpha=0.02), (0.97, 1.64)
     reduced = rom.reduce(structure)
-    arguments = structure, reduced, reduced, law
+    arguments = structure, reduced, law
     return Case("two-mass, tanh", *arguments, (force[0], force[1]), frequency)
 
 
@@ -100,21 +98,21 @@ def jenkins_blade(contacts: int) -> Case:
     structure = rom.Structure(
         **matrices, damping=rom.Rayleigh.from_ratios([_RATIO] * 2, omega.tolist())
     )
-    force = np.zeros(structure.n_dofs)
-    force[-1] = 1.0
-    small = full.component_modes(structure, stuck, [force], _HARMONICS * float(omega[1]))
-    pattern = force @ small.projection.basis
+    tip = np.zeros(structure.n_dofs)
+    tip[-1] = 1.0
+    small = full.component_modes(structure, stuck, [tip], _HARMONICS * float(omega[1]))
+    pattern = tip @ small.projection.basis
     amplitude = np.abs(pattern[:2]) / (2.0 * _RATIO * omega**2)
     sizes = amplitude[0] / amplitude * np.array([1.0, 0.5])  # B half as strong
     moved = np.abs(as_dense(small.structure.directions)[:2]) * (amplitude * sizes)[:, np.newaxis]
     limit = _SLIPPING * _FIRST * float(np.median(moved.sum(axis=0)))
     law = rom.Jenkins(limit, _FIRST)
-    reduced = rom.reduce(small.structure, (0, 1), law=law)
-    more = rom.reduce(small.structure, (0, 1), law=law, smallest_response=_RESPONSE)
+    force = (pattern * sizes[0], pattern * sizes[1])
+    reduced = rom.reduce(small.structure, (0, 1), law=law, force_patterns=force)
     return Case(
         f"blade, {contacts} Jenkins",
-        *(small.structure, reduced, more, law),
-        force=(pattern * sizes[0], pattern * sizes[1]),
+        *(small.structure, reduced, law),
+        force=force,
         frequency=(_DETUNED * float(omega[0]), _DETUNED * float(omega[1])),
     )
 
@@ -143,7 +141,7 @@ def costs(case: Case, tolerance: float) -> Costs:
     closer = made(tolerance=tolerance / _CLOSER)
     runs = (np.vstack((each.real, each.imag)) for each in (amplitude, _run(case, closer)))
     of_run = float(relative_rms(*runs).max())
-    arguments = case.more_modes, case.law, case.frequency, case.force, tolerance
+    arguments = case.reduced, case.law, case.frequency, case.force, tolerance
     steady, found = min(
         (_seconds(lambda: rom.steady_state(*arguments)) for _ in range(2)),
         key=lambda each: each[0],
