@@ -12,8 +12,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
 
-# Of Iwan's distribution, 18 a decade of displacement: from 3e-3 of macro-slip on, the energy lost in
-# a cycle is within 1 % of the continuous distribution's (tests/rom/table/test_tolerance.py).
+# Of Iwan's distribution, 18 a decade of displacement. From 3e-3 of macro-slip on, the energy lost
+# in a cycle is within 1 % of the continuous distribution (tests/rom/table/test_tolerance.py).
 _SLIDERS = 72
 _LEAST_SLIDER = 1e-4  # displacement at which the first slides, relative to macro-slip
 
