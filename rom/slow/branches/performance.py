@@ -35,7 +35,6 @@ from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import warn
 
 if TYPE_CHECKING:
@@ -182,9 +181,7 @@ def performance_curve(
     ------
     SlipmodeError
         If the law does not scale, the force does not move the mode, the mode is self-excited or
-        undamped, or contacts hardly slip within the friction table; if the table does not have
-        the direct action of the force on the contacts, and that changes the peak by more than its
-        tolerance.
+        undamped, or contacts hardly slip within the friction table.
     """
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
@@ -195,8 +192,6 @@ def performance_curve(
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
-    forces = [force if j == mode else {} for j in range(model.modes)]
-    check_force_patterns(model, AppliedForces.of(model.reduced, forces))
     curve, held = _phase_resonances(model, mode)
     if np.ptp(curve.damping) <= _LITTLE * curve.damping.min():
         raise SlipmodeError(
