@@ -142,7 +142,7 @@ def response(
 
     Notes
     -----
-    The force at the harmonic nu is relative to that of the contact stiffness for the same motion,
+    The force at the harmonic nu is relative to the force of the contact stiffness for this motion,
     nu^4 m^T K^-1 m / |omega^2 - nu^2 + i gamma nu|. Harmonics of order k are weighted by 1 / k^2,
     and taken where, within 10 %, they come closest to the mode.
     """

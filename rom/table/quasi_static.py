@@ -139,7 +139,7 @@ def _has_response(applied: AppliedForces) -> Flags:
     directly = np.linalg.norm(applied.residual(applied.past_mode), axis=1)
     none = directly * own.frequency**2 <= _ROUNDING * through
     known = (steady_force(own)[0] != 0.0).any(axis=1)
-    return np.asarray(none | (_same(applied) & (known | none)))
+    return np.asarray(none | (_same(applied) & known))
 
 
 def _error_at(
