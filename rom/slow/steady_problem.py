@@ -146,13 +146,23 @@ class SteadyProblem:
         y = np.zeros(2 * self.model.modes)
         free = self._excited & (self.excitation[0] == 0.0)
 
+        outside = np.zeros((1, self.model.modes), dtype=complex)
+
         def rate(_: float, z: Floats) -> Floats:
-            now = self.balance(z.view(complex)[np.newaxis], self.inputs)
-            moving: Floats = now.rate[0].view(float)
-            return moving
+            # Trial stages may leave the table where the path does not: NaN, a shorter step follows.
+            if np.isnan(z).any():
+                return z
+            amplitude = z.view(complex)[np.newaxis]
+            now: Floats = balance(self.flow, self.inputs, amplitude).rate[0].view(float)
+            if np.isnan(now).any():
+                outside[:] = amplitude
+            return now
 
         for _ in range(20):
-            y = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12).y[:, -1]
+            path = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12)
+            if not path.success:
+                self.balance(outside, self.inputs)  # raises, for the path leaves the table
+            y = path.y[:, -1]
             point = self.polish(y.view(complex)[np.newaxis])
             if self.is_steady(point)[0]:
                 found: Complexes = point[0]
