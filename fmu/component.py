@@ -21,13 +21,13 @@ continuous in phase whatever the step.
 from __future__ import annotations
 
 import ctypes
-import weakref
 from collections.abc import Iterator, Sequence
 from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipmode.fmu.handle import create_component
 from slipmode.fmu.inputs import (
     MODE_NAMES,
     Inputs,
@@ -37,7 +37,6 @@ from slipmode.fmu.inputs import (
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus.problem import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.reduction.force_response import (
     AppliedForces,
@@ -45,7 +44,6 @@ from slipmode.rom.reduction.force_response import (
     off_resonance_shift,
     phasor,
 )
-from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
@@ -56,9 +54,6 @@ from slipmode.rom.validity import (
     model_findings,
     warn,
 )
-
-STEPS_PER_PERIOD = 40
-MEMORY_PERIODS = 8.0
 
 _SLOW_OUTPUTS = 10  # SM_OUTPUTS_FIXED
 _TRACED_ROWS = 4096  # outputs in memory together
@@ -126,7 +121,7 @@ class Component:
         self._named = Inputs(model, force_patterns, mode_names)
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
-        self._handle = _create(model, force_patterns, contact, elastic, tolerance)
+        self._handle = create_component(model, force_patterns, contact, elastic, tolerance)
         self._inputs = self._named.at_rest
         self._start = np.zeros(kernel.MODES, dtype=complex)
         self._start_address = self._start.ctypes.data
@@ -457,41 +452,3 @@ def _output_names(
         names += [f"contact_{i}_{quantity}" for quantity in "xvf" for i in contacts]
         names += [f"x_{dof}" for dof in elastic]
     return tuple(names)
-
-
-def _create(
-    model: Model,
-    force_patterns: ForcePatterns | None,
-    contact: bool,
-    elastic: Sequence[int],
-    tolerance: float,
-) -> ctypes.c_void_p:
-    """The core's component, freed with the handle's owner."""
-    motion = kernel.Motion(
-        steps_per_period=STEPS_PER_PERIOD,
-        memory_periods=MEMORY_PERIODS,
-    )
-    if contact:
-        surface = response_surface(model, elastic)
-        contacts_out = kernel.contiguous(model.reduced.contact_shapes[list(elastic)])
-        motion.wanted, motion.elastic = 1, len(elastic)
-        motion.modes_out = surface.modes_out.ctypes.data
-        by_forces = forces_out(model, force_patterns, elastic)
-        motion.forces_out = by_forces.ctypes.data
-        motion.contacts_out = contacts_out.ctypes.data
-        motion.orders_count = len(surface.orders)
-        motion.orders = surface.orders.ctypes.data
-        motion.reaction, motion.response = (
-            surface.reaction.ctypes.data,
-            surface.elastic.ctypes.data,
-        )
-    flow = slow_flow(model, force_patterns)
-    problem = contact_problem(model.reduced, model.law)
-    handle = ctypes.c_void_p()
-    status = kernel.lib.sm_component_create(
-        *(ctypes.byref(flow), ctypes.byref(problem), ctypes.byref(motion), tolerance),
-        ctypes.byref(handle),
-    )
-    kernel.check(status, "component")
-    weakref.finalize(handle, kernel.lib.sm_component_free, handle.value)
-    return handle

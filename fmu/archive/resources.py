@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipmode.fmu.component import MEMORY_PERIODS, STEPS_PER_PERIOD
+from slipmode.fmu.handle import MEMORY_PERIODS, STEPS_PER_PERIOD
 from slipmode.fmu.inputs import force_factors
 from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable

@@ -149,7 +149,7 @@ class SteadyProblem:
         outside = np.zeros((1, self.model.modes), dtype=complex)
 
         def rate(_: float, z: Floats) -> Floats:
-            # Trial stages may leave the table where the path does not: NaN, a shorter step follows.
+            # NaN where a trial stage leaves the table: a shorter step follows.
             if np.isnan(z).any():
                 return z
             amplitude = z.view(complex)[np.newaxis]

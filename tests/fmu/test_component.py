@@ -155,7 +155,7 @@ def coulomb_model(limit, amplitude):
 def test_scaled_limits_are_those_of_a_model_tabulated_with_them(scale, monkeypatch):
     """S(s |A|, s |B|; s mu N) = s S(|A|, |B|; mu N) for Coulomb friction, and s^2 for powers."""
     monkeypatch.setattr(
-        "slipmode.fmu.component.STEPS_PER_PERIOD", 256
+        "slipmode.fmu.handle.STEPS_PER_PERIOD", 256
     )  # a velocity may be near a corner
     held = HELD | WEAK
     scaled = component(held | {"limit_scale": scale}, coulomb_model(2.0, 4.0), contact=True)

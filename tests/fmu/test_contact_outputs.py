@@ -61,7 +61,7 @@ def rms_error(values, expected):
 @pytest.mark.parametrize("step", [0.7, 10.0, 100.0])
 @pytest.mark.parametrize("modes", [(0,), (0, 1)], ids=["one mode", "two modes"])
 def test_contact_outputs_are_the_reconstructed_motion(modes, step, monkeypatch):
-    monkeypatch.setattr("slipmode.fmu.component.STEPS_PER_PERIOD", 4096)
+    monkeypatch.setattr("slipmode.fmu.handle.STEPS_PER_PERIOD", 4096)
     of = model_at_the_forcing(rom.two_mass, modes)
     errors = errors_of_motion(of, (0, 1), np.full(round(700.0 / step), step), largest_error, 4096)
     # measured 2.1e-4, 3.0e-3, 9.0e-4, 1.8e-4: the harmonics that are left out
