@@ -14,7 +14,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse, Forces
-from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.direct.forced_balance import (
@@ -30,7 +30,7 @@ from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 _HIGHEST = {1: (13, 31), 2: (9, 13, 17)}  # |n| + |m| of harmonics, by modes
-_LEAST_STEPS = 128
+_LEAST_STEPS = {1: 256, 2: 128}  # at least 8 in a period of the highest harmonic
 _SAFETY = 2.0
 _LEFT_BY_STEPS = 1 / 3  # of the change by twice as many: they are of second order
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
@@ -241,10 +241,13 @@ def _settled(
 def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floats, Balanced]:
     """The steady state to the tolerance, and the error of its amplitudes."""
     modes = len(balance.half)
-    orders = harmonic_orders(RESPONSE_ORDER, modes, balance.reduced.even)
-    steps, *_, most = step_counts(balance.reduced.carrier, _LEAST_STEPS)
+    highest = HIGHEST_HARMONIC[1] if modes == 1 else RESPONSE_ORDER
+    orders = harmonic_orders(highest, modes, balance.reduced.even)
+    steps, *_, most = step_counts(balance.reduced.carrier, _LEAST_STEPS[modes])
     found = balance.solve(orders, Discretisation(steps, enough_lines(orders)), begin)
-    found, by_harmonics = _with_harmonics(balance, found)
+    by_harmonics = np.zeros(modes)
+    if modes == 2:
+        found, by_harmonics = _with_harmonics(balance, found)
     by_grid = np.zeros(modes)
     if modes == 2:
         found, by_grid = _resolved(balance, found, "lines", LINES[-1], 0.5)
