@@ -19,9 +19,10 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import steady_coupling
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.reduction.reduction import Reduced
 
-_HIGHEST = 15  # |n| + |m|
+_HIGHEST = {1: HIGHEST_HARMONIC[1], 2: 15}  # |n| + |m|, by modes
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 1.0]])  # of the largest amplitudes
 LINES = 32  # phase lines that tell all of them apart
 
@@ -57,7 +58,7 @@ def further_harmonics(
     modes = amplitude_range.size
     known = contact_orders(reduced, combinations)
     candidates = [
-        (n, m) for n, m in harmonic_orders(_HIGHEST, modes, reduced.even) if (n, m) not in known
+        (n, m) for n, m in harmonic_orders(_HIGHEST[modes], modes, reduced.even) if (n, m) not in known
     ]
     orders = [*known, *candidates]
     reaction = reaction_stiffnesses(reduced, tuple(orders), tuple(combinations))

@@ -95,6 +95,22 @@ class AppliedForces:
         return np.asarray(self.contact - through)
 
     @cached_property
+    def through_dampers(self) -> Complexes:
+        """Force on mode j by dampers from the other modes that F_j moves, per unit of F_j, (modes,).
+
+        The amplitude equations neglect it: 2 sum_k -i Omega_j C_jk q_k at the carriers, with the
+        modal displacements q_k of the other modes.
+        """
+        modes = np.arange(self.modal.size)
+        if self.reduced.formulation == "paper":
+            return np.zeros(modes.size, dtype=complex)
+        carrier = self.reduced.carrier
+        half = 0.5 * self.on_modes[..., np.newaxis]
+        moved = self.reduced.others_response(modes, carrier, half)[..., 0]
+        D = self.reduced.modal_stiffness(carrier)[modes, modes]
+        return np.asarray(-2.0 * np.einsum("jk,jk->j", D, moved))
+
+    @cached_property
     def shift(self) -> Complexes:
         """`off_resonance_shift`, (modes,)."""
         shift = np.zeros(self.modal.size, dtype=complex)

@@ -20,12 +20,6 @@ from slipmode.rom.contact.torus.grid import Discretisation
 SEEDS = range(40)
 SHARES = np.array([0.01, 1.0])  # of the range
 HIGHEST = 15  # order of the harmonics of the reference
-# Where a stated error is below the true one, with the share of the amplitude.
-MISSED = {
-    2: "1.0e-3 stated as 1.3e-4: modes that respond to harmonics beyond the fifth are neglected",
-    14: "1.7e-3 stated as 3.2e-4: dampers couple the mode to modes that the force also moves",
-    25: "6.8e-4 stated as 2.0e-4: modes that respond to harmonics beyond the fifth are neglected",
-}
 
 
 @dataclass
@@ -89,15 +83,7 @@ def test_tables_and_backbones(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "seed",
-    [
-        pytest.param(k, marks=pytest.mark.xfail(reason=MISSED[k], strict=True))
-        if k in MISSED
-        else k
-        for k in SEEDS
-    ],
-)
+@pytest.mark.parametrize("seed", SEEDS)
 def test_direct_states_and_curves(seed):
     one = drawn(seed)
     Omega, force = one.case.frequency[:1], one.case.force[0]

@@ -60,7 +60,7 @@ class CurveError:
         stated = problem.table_error(z, None)
         change = np.abs(problem.rate_change(z, stated.size)) / size
         total = problem.table_error(z, (error_of(change) / modulus).max(axis=1))
-        rate = np.abs(problem.rate_change(z, total.size))
+        rate = np.abs(problem.rate_change(z, total.size)) + problem.neglected_force(z)
         amplitude = size * error_of(rate / size)
         growth = np.nan_to_num(rate / (size * modulus)).max(axis=1)
         off_carriers = _off_carriers(problem, z, linear, branch, total)

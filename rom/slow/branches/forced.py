@@ -214,6 +214,13 @@ class ForcedSlowFlow:
         turned = np.exp(1j * np.angle(self._effective(z)))
         return np.asarray(factor * turned * friction / mass)
 
+    def neglected_force(self, z: Floats) -> Floats:
+        """Return |da/dt| (points, modes) by the force through dampers, that the slow flow neglects."""
+        inputs = self.inputs_at(z[:, -1])
+        mass = balance(self.flow, inputs, self.amplitude(z)).mass
+        force = inputs["force"][:, : self.model.modes] * self.applied.through_dampers
+        return np.asarray(np.abs(0.5 * force / mass))
+
     def _effective(self, z: Floats) -> Complexes:
         """Amplitudes (points, modes) at which the friction table is looked up."""
         inputs, modes = self.inputs_at(z[:, -1]), slice(0, self.model.modes)
