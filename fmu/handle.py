@@ -7,7 +7,7 @@ import weakref
 from collections.abc import Sequence
 
 from slipmode.rom import Model, kernel
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow

@@ -16,7 +16,7 @@ from slipmode.fmu.variables.listing import PARAMETERS, states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.friction import limits
 from slipmode.rom.reduction.force_response import ForcePatterns

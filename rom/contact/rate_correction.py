@@ -17,7 +17,7 @@ import numpy as np
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.reduced import Reduced

@@ -30,12 +30,11 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
-from slipmode.rom.contact.friction_terms import ContactTerms
-from slipmode.rom.contact.resolution import Resolution, resolved_terms
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.resolution import Resolution
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
@@ -139,23 +138,19 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
         ErrorBudget(stated.tolerance).march,
     )
 
-    def solve(problem: Reduced, amplitudes: Floats, near: Complexes | None) -> ContactTerms:
-        smallest = SMALLEST_SHARE * model.table.amplitude_range
-        return resolved_terms(
-            *(problem, model.law, resolution, amplitudes, smallest, model.combinations, 1),
-            near=near,
-        )
-
+    problem = ContactProblem.of(reduced, model.law, model.combinations)
+    torus = resolution.of(problem, SMALLEST_SHARE * model.table.amplitude_range)
     at = effective[np.newaxis]
     try:
-        at_carriers = Detuned(reduced, np.ones(model.modes, dtype=complex))
-        known = at_carriers.terms(solve, at)
-        moved = Detuned.of(reduced, apart).friction(solve, at, known.P)
+        at_carriers = Detuned.of(torus, np.zeros(model.modes))
+        known = at_carriers.solve(at)
+        detuned = Detuned.of(torus, apart)
+        moved = detuned.friction(detuned.solve(at, known.P))
     except SlipmodeError:
         return np.full(model.modes, np.nan, dtype=complex)
     has = np.clip(apart, -MOST_DETUNING, MOST_DETUNING) * reduced.carrier
     slope = model.table.detuning_at(effective) @ has
-    return np.asarray((moved - at_carriers.settled(known))[0] - slope)
+    return np.asarray((moved - at_carriers.friction(known))[0] - slope)
 
 
 def off_carrier_findings(

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.short_repr import short_repr

@@ -18,7 +18,8 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.resolution import Resolution, resolved_terms
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.resolution import Resolution
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
@@ -118,10 +119,9 @@ class SteadyMotion:
             ErrorBudget(stated.tolerance).march,
         )
         modulus = np.abs(effective)
-        terms = resolved_terms(
-            *(model.reduced, model.law, resolution, modulus / scale),
-            *(_SMALLEST * model.table.amplitude_range, model.combinations, 1),
-        )
+        problem = ContactProblem.of(model.reduced, model.law, model.combinations)
+        torus = resolution.of(problem, _SMALLEST * model.table.amplitude_range)
+        terms = torus.solve_on_more_lines(modulus / scale)
         carriers = [terms.orders.index(order) for order in CARRIERS[: model.modes]]
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
         turned = terms.P[:, carriers] * (scale * unit)[..., np.newaxis]

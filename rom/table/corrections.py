@@ -15,19 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.detuning import (
-    MOST_DETUNING,
-    Detuned,
-    Solve,
-    detuned_problems,
-    friction_detuning,
-)
+from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned, FrictionDetuning
 from slipmode.rom.contact.error_norm import ErrorNorm
+from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS, Order
-from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.refinement.sampling import amplitude_pairs
 
@@ -39,30 +32,27 @@ _COARSEST = Discretisation(steps=16, lines=8)
 # Grid lines from one that is sampled to the next, at least, and how many at the most, by modes:
 # what is corrected is small. Nodes of one mode are cheap.
 _STRIDE, _DETUNING_STRIDE, _LINES = {1: 1, 2: 3}, {1: 1, 2: 4}, {1: 100, 2: 16}
+_ROUGHLY = 10.0  # march tolerance of the slopes, over that of the table
 _HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
 
 
 def with_rate_correction(
-    table: Table,
-    reduced: Reduced,
-    law: Friction,
-    amplitude_range: Floats,
-    grid: Discretisation,
-    spread: Spread,
+    table: Table, torus: TorusProblem, amplitude_range: Floats, spread: Spread
 ) -> Table:
-    """The table with its rate correction.
+    """Return the table with its rate correction.
 
     Parameters
     ----------
+    torus : TorusProblem
+        Contact problem of the table.
     amplitude_range : (modes,) ndarray
-        Amplitudes that are looked at as large ones [kg^1/2 m].
-    grid : Discretisation
-        Of the table.
+        Largest amplitudes [kg^1/2 m].
     spread : callable
         Values of a function at many points, part by part.
     """
+    reduced, law, grid = torus.problem.reduced, torus.problem.law, torus.grid
     coarser = _COARSER if reduced.contacts is None else _COARSER_ELASTIC
     coarse = Discretisation(
         min(grid.steps, max(grid.steps // coarser.steps, _COARSEST.steps)),
@@ -79,66 +69,57 @@ def with_rate_correction(
 
 
 def with_detuning(
-    table: Table,
-    reduced: Reduced,
-    solve: Solve,
-    roughly: Solve,
-    spread: Spread,
-    tolerance: float | None,
+    table: Table, torus: TorusProblem, spread: Spread, tolerance: float | None
 ) -> tuple[Table, float]:
-    """The table with dS_j / dOmega_k, where that helps, and the error of forcing off the carriers.
+    """Return the table with dS_j / dOmega_k, where that helps, and the error off the carriers.
 
-    The error is that of S_j relative to the largest, MOST_DETUNING from the carriers.
+    The error is that of S_j, MOST_DETUNING from the carriers, in terms of `ErrorNorm`.
 
     Parameters
     ----------
-    solve, roughly : callable
-        Contact terms, see `Detuned`, and less exact ones.
+    torus : TorusProblem
+        Contact problem of the table.
     spread : callable
-        As above.
+        Values of a function at many points, part by part.
     tolerance : float or None
-        Error that needs no slope; None: none is wanted whatever the error.
+        Error that needs no slope; None: no slope, whatever the error.
     """
+    reduced = torus.problem.reduced
     probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
     points = np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
     norm = ErrorNorm.of(reduced, table.amplitude_range).known(S)
-    held, near = S[probes if table.modes == 2 else (*probes, 0)], None
+    at_carriers, guess = S[probes if table.modes == 2 else (*probes, 0)], None
     if reduced.contacts is not None:
-        at_carriers = Detuned(reduced, np.ones(table.modes, dtype=complex))
-        known = at_carriers.terms(solve, points)
-        held, near = at_carriers.settled(known), known.P
-    aparts = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
-    changes = [Detuned.of(reduced, apart).friction(solve, points, near) - held for apart in aparts]
+        same = Detuned.of(torus, np.zeros(table.modes))
+        known = same.solve(points)
+        at_carriers, guess = same.friction(known), known.P
+    detunings = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
+    moved = [Detuned.of(torus, detuning) for detuning in detunings]
+    changes = [each.friction(each.solve(points, guess)) - at_carriers for each in moved]
+    scale = norm.scale(points, at_carriers)
 
-    def missed_by(slope: Complexes | None) -> float:
-        """Largest error at the points; all of S_j where contacts do not settle."""
+    def error_with(slope: Complexes | None) -> float:
+        """Largest error at the points; all of S_j where the motion is not periodic."""
         rest = np.array(changes)
         if slope is not None:
-            rest -= np.einsum("pjk,ck->cpj", slope, aparts * carrier)
+            rest -= np.einsum("pjk,ck->cpj", slope, detunings * carrier)
         return float(np.nan_to_num(np.abs(rest) / scale, nan=1.0).max())
 
-    scale = norm.scale(points, held)
-    error = missed_by(None)
+    error = error_with(None)
     if tolerance is None or error <= tolerance:
         return table, error
-    problems = detuned_problems(reduced)
-    if missed_by(friction_detuning(problems, carrier, solve, points)) > _HELPS * error:
+    if error_with(FrictionDetuning(torus)(points)) > _HELPS * error:
         return table, error
-    detuned = _with_slope(table, reduced, roughly, spread)
-    return detuned, missed_by(detuned.detuning_at(points))
-
-
-def _with_slope(table: Table, reduced: Reduced, roughly: Solve, spread: Spread) -> Table:
-    """The table with dS_j / dOmega_k, see `with_detuning`."""
-    problems = detuned_problems(reduced)
+    rough = torus.problem.on(torus.grid, _ROUGHLY * torus.march.tolerance, torus.smallest_amplitude)
     surface = _surface(
         table,
         _DETUNING_STRIDE[table.modes],
-        lambda part: friction_detuning(problems, reduced.carrier, roughly, part),
+        FrictionDetuning(rough),
         [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
         spread,
     )
-    return replace(table, detuning=surface)
+    detuned = replace(table, detuning=surface)
+    return detuned, error_with(detuned.detuning_at(points))
 
 
 def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:

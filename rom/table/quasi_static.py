@@ -15,10 +15,9 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.error_norm import smallest_scale
-from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
-from slipmode.rom.contact.settled import UNSETTLED
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import reaction_stiffnesses, torus_harmonics
+from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.short_repr import short_repr
@@ -152,14 +151,10 @@ def _error_at(
     """
     reduced, law, modes = model.reduced, model.law, point.size
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
-    tolerance = _MARCH * model.accuracy.tolerance
-    smallest = smallest_scale(model.table.amplitude_range)
-    known = contact_terms(
-        *(reduced, law, point[np.newaxis], grid, tolerance, smallest, model.combinations)
-    )
+    march = grid, _MARCH * model.accuracy.tolerance, smallest_scale(model.table.amplitude_range)
+    known = ContactProblem.of(reduced, law, model.combinations).on(*march).solve([point])
     bare = replace(reduced, force_patterns=None)
-    orders = tuple(contact_orders(bare, model.combinations))
-    reaction = reaction_stiffnesses(bare, orders, tuple(model.combinations))
+    problem = ContactProblem.of(bare, law, model.combinations)
     index = np.arange(modes)
     D = bare.modal_stiffness(bare.carrier)[index, index, index] + bare.indirect_damping
     residual = applied.residual(applied.past_mode) * (applied.modal != 0.0)[:, np.newaxis]
@@ -167,16 +162,12 @@ def _error_at(
     S: Complexes = known.S[0]
     for _ in range(_PASSES if held is None else 1):
         half = (D - S / amplitude) / (1.0 + 2.0 * applied.shift * D) if held is None else held
-        solved = torus_harmonics(
-            *(bare, law, bare.coupling - residual * half[:, np.newaxis], reaction),
-            *(point[np.newaxis], grid, orders),
-            tolerance=tolerance,
-            smallest_scale=smallest,
-        )
-        if solved.residual[0] > UNSETTLED or known.residual[0] > UNSETTLED:
+        coupling = bare.coupling - residual * half[:, np.newaxis]
+        forces = ContactForces(coupling, problem.forces.reaction)
+        terms = replace(problem, given_forces=forces).on(*march).solve([point])
+        if not (terms.is_periodic.all() and known.is_periodic.all()):
             return np.where(point > 0.0, np.inf, 0.0)
-        P = solved.P[0, :modes]
-        S = -np.einsum("jc,jc->j", bare.coupling, P) - bare.indirect_damping * point
+        S = terms.S[0]
     balance = np.abs(bare.modal_damping) * bare.carrier * point + np.abs(S.imag)
     if held is not None:
         balance = np.maximum(balance, np.abs(held) * point)

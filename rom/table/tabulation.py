@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -14,18 +14,11 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
-from slipmode.rom.contact.friction_terms import ContactTerms, contact_orders, contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import (
-    Mapped,
-    Resolution,
-    choose_resolution,
-    resolved_terms,
-    trial_grid,
-)
-from slipmode.rom.contact.settled import check_settled
-from slipmode.rom.contact.slip_onset import onset_lines, stick
+from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
+from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
+from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
@@ -52,7 +45,6 @@ from slipmode.rom.validity import check_table_carriers, model_findings, warn
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
 _FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
 _NOISE = 4.0  # of the tolerance: larger errors are jumps of friction, not samples that are off
-_ROUGHLY = 10.0  # how much less well marches repeat for differences of friction
 
 
 def tabulate(
@@ -152,11 +144,16 @@ def tabulate(
     ):
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= _FEW_CONTACTS
         task = _Task(
-            *(reduced, law, amplitude_range, tolerance, combinations, harmonics),
-            *(time_budget, map if quick else pool.map, bar),
+            ContactProblem.of(reduced, law, combinations),
+            amplitude_range,
+            tolerance,
+            harmonics,
+            time_budget,
+            map if quick else pool.map,
+            bar,
         )
-        task, found = task.solved()
-        table, reduced = found.table, task.reduced
+        found = task.solved()
+        table, reduced = found.table, found.torus.problem.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
             table, off_carriers = task.corrected(found, detuning)
@@ -175,7 +172,7 @@ def tabulate(
     if warned:
         warn(accuracy.findings())
     carried = found.carried
-    kept = None if carried is None else _harmonics(table, found.orders, carried)
+    kept = None if carried is None else _harmonics(table, found.torus.problem.orders, carried)
     if reduced.force_patterns is None:
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = reduced.moving(moved)
@@ -196,14 +193,10 @@ def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
 
 
 class _Refined(NamedTuple):
-    """What refinement came to: see `refine`, and the grid, harmonics and samples behind it.
+    """A table, the problem and the samples behind it, and its errors; see `refine`."""
 
-    `further` are the harmonics that modes respond to beside those that they always do.
-    """
-
-    further: list[Order]
+    torus: TorusProblem
     resolution: Resolution
-    orders: list[Order]
     samples: ContactSamples
     table: Table
     carried: Complexes | None
@@ -214,13 +207,11 @@ class _Refined(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """What is to be tabulated, as `tabulate` has it; by what threads, and how far it got."""
+    """The arguments of `tabulate`, and the threads that solve it."""
 
-    reduced: Reduced
-    law: Friction
+    problem: ContactProblem
     amplitude_range: Floats
     tolerance: float
-    combinations: Sequence[CombinationResonance]
     harmonics: int
     time_budget: TimeBudget
     mapped: Mapped
@@ -230,127 +221,98 @@ class _Task:
 
     @property
     def budget(self) -> ErrorBudget:
-        """What each part may be off by."""
+        """The largest error of each part."""
         return ErrorBudget(self.tolerance)
 
-    def solved(self) -> tuple[_Task, _Refined]:
-        """The table with the modes and the harmonics that the tolerance needs, and its task.
+    def solved(self) -> _Refined:
+        """Return the table with the modes and the harmonics that the tolerance needs.
 
         Where the contact motion does not converge with the response of weak modes to harmonics
         beyond the fifth, those modes are left out, and then those harmonics: both are stated.
         """
-        if self.reduced.formulation == "paper":
-            return self, self.refined(self.resolution(), [])
+        reduced = self.problem.reduced
+        if reduced.formulation == "paper":
+            return self._refined(reduced, {})
         neglected = np.inf
         for allowed in (self.budget.modes, self.tolerance):
-            few, of_modes = with_responding(self.reduced, allowed)
-            task = replace(self, reduced=few)
+            few, of_modes = with_responding(reduced, allowed)
+            problem = self._problem(few)
+            grid = trial_grid(problem, self.tolerance)
             try:
-                further = task.further_harmonics()
+                higher = higher_order_harmonics(
+                    problem, grid, self.amplitude_range, self.budget.response
+                )
             except UnsettledError:
                 continue  # the response to them is not known
             try:
-                found = task.refined(task.resolution(list(further)), list(further))
-                return task, found._replace(neglected_modes=of_modes)
+                return self._refined(few, higher)._replace(neglected_modes=of_modes)
             except UnsettledError:
-                if not further:
+                if not higher:
                     raise
-                neglected = max(further.values())
-        found = task.refined(task.resolution(), [])
-        return task, found._replace(neglected_response=neglected, neglected_modes=of_modes)
+                neglected = max(higher.values())
+        found = self._refined(few, {})
+        return found._replace(neglected_response=neglected, neglected_modes=of_modes)
 
-    def further_harmonics(self) -> dict[Order, float]:
-        """Those that modes respond to beside what they always do, and how far contacts move."""
-        grid = trial_grid(self.reduced, self.combinations, self.tolerance)
-        known = self.reduced, self.law, self.amplitude_range, grid, self.combinations
-        return further_harmonics(*known, self.budget.response)
+    def _problem(
+        self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
+    ) -> ContactProblem:
+        own = self.problem
+        return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
 
-    def resolution(self, further: Sequence[Order] = ()) -> Resolution:
-        """Grid and march for these harmonics beside those that modes always respond to."""
-        return choose_resolution(
-            *(self.reduced, self.law, self.amplitude_range, self.budget),
-            *(self.combinations, self.mapped, self.time_budget, list(further)),
+    def _refined(self, reduced: Reduced, higher: Mapping[Order, float]) -> _Refined:
+        """Return the table to the tolerance, or as close as it comes."""
+        trial = self._problem(reduced, 1, list(higher))
+        search = ResolutionSearch(
+            trial, self.amplitude_range, self.mapped, self.time_budget, bool(higher)
         )
-
-    def refined(self, resolution: Resolution, further: list[Order]) -> _Refined:
-        """The table to the tolerance, or as near as it comes."""
-        found = self._refined_on(resolution, further)
+        resolution = search.choose(self.budget)
+        problem = self._problem(reduced, max(self.harmonics, 1), list(higher))
+        found = self._refined_on(problem, resolution)
         allowed = self.budget.interpolation
         if found.error <= allowed or found.error > _NOISE * allowed:
             return found
-        # where the response of the modes is strong, motion that hardly changes from one period to
-        # the next may still be far from periodic; near the onset of slip steps may be too long
-        closer = self._refined_on(resolution.closer, further)
-        return min(found, closer, key=lambda each: each.error)
+        # Where the response of the modes is strong, motion that hardly changes from one period to
+        # the next may still be far from periodic. At the onset of slip steps may be too long.
+        finer = self._refined_on(problem, resolution.finer)
+        return min(found, finer, key=lambda each: each.error)
 
-    def _refined_on(self, resolution: Resolution, further: list[Order]) -> _Refined:
-        reduced, modes, highest = self.reduced, self.amplitude_range.size, max(self.harmonics, 1)
-        # under varying load contacts may have two motions: each point is to find its own
-        sliders = reduced.contacts is not None and not reduced.even
-        orders = contact_orders(reduced, self.combinations, highest, further)
+    def _refined_on(self, problem: ContactProblem, resolution: Resolution) -> _Refined:
+        reduced, modes = problem.reduced, self.amplitude_range.size
+        # Under varying load contacts may have two motions: samples begin with those nearby.
+        guessed = reduced.contacts is not None and not reduced.even
         columns = Columns(
-            orders=tuple(tabulated_orders(self.combinations, modes)),
-            drives=(*range(modes), *(term.mode for term in self.combinations)),
+            orders=tuple(tabulated_orders(problem.combinations, modes)),
+            drives=(*range(modes), *(term.mode for term in problem.combinations)),
             norm=ErrorNorm.of(reduced, self.amplitude_range),
             swing=2.0 * reduced.carrier,
             loss=_structural_loss(reduced),
-            # sliders begin with those of samples nearby
-            carried=(len(orders) + 1) * reduced.n_contacts if self.harmonics or sliders else 0,
+            carried=(len(problem.orders) + 1) * reduced.n_contacts * bool(self.harmonics or guessed),
             kept=self.harmonics > 0,
         )
-
-        def solve(amplitudes: Floats, near: Complexes | None = None) -> ContactTerms:
-            return resolved_terms(
-                *(
-                    reduced,
-                    self.law,
-                    resolution,
-                    amplitudes,
-                    smallest_scale(self.amplitude_range),
-                ),
-                *(self.combinations, highest, further, near if sliders else None),
-            )
-
-        check = partial(check_settled, reduced, self.combinations)
-        samples = ContactSamples(
-            *(solve, columns, self.mapped, self.bar, check, partial(stick, reduced, self.law)),
-            *(reduced.n_contacts, self.amplitude_range),
-        )
+        torus = resolution.of(problem, smallest_scale(self.amplitude_range))
+        samples = ContactSamples(torus, columns, self.amplitude_range, self.mapped, self.bar)
         sampling = Sampling(
-            *(samples, columns, self.amplitude_range, onset_lines(reduced, self.law)),
+            samples,
+            columns,
+            self.amplitude_range,
+            onset_lines(reduced, problem.law),
             self.budget.march,
         )
-        made = refine(sampling, self.budget.interpolation, self.time_budget)
-        return _Refined(further, resolution, orders, samples, *made)
+        table, carried, error = refine(sampling, self.budget.interpolation, self.time_budget)
+        return _Refined(torus, resolution, samples, table, carried, error)
 
-    def corrected(
-        self,
-        found: _Refined,
-        detuning: bool | None,
-    ) -> tuple[Table, float | None]:
-        """With the rate correction, and dS_j / dOmega_k where it helps; and what that leaves."""
-        resolution, further = found.resolution, found.further
+    def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
+        """Return the table with its corrections, and the error of forcing off the carriers.
+
+        The rate correction, and dS_j / dOmega_k where that reduces the error.
+        """
         spread = partial(in_tasks, self.mapped)
-
-        def solve(
-            march: float, reduced: Reduced, amplitudes: Floats, near: Complexes | None
-        ) -> ContactTerms:
-            return contact_terms(
-                *(reduced, self.law, amplitudes, resolution.grid, march),
-                *(smallest_scale(self.amplitude_range), self.combinations, 1, further, near),
-            )
-
-        table = with_rate_correction(
-            *(found.table, self.reduced, self.law, self.amplitude_range, resolution.grid, spread)
-        )
+        table = with_rate_correction(found.table, found.torus, self.amplitude_range, spread)
         if detuning is not None and not detuning:
             return table, None
-        follows = detuning or np.array_equal(self.reduced.carrier, self.reduced.frequency)
-        roughly = partial(solve, _ROUGHLY * resolution.march)
-        return with_detuning(
-            *(table, self.reduced, partial(solve, resolution.march), roughly, spread),
-            self.tolerance if follows else None,
-        )
+        reduced = found.torus.problem.reduced
+        wanted = detuning or np.array_equal(reduced.carrier, reduced.frequency)
+        return with_detuning(table, found.torus, spread, self.tolerance if wanted else None)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:

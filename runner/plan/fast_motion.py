@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.harmonics import left_out, mean_square
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
@@ -57,9 +57,8 @@ def measure_truncation(
     grid = _GRID if modes == 2 else Discretisation(_GRID.steps, 1)
     points = np.array(np.meshgrid(*(np.multiply(_PARTS, a) for a in amplitude)))
     points = points.reshape(modes, -1).T
-    terms = contact_terms(
-        reduced, excited.law, points, grid, 1e-3, combinations=combinations, highest=ORDERS[-1]
-    )
+    problem = ContactProblem.of(reduced, excited.law, combinations, ORDERS[-1])
+    terms = problem.on(grid, 1e-3).solve(points)
     whole = terms.left_out**2 + mean_square(terms.orders, terms.P)
     shapes = reduced.mode_shapes[rows], reduced.contact_shapes[rows]
     motion = np.sqrt(2.0 * points**2 @ shapes[0].T ** 2 + whole @ shapes[1].T ** 2)

@@ -19,8 +19,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import ContactHarmonics, torus_harmonics
+from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
@@ -207,7 +209,7 @@ class ForcedBalance:
         target: Complexes,
         start: Complexes | None,
         tolerance: float,
-    ) -> ContactHarmonics:
+    ) -> ContactTerms:
         """The contacts in a step, (D + i kappa) q = f / 2 - B P + i kappa target."""
         modes = len(self.half)
         nothing = np.zeros((len(orders), self.reduced.n_contacts), dtype=complex)
@@ -216,17 +218,14 @@ class ForcedBalance:
         held[:modes] += self.half @ self.reduced.contact_shapes
         coupling = -held[:modes]
         held[:modes] = 0.0
-        solved = torus_harmonics(
-            *(self.reduced, self.law, coupling, reaction, np.ones((1, modes)), grid, orders),
-            tolerance=tolerance,
-            held=held,
-            start=start,
-        )
+        forces = ContactForces(coupling, reaction, held, start)
+        problem = ContactProblem(self.reduced, self.law, tuple(orders), given_forces=forces)
+        solved = problem.on(grid, tolerance).solve(np.ones((1, modes)))
         marched = float(solved.marched[0]) * grid.lines
         self.effort.spend(marched, self.reduced.n_contacts, len(orders))
         return solved
 
-    def _refusal(self, orders: Sequence[Order], solved: ContactHarmonics) -> SlipmodeError:
+    def _refusal(self, orders: Sequence[Order], solved: ContactTerms) -> SlipmodeError:
         met = strongest_resonance(self.reduced, orders)
         n, m = met.order
         return SlipmodeError(

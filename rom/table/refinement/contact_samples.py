@@ -8,9 +8,10 @@ from typing import Any, TypeVar
 import numpy as np
 from tqdm import tqdm
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.contact.friction_terms import ContactTerms
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.resolution import Mapped
+from slipmode.rom.contact.slip_onset import stick
 from slipmode.rom.table.refinement.sampling import Columns
 
 _Solved = TypeVar("_Solved")
@@ -38,7 +39,7 @@ class ContactSamples:
     Attributes
     ----------
     carriers : (modes, N_c) complex ndarray
-        P of the contacts at `largest`, once that was sampled [m].
+        P of the contacts at the largest amplitudes, once these were sampled [m].
     periodicity : float
         Largest distance from periodicity so far.
     solved : int
@@ -47,24 +48,19 @@ class ContactSamples:
 
     def __init__(
         self,
-        solve: Callable[..., ContactTerms],
+        torus: TorusProblem,
         columns: Columns,
+        amplitude_range: Floats,
         mapped: Mapped,
         bar: tqdm[Any],
-        check: Callable[[ContactTerms], None],
-        sticks: Callable[[Floats], Flags],
-        contacts: int,
-        largest: Floats,
     ) -> None:
-        self._solve = solve
-        self._contacts = contacts
+        self._torus = torus
         self._columns = columns
+        self._largest = amplitude_range
         self._mapped = mapped
         self._bar = bar
-        self._check = check
-        self._sticks = sticks
-        self._largest = largest
-        self.carriers: Complexes = np.zeros((largest.size, contacts), dtype=complex)
+        self._contacts = torus.problem.reduced.n_contacts
+        self.carriers: Complexes = np.zeros((amplitude_range.size, self._contacts), dtype=complex)
         self.periodicity = 0.0
         self.solved = 0
 
@@ -73,7 +69,7 @@ class ContactSamples:
 
         `near` are about these, (points, carried). Nothing is solved where all contacts stick.
         """
-        sticks = self._sticks(amplitudes)
+        sticks = stick(self._torus.problem.reduced, self._torus.problem.law, amplitudes)
         columns = len(self._columns.orders) + self._columns.carried
         samples = np.zeros((len(amplitudes), columns), dtype=complex)
         if not sticks.all():
@@ -84,8 +80,8 @@ class ContactSamples:
     def _solved(self, amplitudes: Floats, near: Complexes | None) -> Complexes:
         parts, carriers = [], []
         beside = [] if near is None or not self._columns.carried else [self._harmonics(near)]
-        for terms in in_tasks(self._mapped, self._solve, amplitudes, *beside):
-            self._check(terms)
+        for terms in in_tasks(self._mapped, self._torus.solve_on_more_lines, amplitudes, *beside):
+            terms.check_periodic()
             columns = [terms.S, terms.T, (terms.power - terms.leaving)[:, np.newaxis]]
             if self._columns.carried:
                 columns += [terms.P.reshape(len(terms.S), -1), terms.left_out]

@@ -1,0 +1,68 @@
+"""Higher-order harmonics of the contact motion to which modes respond as well.
+
+All modes respond to the contacts' harmonics up to `RESPONSE_ORDER`, and beyond it to those that
+come close to a mode. Which of these move the contacts is found where the contacts move most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.march import ContactForces
+from slipmode.rom.errors import UnsettledError
+from slipmode.rom.reduction.combination import Order, harmonic_orders
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
+
+_HIGHEST = {1: HIGHEST_HARMONIC[1], 2: 15}  # |n| + |m|, by modes
+_PROBES = np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 1.0]])  # of the largest amplitudes
+LINES = 32  # phase lines that distinguish all of them
+
+
+def higher_order_harmonics(
+    problem: ContactProblem, grid: Discretisation, amplitude_range: Floats, smallest: float
+) -> dict[Order, float]:
+    """Return further harmonics whose response moves the contacts, and by how much.
+
+    The highest response comes first. Rigid contacts hardly move by it: none.
+
+    Parameters
+    ----------
+    problem : ContactProblem
+    grid : Discretisation
+        Harmonics that its phase lines cannot distinguish are left out.
+    amplitude_range : (modes,) ndarray
+        Largest amplitudes [kg^1/2 m].
+    smallest : float
+        Smallest motion that counts, relative to the motion without friction.
+
+    Raises
+    ------
+    UnsettledError
+        If the contact motion converges at none of the amplitudes that are tried.
+    """
+    reduced, known = problem.reduced, problem.orders
+    if reduced.contacts is None:
+        return {}
+    modes = amplitude_range.size
+    every = harmonic_orders(_HIGHEST[modes], modes, reduced.even)
+    candidates = [order for order in every if order not in known]
+    wide = replace(problem, orders=(*known, *candidates), requested=0)
+    reaction = wide.forces.reaction
+    known_alone = reaction.copy()
+    known_alone[len(known) :] = 0.0
+    coupling = wide.forces.coupling
+    wide = replace(wide, given_forces=ContactForces(coupling, known_alone))
+    amplitudes = (_PROBES[:, :modes] * amplitude_range)[: len(_PROBES) if modes == 2 else 1]
+    terms = wide.on(grid, smallest, 0.1 * amplitude_range).solve(amplitudes)
+    if not terms.is_periodic.any():
+        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
+    response = np.abs(np.einsum("qcd,pqd->pqc", reaction, terms.P)).max(axis=-1)[:, len(known) :]
+    frictionless = np.abs(amplitudes @ coupling).max(axis=1, keepdims=True)
+    share = (response / frictionless)[terms.is_periodic].max(axis=0, initial=0.0)
+    ranked = np.argsort(-share, kind="stable")
+    return {candidates[k]: float(share[k]) for k in ranked if share[k] > smallest}

@@ -1,0 +1,186 @@
+"""The contact problem of steady motion, Eqs. (13) and (14): problem, grid, solution.
+
+    problem = ContactProblem.of(reduced, law)
+    terms = problem.on(Discretisation(steps=64, lines=16), 1e-5).solve(amplitudes)
+    terms.S   # friction terms of the amplitude equations, Eq. (20)
+
+The core (rom/kernel/torus) marches the contacts along the torus of the two phases until their
+motion is periodic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.march import ContactForces, TorusMarch
+from slipmode.rom.laws.friction import Friction
+from slipmode.rom.reduction.combination import (
+    CARRIERS,
+    CombinationResonance,
+    Order,
+    harmonic_orders,
+)
+from slipmode.rom.reduction.force_response import steady_coupling, steady_reaction
+from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.reaction import reaction_stiffness
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
+
+_MOST_LINES = 8  # times those of the grid, where the motion does not become periodic on it
+
+
+@dataclass(frozen=True, eq=False)
+class ContactProblem:
+    """Contacts that the modes move at their carriers, whatever the amplitudes.
+
+    Attributes
+    ----------
+    reduced : Reduced
+    law : Friction
+    orders : tuple of (n, m)
+        Harmonics P_nm of the contact motion that are computed and to which the other modes
+        respond. Those of the retained modes come first.
+    combinations : tuple of CombinationResonance
+        Harmonics that drive the slow flow of a mode, which does not respond to them here.
+    requested : int
+        Number of the first orders that must converge to the march tolerance. The others of
+        sliders may be less exact, as far as modes do not respond to them. 0: all.
+    given_forces : ContactForces, optional
+        Forces on the contacts. Default: those of modes that their forces hold steady.
+    """
+
+    reduced: Reduced
+    law: Friction
+    orders: tuple[Order, ...] = CARRIERS
+    combinations: tuple[CombinationResonance, ...] = ()
+    requested: int = 0
+    given_forces: ContactForces | None = None
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(
+        cls,
+        reduced: Reduced,
+        law: Friction,
+        combinations: Sequence[CombinationResonance] = (),
+        highest: int = 1,
+        higher_orders: Sequence[Order] = (),
+    ) -> Self:
+        """Return the problem with all harmonics to which the modes respond.
+
+        Parameters
+        ----------
+        highest : int
+            Largest |n| + |m| of the requested harmonics.
+        higher_orders : sequence of (n, m)
+            Further harmonics to which the modes respond, see `higher_order_harmonics`.
+        """
+
+        def up_to(order: int) -> list[Order]:
+            return harmonic_orders(order, len(reduced.modes), reduced.even)
+
+        responding = up_to(RESPONSE_ORDER) if reduced.formulation == "consistent" else []
+        stored = [term.stored_order for term in combinations]
+        requested = list(dict.fromkeys([*up_to(highest), *stored]))
+        orders = tuple(dict.fromkeys([*requested, *responding, *higher_orders]))
+        return cls(reduced, law, orders, tuple(combinations), len(requested))
+
+    def at_carriers(self, frequency: Floats) -> Self:
+        """Return the problem with other carriers (modes,) [rad/s]."""
+        return replace(self, reduced=self.reduced.at_carrier(frequency.tolist()))
+
+    @cached_property
+    def forces(self) -> ContactForces:
+        """Forces of the modes on the contacts, without friction."""
+        if self.given_forces is not None:
+            return self.given_forces
+        reaction = reaction_stiffness(self.reduced, self.orders, self.combinations)
+        if self.reduced.force_patterns is not None:
+            reaction = reaction.copy()
+            for carrier, steady in zip(CARRIERS, steady_reaction(self.reduced), strict=False):
+                if carrier in self.orders:
+                    reaction[self.orders.index(carrier)] += steady
+        return ContactForces(steady_coupling(self.reduced), reaction)
+
+    def on(
+        self,
+        grid: Discretisation,
+        march_tolerance: float = 1e-5,
+        smallest_amplitude: ArrayLike = (0.0, 0.0),
+    ) -> TorusProblem:
+        """Return the discretised problem.
+
+        Parameters
+        ----------
+        grid : Discretisation
+        march_tolerance : float
+            A march ends when the harmonics of successive periods agree to this fraction of the
+            frictionless contact displacement at the point's amplitudes.
+        smallest_amplitude : (modes,) array_like
+            Amplitudes whose frictionless displacement is the scale instead, where it is larger
+            [kg^1/2 m].
+        """
+        march = TorusMarch.of(self, grid, march_tolerance)
+        return TorusProblem(self, grid, kernel.contiguous(smallest_amplitude), march)
+
+
+@dataclass(frozen=True, eq=False)
+class TorusProblem:
+    """A contact problem on a grid of the torus; see `ContactProblem.on`."""
+
+    problem: ContactProblem
+    grid: Discretisation
+    smallest_amplitude: Floats
+    march: TorusMarch
+
+    __repr__ = short_repr
+
+    def solve(self, amplitudes: ArrayLike, initial_guess: Complexes | None = None) -> ContactTerms:
+        """Solve for the periodic motion of the contacts.
+
+        Parameters
+        ----------
+        amplitudes : (points, modes) array_like
+            |a_j| [kg^1/2 m], >= 0.
+        initial_guess : (points, orders, N_c) complex ndarray, optional
+            Harmonics of elastic contacts. Default: those of the point before.
+
+        Notes
+        -----
+        Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
+        L-stable second-order rule; second order in `steps`, spectral in `lines`.
+        """
+        points = kernel.contiguous(amplitudes)
+        motion = self.march.solve(points, self.smallest_amplitude, initial_guess)
+        return ContactTerms(self.problem, points, *motion)
+
+    def solve_on_more_lines(
+        self, amplitudes: Floats, initial_guess: Complexes | None = None
+    ) -> ContactTerms:
+        """Solve, with more phase lines at the points where the motion is not periodic on the grid.
+
+        Lines of rigid contacts drift against the grid. Where a contact slips on few of them, its
+        harmonics keep changing by the error of the grid.
+        """
+        terms, finer = self.solve(amplitudes, initial_guess), self
+        if self.problem.reduced.contacts is not None or len(self.problem.reduced.modes) == 1:
+            return terms
+        while finer.grid.lines < _MOST_LINES * self.grid.lines:
+            (moving,) = np.nonzero(terms.residual > self.march.tolerance)
+            if not moving.size:
+                break
+            grid = replace(finer.grid, lines=2 * finer.grid.lines)
+            finer = self.problem.on(grid, self.march.tolerance, self.smallest_amplitude)
+            terms = terms.replaced(moving, finer.solve(amplitudes[moving]))
+        return terms

@@ -1,0 +1,153 @@
+"""What the motion of the contacts does to the modes, Eq. (20), and the energy that it loses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.harmonics import left_out
+from slipmode.rom.errors import UnsettledError
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.internal_resonance import strongest_resonance
+from slipmode.rom.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from slipmode.rom.contact.problem import ContactProblem
+
+# Distance from periodicity above which a solution has no meaning.
+LARGEST_RESIDUAL = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class ContactTerms:
+    """Periodic motion of the contacts at several amplitudes.
+
+    Attributes
+    ----------
+    problem : ContactProblem
+    amplitudes : (points, modes) ndarray
+        |a_j| [kg^1/2 m].
+    P : (points, orders, N_c) complex ndarray
+        Harmonics of the contact displacement [m], Eq. (14).
+    mean_square : (points, N_c) ndarray
+        Of the contact displacement [m^2].
+    residual : (points,) ndarray
+        Estimated distance from periodicity, relative to the frictionless displacement.
+    marched : (points,) ndarray of int
+        Time steps marched along each phase line.
+    """
+
+    problem: ContactProblem
+    amplitudes: Floats
+    P: Complexes
+    mean_square: Floats
+    residual: Floats
+    marched: NDArray[np.int32]
+
+    __repr__ = short_repr
+
+    @property
+    def orders(self) -> list[Order]:
+        """Harmonics (n, m) in P."""
+        return list(self.problem.orders)
+
+    @property
+    def is_periodic(self) -> Flags:
+        """Where the motion is about periodic, (points,)."""
+        return np.asarray(self.residual <= LARGEST_RESIDUAL)
+
+    @cached_property
+    def S(self) -> Complexes:
+        """Q_j |a_j| of Eq. (20) and the force through dampers from other modes, (points, modes).
+
+        [N kg^-1/2]; exactly 0 where |a_j| = 0.
+        """
+        reduced, a = self.problem.reduced, self.amplitudes
+        carriers = self.P[:, : a.shape[1]]
+        force = -np.einsum("jc,pjc->pj", reduced.coupling, carriers)
+        return np.where(a == 0.0, 0.0, force - reduced.indirect_damping * a)
+
+    @property
+    def Q(self) -> Complexes:
+        """Complex friction functions Q_j = S_j / |a_j| of Eq. (20), (points, modes) [rad^2/s^2]."""
+        return np.asarray(self.S / self.amplitudes)
+
+    @cached_property
+    def T(self) -> Complexes:
+        """-L_j^T P_nm of the combination resonances, (points, combinations) [N kg^-1/2]."""
+        T = np.zeros((len(self.P), len(self.problem.combinations)), dtype=complex)
+        for k, term in enumerate(self.problem.combinations):
+            P = self.P[:, self.problem.orders.index(term.stored_order)]
+            conjugate = term.stored_order != (term.n, term.m)
+            T[:, k] = -(P.conj() if conjugate else P) @ self.problem.reduced.coupling[term.mode]
+        return T
+
+    @property
+    def left_out(self) -> Floats:
+        """RMS of the contact displacement beyond these harmonics, (points, N_c) [m]."""
+        return left_out(self.orders, self.P, self.mean_square)
+
+    @property
+    def power(self) -> Floats:
+        """Mean power that friction dissipates, (points,) [W].
+
+        A force 2 Re(F exp(i nu t)) on a displacement 2 Re(P exp(i nu t)) does the mean work
+        2 Re(F conj(i nu P)). Friction dissipates the work of all other forces on the contacts.
+        """
+        reduced, forces = self.problem.reduced, self.problem.forces
+        modes = self.amplitudes.shape[1]
+        velocity = 1j * (np.array(self.orders)[:, :modes] @ reduced.carrier)
+        response = forces.reaction
+        if reduced.contacts is None:
+            response = response - velocity[:, np.newaxis, np.newaxis] * reduced.damping
+        force = (self.P.swapaxes(0, 1) @ response.swapaxes(1, 2)).swapaxes(0, 1)
+        force[:, :modes] -= self.amplitudes[..., np.newaxis] * forces.coupling
+        work = force * (velocity[:, np.newaxis] * self.P).conj()
+        return np.asarray(np.maximum(2.0 * work.real.sum(axis=(1, 2)), 0.0))
+
+    @property
+    def leaving(self) -> Floats:
+        """Mean power that leaves the modes at the contacts, (points,) [W].
+
+        Friction and the dampers between the modes dissipate it.
+        """
+        loss = self.amplitudes * self.S.imag
+        return np.asarray(-2.0 * loss @ self.problem.reduced.carrier)
+
+    def replaced(self, points: NDArray[np.intp], other: ContactTerms) -> ContactTerms:
+        """Return the terms with those of `other` at some points."""
+        arrays = {}
+        for name in ("P", "mean_square", "residual", "marched"):
+            arrays[name] = getattr(self, name).copy()
+            arrays[name][points] = getattr(other, name)
+        return replace(self, **arrays)
+
+    def check_periodic(self) -> None:
+        """Refuse motion that is not periodic.
+
+        Raises
+        ------
+        UnsettledError
+            Naming the mode that responds most, and the harmonic to which it does.
+        """
+        if self.is_periodic.all():
+            return
+        off = float(self.residual.max())
+        reduced = self.problem.reduced
+        met = strongest_resonance(reduced, self.orders, self.problem.combinations)
+        n, m = met.order
+        part = f"{off:.0%}" if off <= 1.0 else "more than itself"
+        rigid = reduced.contacts is None
+        raise UnsettledError(
+            f"contacts: the modes' response to them does not converge, its change in a period is "
+            f"{part}; the largest response is that of the mode at {met.mode:.4g} rad/s to harmonic "
+            f"({n}, {m}) at {met.harmonic:.4g} rad/s: "
+            + "let contacts be elastic while they stick (rom.Jenkins), " * rigid
+            + "retain that mode, move the forcing away from it, give it damping, lower the largest "
+            "amplitudes, or integrate in time (rom.full)"
+        )

@@ -1,0 +1,219 @@
+"""The contact problem on a grid of the torus as the core marches it, Eqs. (13), (14)."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.contact.torus.grid import Discretisation, closed_lines
+from slipmode.rom.contact.torus.marched_modes import MarchedModes
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import Friction, limits
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import short_repr
+
+if TYPE_CHECKING:
+    from slipmode.rom.contact.problem import ContactProblem
+
+_ELASTIC = 2  # sm_law
+_MOST_PERIODS = 400  # of a march
+# Relative error of Omega_B / Omega_A on closed phase lines, over the march tolerance: it changes S
+# by about a third of that.
+_RATIO_ERROR = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class ContactForces:
+    """Forces on the contacts besides friction.
+
+    Attributes
+    ----------
+    coupling : (modes, N_c) complex ndarray
+        -(force on the contacts) per amplitude a_j, at its carrier.
+    reaction : (orders, N_c, N_c) complex ndarray
+        Force on the contacts per harmonic P_nm: the response of the modes.
+    constant : (orders, N_c) complex ndarray, optional
+        Harmonics of a force that does not depend on the motion. Default: none.
+    first_guess : (orders, N_c) complex ndarray, optional
+        Harmonics P_nm whose reaction the iteration begins with. If it does not converge from
+        there, it ends. Default: none.
+    """
+
+    coupling: Complexes
+    reaction: Complexes
+    constant: Complexes | None = None
+    first_guess: Complexes | None = None
+
+    __repr__ = short_repr
+
+
+class ContactHarmonics(NamedTuple):
+    """Periodic motion at several amplitudes; see `ContactTerms` for the arrays."""
+
+    P: Complexes
+    mean_square: Floats
+    residual: Floats
+    marched: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class TorusMarch:
+    """A contact problem on a grid of the torus as the core reads it, whatever the amplitudes.
+
+    Attributes
+    ----------
+    contact : kernel.Contact
+    rates : (modes,) ndarray
+        Of the phases [rad/s].
+    steps, lines : int
+    tolerance : float
+    orders : (orders, 2) ndarray
+    distinguishable : (orders,) ndarray of bool
+        Orders that the phase lines of elastic contacts distinguish. The modes respond to these,
+        the others are 0.
+    """
+
+    contact: kernel.Contact
+    rates: Floats
+    steps: int
+    lines: int
+    tolerance: float
+    orders: NDArray[np.int32]
+    distinguishable: Flags
+
+    __repr__ = short_repr
+
+    @classmethod
+    def of(cls, problem: ContactProblem, grid: Discretisation, tolerance: float) -> Self:
+        """Return the march of a problem, see `ContactProblem.on`."""
+        reduced, orders, forces = problem.reduced, problem.orders, problem.forces
+        rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
+        distinguishable = np.ones(len(orders), dtype=bool)
+        reaction, stiffness = forces.reaction, reduced.stiffness
+        response = _modal_response(orders)
+        response.asked = problem.requested
+        if reduced.contacts is not None:
+            if rates.size == 2:
+                lines, ratio = closed_lines(
+                    float(rates[1] / rates[0]),
+                    lines,
+                    _RATIO_ERROR * tolerance,
+                    odd=not reduced.even,
+                )
+                rates[1] = ratio * rates[0]
+                distinguishable = 2 * np.abs(np.array(orders)[:, 1]) < lines
+            marched = MarchedModes.of(reduced, grid.steps)
+            known = distinguishable[:, np.newaxis, np.newaxis]
+            reaction = np.where(known, reaction - marched.response(rates, orders), 0.0)
+            periodic = np.where(known, marched.periodic(rates, orders), 0.0)
+            stiffness = -marched.flexibility(reduced)
+            response.marched = len(marched.drawn)
+            _give(response, drawn=marched.drawn, advance=marched.advance, periodic=periodic)
+        _give(
+            response,
+            dynamic_stiffness=reaction,
+            held=forces.constant,
+            start=forces.first_guess,
+        )
+        contact = _contact(reduced, problem.law, forces.coupling, stiffness, response)
+        numbers = np.ascontiguousarray(orders, np.int32)
+        return cls(contact, rates, grid.steps, lines, tolerance, numbers, distinguishable)
+
+    def solve(
+        self,
+        amplitudes: Floats,
+        smallest_amplitude: Floats,
+        initial_guess: Complexes | None,
+    ) -> ContactHarmonics:
+        """Return the periodic motion at amplitudes (points, modes); see `TorusProblem.solve`."""
+        if amplitudes.ndim != 2 or amplitudes.shape[1] != self.rates.size:
+            raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
+        count, contacts = len(amplitudes), self.contact.contacts
+        P = np.empty((count, len(self.orders), contacts), dtype=complex)
+        guess = None if initial_guess is None else np.ascontiguousarray(initial_guess)
+        if guess is not None and guess.shape != P.shape:
+            raise SlipmodeError(f"initial_guess: must have shape {P.shape}, got {guess.shape}")
+        mean_square, residual = np.empty((count, contacts)), np.empty(count)
+        marched = np.empty(count, dtype=np.int32)
+        status = kernel.lib.sm_torus_harmonics(
+            *(self.contact, self.rates.ctypes.data, self.steps, self.lines, self.tolerance),
+            *(smallest_amplitude.ctypes.data, _MOST_PERIODS, count, amplitudes.ctypes.data),
+            *(len(self.orders), self.orders.ctypes.data),
+            *(None if guess is None else guess.ctypes.data, P.ctypes.data),
+            *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+        )
+        kernel.check(status, "contact problem on the torus")
+        P[:, ~self.distinguishable] = 0.0
+        return ContactHarmonics(P, mean_square, residual, marched)
+
+
+def contact_problem(
+    reduced: Reduced, law: Friction, orders: Sequence[Order] = ()
+) -> kernel.Contact:
+    """Return the contact problem along a slow trajectory; it keeps its arrays alive.
+
+    The modes respond to the harmonics `orders` with what comes along with the trajectory.
+    """
+    response = _modal_response(orders)
+    return _contact(reduced, law, reduced.coupling, reduced.stiffness, response)
+
+
+def _modal_response(orders: Sequence[Order]) -> kernel.ModalResponse:
+    numbers = np.ascontiguousarray(orders, dtype=np.int32)
+    response = kernel.ModalResponse(orders_count=len(orders), orders=numbers.ctypes.data)
+    response.owned = (numbers,)
+    return response
+
+
+def _give(response: kernel.ModalResponse, **arrays: Complexes | Floats | None) -> None:
+    """Set pointers to arrays, and keep these alive; None: there is no such array."""
+    for name, array in arrays.items():
+        if array is not None:
+            own = np.ascontiguousarray(array)
+            setattr(response, name, own.ctypes.data)
+            response.owned += (own,)
+
+
+def _contact(
+    reduced: Reduced,
+    law: Friction,
+    coupling: Complexes,
+    stiffness: Floats,
+    response: kernel.ModalResponse,
+) -> kernel.Contact:
+    coupling = np.ascontiguousarray(coupling)
+    stiffness, damping, mass = (
+        kernel.contiguous(matrix) for matrix in (stiffness, reduced.damping, reduced.mass)
+    )
+    contact = kernel.Contact(
+        contacts=reduced.n_contacts,
+        modes=len(reduced.modes),
+        coupling=coupling.ctypes.data,
+        stiffness=stiffness.ctypes.data,
+    )
+    contact.owned = (coupling, stiffness, damping, mass, response)
+    if reduced.formulation == "consistent":
+        contact.response = ctypes.addressof(response)
+    if isinstance(law, Elastic):
+        elastic = law.elements(reduced.n_contacts).kernel()
+        contact.law = _ELASTIC
+        contact.elastic = ctypes.addressof(elastic)
+        contact.owned += (elastic,)
+        return contact
+    limit = limits(law, reduced.n_contacts)
+    contact.law, contact.alpha = law.code, law.alpha
+    contact.limit = limit.ctypes.data
+    contact.damping = damping.ctypes.data
+    if reduced.formulation == "consistent":
+        contact.mass = mass.ctypes.data
+    contact.owned += (limit,)
+    return contact
