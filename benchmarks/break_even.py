@@ -12,7 +12,6 @@ import os
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,19 +30,6 @@ _MARGIN = 1.15  # range of a table over the amplitudes of full order
 _CLOSER = 5.0  # tolerance of the table over the tolerance of its reference
 
 
-class Costs(NamedTuple):
-    """Processor seconds of full order, a table and a steady state, and their settings.
-
-    `error` is the relative RMS error of the amplitudes of a run on the table, of the worse mode.
-    """
-
-    full_order: float
-    table: float
-    steady: float
-    error: float
-    notes: str
-
-
 def two_mass() -> DenseCase:
     """Return the paper's structure, forced as in the shipped scene."""
     structure = rom.two_mass(beta=0.01)
@@ -53,8 +39,8 @@ def two_mass() -> DenseCase:
     return DenseCase("two-mass, tanh", structure, reduced, law, forces, frequency)
 
 
-def costs(case: DenseCase, tolerance: float) -> Costs:
-    """Measure full order, a table and a steady state one after the other."""
+def compare(case: DenseCase, tolerance: float) -> str:
+    """Measure full order, a table and a steady state one after the other; return the line."""
     exact = case.integrated(_EXACT_STEPS)().displacement
     for steps in _STEPS:
         full_order, motion = processor_time(case.integrated(steps), 2)
@@ -65,15 +51,15 @@ def costs(case: DenseCase, tolerance: float) -> Costs:
     tabulate = partial(rom.tabulate, reduced, case.law, reach, detuning=False)
     table, model = processor_time(partial(tabulate, tolerance=tolerance))
     closer = tabulate(tolerance=tolerance / _CLOSER)
-    error = worst_rms(_run(case, model), _run(case, closer))
+    error = worst_rms(_run(case, model), _run(case, closer))  # of the amplitudes, the worse mode
     arguments = (case.reduced, case.law, case.frequency, case.force, tolerance)
     steady, found = processor_time(lambda: rom.steady_state(*arguments), 2)
     accuracy = model.accuracy
-    notes = (
-        f"full order {steps} steps; {accuracy.steps} x {accuracy.lines}, {accuracy.solved} "
-        f"points; {found.method}"
+    return (
+        f"{case.name:22}{full_order:10.3g} s{table:9.3g} s {table / full_order:6.1f} x"
+        f"{steady:9.3g} s {steady / full_order:6.1f} x{100.0 * error:12.2f} %  full order {steps} "
+        f"steps; {accuracy.steps} x {accuracy.lines}, {accuracy.solved} points; {found.method}"
     )
-    return Costs(full_order, table, steady, error, notes)
 
 
 def _run(case: DenseCase, model: rom.Model) -> Floats:
@@ -94,13 +80,7 @@ def main(tolerance: float, numbers: Sequence[int]) -> None:
     with one_thread():
         for number in numbers:
             case = two_mass() if number == 2 else jenkins_blade(number)
-            found = costs(case, tolerance)
-            cells = "".join(
-                f"{seconds:9.3g} s {seconds / found.full_order:6.1f} x"
-                for seconds in (found.table, found.steady)
-            )
-            cells += f"{100.0 * found.error:12.2f} %"
-            print(f"{case.name:22}{found.full_order:10.3g} s{cells}  {found.notes}", flush=True)
+            print(compare(case, tolerance), flush=True)
 
 
 if __name__ == "__main__":

@@ -23,30 +23,15 @@ _JOINT = 150.0  # stiffness of a joint with friction over that of a chain of spr
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A structure, its friction law and its excitation from rest.
-
-    Attributes
-    ----------
-    name : str
-    structure : Structure
-    law : Tanh or Coulomb
-    force : tuple of {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N], one per mode.
-    frequency : tuple of float
-        Forcing frequencies [rad/s], one per mode.
-    observed : tuple of int
-        DOFs whose displacement is compared, the DOF of mode A first.
-    duration : float
-        [s]
-    """
+    """A structure, its friction law and its excitation from rest."""
 
     name: str
     structure: rom.Structure
     law: rom.Friction
-    force: tuple[Force, ...]
-    frequency: tuple[float, ...]
-    observed: tuple[int, ...] = (0, 1)
-    duration: float = 600.0
+    force: tuple[Force, ...]  # amplitudes [N], one per mode
+    frequency: tuple[float, ...]  # of the forces [rad/s]
+    observed: tuple[int, ...] = (0, 1)  # DOFs whose displacement is compared, one per mode
+    duration: float = 600.0  # [s]
 
     @property
     def times(self) -> Floats:

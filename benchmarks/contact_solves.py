@@ -54,8 +54,8 @@ def contact_solves() -> dict[str, float]:
         )
         for _ in range(_ROUNDS)
     ]
-    names = ("bare loop", "marches", "whole table")
-    return dict(zip(names, np.min(rounds, axis=0).tolist(), strict=True))
+    least = np.min(rounds, axis=0).tolist()
+    return dict(zip(("bare loop", "marches", "whole table"), least, strict=True))
 
 
 def step_cost(contacts: int, alpha: float | None = None) -> float:

@@ -38,24 +38,14 @@ _TWO_MODE_HARMONICS, _BLADE_HARMONICS = 15, 25
 class Compared:
     """A curve of mode A, with mode B beside it where there are two.
 
-    Attributes
-    ----------
-    case : Case
-        Its frequencies are the carriers of the table; the frequency of mode A varies.
-    span : (first, last)
-        [rad/s]
-    amplitude : tuple of float
-        Range of the table [kg^1/2 m].
-    harmonics : int
-        Of harmonic balance.
-    reduced : (Case, (modes, its DOFs) ndarray), optional
-        The case that harmonic balance solves, and its displacements of the observed DOFs.
+    `reduced` is the case that harmonic balance solves if it is another, and its displacements of
+    the observed DOFs, (modes, DOFs).
     """
 
-    case: Case
-    span: tuple[float, float]
-    amplitude: tuple[float, ...]
-    harmonics: int
+    case: Case  # its frequencies are the carriers of the table; the frequency of mode A varies
+    span: tuple[float, float]  # [rad/s]
+    amplitude: tuple[float, ...]  # range of the table [kg^1/2 m]
+    harmonics: int  # of harmonic balance
     reduced: tuple[Case, Floats] | None = None
 
 

@@ -19,11 +19,12 @@ import numpy as np
 
 from benchmarks.blade import CYCLES, SAMPLES, DenseCase, jenkins_blade
 from benchmarks.measure import one_thread, processor_time, worst_rms
-from benchmarks.peers.newmark import Newmark
+from benchmarks.peers.newmark import newmark
 from slipmode import rom
 from slipmode.rom import full
 from slipmode.rom.arrays import Floats
 from slipmode.rom.full import FullMotion
+from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.integration import Integrator
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.record import Recorder
@@ -44,6 +45,9 @@ _SCENE_STEPS = (3, 4, 6, 8, 12, 16, 24, 32, 64, 128)
 _EXACT_STEPS = 256
 _COMMUNICATION = (1, 2, 3, 5, 10, 20)  # steps of the scene at a time
 _TOLERANCES = (1e-6, 1e-5, 1e-4, 1e-3)  # of the slow flow
+
+
+Integrated = Callable[[], FullMotion]
 
 
 class Timed(NamedTuple):
@@ -67,13 +71,12 @@ def one_mode_blade(dofs: int = 10_000, coordinates: int = 100) -> DenseCase:
     )
 
 
-def newmark(case: DenseCase, steps: int, cycles: int = CYCLES) -> Callable[[], Floats]:
+def by_newmark(case: DenseCase, steps: int, cycles: int = CYCLES) -> Callable[[], Floats]:
     """Prepare Newmark's run of a one-mode case; it returns displacements of the contacts."""
     assert isinstance(case.law, rom.Jenkins)
-    peer, (pattern,), (frequency,) = Newmark(case.structure, case.law), case.force, case.frequency
-    step = 2.0 * np.pi / frequency / steps
-    samples, every = cycles * SAMPLES, steps // SAMPLES
-    return lambda: peer.run(pattern, frequency, pattern[np.newaxis], step, samples, every)[1]
+    modes, (pattern,), (Omega,) = ModalCoordinates.of(case.structure), case.force, case.frequency
+    step, samples, every = 2.0 * np.pi / Omega / steps, cycles * SAMPLES, steps // SAMPLES
+    return partial(newmark, modes, case.law, pattern, Omega, step, samples, every)
 
 
 def _beside_newmark() -> None:
@@ -88,7 +91,7 @@ def _beside_newmark() -> None:
     chosen = []
     for name, prepare, settings in (
         ("rom.full", integrated, _STEPS),
-        ("Newmark", partial(newmark, case), _NEWMARK_STEPS),
+        ("Newmark", partial(by_newmark, case), _NEWMARK_STEPS),
     ):
         runs = []
         for steps in settings:
@@ -103,27 +106,25 @@ def _beside_newmark() -> None:
     )
 
 
-class OnComponentModes:
-    """Full order of a scene on component modes, displacements of the retained modes."""
+def on_component_modes(plan: Plan, times: Floats) -> tuple[int, Callable[[int], Integrated]]:
+    """Return the number of coordinates, and what prepares a run of so many steps a period.
 
-    def __init__(self, plan: Plan, times: Floats) -> None:
-        patterns = np.array(plan.excited.force_patterns)
-        excitation = excitation_of(plan, patterns, plan.schedule)
-        highest = 7 * excitation.fastest(plan.scene.run.duration)
-        small = full.component_modes(plan.structure, plan.excited.law, list(patterns), highest)
-        projection = small.projection
-        self._law, self._structure, self._times = plan.excited.law, small.structure, times
-        self._excitation = projection.excitation(excitation)
-        self._rows = (projection.to_coordinates @ plan.excited.reduced.mode_shapes).T
-        self._start = projection.state(initial_state(plan, excitation))
-        self.coordinates = small.structure.n_dofs
+    A run returns displacements of the retained modes.
+    """
+    patterns, law = np.array(plan.excited.force_patterns), plan.excited.law
+    excitation = excitation_of(plan, patterns, plan.schedule)
+    highest = 7 * excitation.fastest(plan.scene.run.duration)
+    small = full.component_modes(plan.structure, law, list(patterns), highest)
+    projection = small.projection
+    projected = projection.excitation(excitation)
+    rows = (projection.to_coordinates @ plan.excited.reduced.mode_shapes).T
+    start = projection.state(initial_state(plan, excitation))
 
-    def at(self, steps: int) -> Callable[[], FullMotion]:
-        """Prepare a run of so many steps a period."""
-        integrator = Integrator(
-            *(self._structure, self._law, self._excitation, self._rows), steps_per_period=steps
-        )
-        return lambda: integrator.run(self._times, self._start)
+    def prepare(steps: int) -> Integrated:
+        integrator = Integrator(small.structure, law, projected, rows, steps_per_period=steps)
+        return lambda: integrator.run(times, start)
+
+    return small.structure.n_dofs, prepare
 
 
 def _slow_runs(plan: Plan, model: rom.Model, exact: Floats) -> list[Timed]:
@@ -156,28 +157,29 @@ def _slow_beside_full(name: str) -> None:
     seconds, (_, motion) = processor_time(lambda: slow_motion(plan, model), 2)
     times = np.union1d(motion.time, [plan.scene.run.duration])
     seen = np.isin(times, motion.time)
-    small, runs = OnComponentModes(plan, times), []
+    coordinates, prepare = on_component_modes(plan, times)
     if plan.structure.n_dofs > MOST_DOFS:
-        converged = small.at(_EXACT_STEPS)()
+        converged = prepare(_EXACT_STEPS)()
     else:
         converged = on_all_modes(plan, times, _EXACT_STEPS)
     exact = converged.displacement[seen]
     ours = at_equal_error(_slow_runs(plan, model, exact), _SCENE_ERROR)
+    runs = []
     for steps in _SCENE_STEPS:
-        spent, full_order = processor_time(small.at(steps), 2)
+        spent, full_order = processor_time(prepare(steps), 2)
         error = worst_rms(full_order.displacement[seen], exact)
         runs.append(Timed(spent, error, f"{steps} steps a period"))
     peer = at_equal_error(runs, max(_SCENE_ERROR, ours.error))
     print(f"{name}, {plan.structure.n_dofs} DOFs, {plan.scene.run.duration:g} s")
-    for what, run in (("slow run", ours), (f"rom.full on {small.coordinates} coordinates", peer)):
+    for what, run in (("slow run", ours), (f"rom.full on {coordinates} coordinates", peer)):
         print(f"  {what}: {1e3 * run.seconds:.3g} ms, error {run.error:.1e}; {run.setting}")
-    print(f"  = {peer.seconds / ours.seconds:.0f} slow runs; with the fast motion of the scene")
-    print(
-        f"  {1e3 * seconds:.3g} ms; table {table:.1f} s = {table / peer.seconds:.1f} of full order"
-    )
-    integrated = _integrated_seconds(name)
-    ratio = integrated / peer.seconds
-    print(f"  without a table {1e3 * integrated:.3g} ms = {ratio:.1f} of full order")
+    print(f"  = {peer.seconds / ours.seconds:.0f} slow runs")
+    for what, spent in (
+        ("with the fast motion of the scene", seconds),
+        ("table", table),
+        ("run without a table", _integrated_seconds(name)),
+    ):
+        print(f"  {what}: {1e3 * spent:.3g} ms = {spent / peer.seconds:.2g} of full order")
 
 
 def _integrated_seconds(name: str) -> float:

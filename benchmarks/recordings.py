@@ -16,15 +16,14 @@ import numpy as np
 import rerun as rr
 from google.protobuf import descriptor_pool, message_factory
 from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
-from zstandard import ZstdCompressor
+from zstandard import ZstdCompressor, ZstdDecompressor
 
 from slipmode.runner import load_scene, run
 from slipmode.runner.recording.channels import Channel, Field
 from slipmode.runner.recording.load import load
-from slipmode.runner.recording.mcapfile.chunk import decompress
-from slipmode.runner.recording.mcapfile.scan import StoredChunk, scan
-from slipmode.runner.recording.mcapfile.source import opened
 from slipmode.runner.recording.mcapfile.writer import ZSTD_LEVEL
 from slipmode.runner.recording.record import Header, McapSink
 from slipmode.runner.view.phase_portraits import time_column
@@ -45,15 +44,7 @@ def main() -> None:
 
 
 def measure(folder: Path, repeats: int = _REPEATS) -> Iterator[str]:
-    """Yield the lines of the report.
-
-    Parameters
-    ----------
-    folder : Path
-        For the recordings.
-    repeats : int
-        Turns of each side of a ratio.
-    """
+    """Yield the lines of the report; each side of a ratio takes `repeats` turns."""
     signals = _Signals(folder)
     yield f"messages of {_FIELDS} doubles, smooth signals, best of {repeats}"
     write = _best(
@@ -116,11 +107,12 @@ class _Signals:
         message = pool.FindMessageTypeByName(_CHANNEL.message_type)
         self._message: type[Any] = message_factory.GetMessageClass(message)
         self.write()
-        self._encoded = self._encode()
+        self.encode()
         self.write_plain()
-        with opened(self._path("ours")) as file:
-            chunks = [piece.record for piece in scan(file)]
-        self._raw = [decompress(c.chunk) for c in chunks if isinstance(c, StoredChunk)]
+        with self._path("ours").open("rb") as file:
+            records = list(StreamReader(file, emit_chunks=True).records)
+        chunks = (each.data for each in records if isinstance(each, Chunk))
+        self._raw = [ZstdDecompressor().decompress(data, 1 << 24) for data in chunks]
 
     def write(self) -> None:
         path = self._path("ours")
@@ -137,12 +129,12 @@ class _Signals:
             schema = _CHANNEL.descriptor().SerializeToString()
             schema_id = writer.register_schema(_CHANNEL.message_type, "protobuf", schema)
             channel_id = writer.register_channel(_CHANNEL.topic, "protobuf", schema_id)
-            for stamp, data in zip(self._stamps(), self._encoded, strict=True):
+            for stamp, data in zip(self._time_ns.tolist(), self._encoded, strict=False):
                 writer.add_message(channel_id, stamp, data, stamp)
             writer.finish()  # type: ignore[no-untyped-call]
 
     def write_encoded(self) -> None:
-        self._encoded = self._encode()
+        self.encode()
         self.write_plain()
 
     def compress(self) -> None:
@@ -175,14 +167,10 @@ class _Signals:
         stream.flush()
         stream.disconnect()
 
-    def _encode(self) -> list[bytes]:
+    def encode(self) -> None:
         rows = self._values[:_PLAIN_ROWS].tolist()
         fields = [dict(zip(_CHANNEL.names, row, strict=True)) for row in rows]
-        return [self._message(**values).SerializeToString() for values in fields]
-
-    def _stamps(self) -> list[int]:
-        stamps: list[int] = self._time_ns[:_PLAIN_ROWS].tolist()
-        return stamps
+        self._encoded = [self._message(**values).SerializeToString() for values in fields]
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{name}.mcap"

@@ -25,7 +25,6 @@ from slipmode import rom
 
 _SIZES = ((10_000, 10), (30_000, 10), (100_000, 10), (300_000, 30), (1_000_000, 100))
 _STIFFNESS = 1e7  # of an elastic contact [N/m]
-_LAWS = ("rigid", "elastic")
 
 
 class Spent(NamedTuple):
@@ -42,14 +41,13 @@ def main(arguments: list[str]) -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sizes", nargs="*", help="DOFs:contacts")
-    parser.add_argument("--law", choices=_LAWS, default="elastic")
     parser.add_argument("--superlu", action="store_true", help="as without slipmode[fast]")
     parser.add_argument("--picture", type=Path, help="of the growth, a .png")
     options = parser.parse_args(arguments)
     sizes = [tuple(map(int, size.split(":"))) for size in options.sizes] or _SIZES
     has_pardiso = importlib.util.find_spec("pypardiso") is not None and not options.superlu
     solver = "PARDISO" if has_pardiso else "SuperLU"
-    print(f"{options.law} contacts, {solver}")
+    print(f"elastic contacts, {solver}")
     heads = ("DOFs", "contacts", "read", "Structure", "reduce", "in all", "memory")
     print("".join(f"{head:>11}" for head in heads))
     found = []
@@ -57,7 +55,7 @@ def main(arguments: list[str]) -> None:
         file = Path(folder) / "blade.npz"
         for dofs, contacts in sizes:
             _in_process("make", str(file), str(dofs), str(contacts))
-            each = Spent(*json.loads(_in_process("reduce", str(file), options.law, solver)))
+            each = Spent(*json.loads(_in_process("reduce", str(file), solver)))
             print(
                 f"{each.n_dofs:11}{each.n_contacts:11}",
                 *(f"{seconds:10.1f}s" for seconds in (*each.times, sum(each.times))),
@@ -80,7 +78,7 @@ def make(path: str, dofs: str, contacts: str) -> None:
     np.savez(path, **arrays)
 
 
-def reduce(path: str, law: str, solver: str) -> None:
+def reduce(path: str, solver: str) -> None:
     """Read and reduce a blade, and print what that took."""
     if solver == "SuperLU":
         sys.modules["pypardiso"] = None  # type: ignore[assignment]
@@ -92,8 +90,8 @@ def reduce(path: str, law: str, solver: str) -> None:
     structure = rom.Structure(**matrices, damping=1e-7)
     del matrices
     times.append(time.process_time())
-    contacts = rom.Jenkins(1.0, _STIFFNESS) if law == "elastic" else None
-    reduced = rom.reduce(structure, law=contacts, progress=sys.stderr.isatty())
+    law = rom.Jenkins(1.0, _STIFFNESS)
+    reduced = rom.reduce(structure, law=law, progress=sys.stderr.isatty())
     times.append(time.process_time())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2
     hertz = (reduced.frequency / (2 * np.pi)).tolist()
@@ -128,6 +126,6 @@ def _draw(found: Sequence[Spent], path: Path) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] in (["make"], ["reduce"]):
-        {"make": make, "reduce": reduce}[sys.argv[1]](*sys.argv[2:])
+        (make if sys.argv[1] == "make" else reduce)(*sys.argv[2:])
     else:
         main(sys.argv[1:])

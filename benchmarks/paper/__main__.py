@@ -13,17 +13,12 @@ from benchmarks.paper import (
     resonance_claims,
     resonance_figures,
 )
-from benchmarks.paper.claim import Claim, as_lines
+from benchmarks.paper.claim import as_lines
 from benchmarks.paper.study import Study
 from benchmarks.paper.style import draw
 
 CLAIMS = (*motion_claims.CLAIMS, *friction_claims.CLAIMS, *resonance_claims.CLAIMS)
-FIGURES = motion_figures.FIGURES | resonance_figures.FIGURES
-
-
-def claims(study: Study) -> list[Claim]:
-    """Judge every claim, in the order of the paper."""
-    return [claim(study) for claim in CLAIMS]
+FIGURES = (*motion_figures.FIGURES, *resonance_figures.FIGURES)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -32,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("logs/paper"))
     folder = parser.parse_args(arguments).output
     study = Study()
-    print("\n".join(as_lines(claims(study))))
+    print("\n".join(as_lines(claim(study) for claim in CLAIMS)))
     for path in draw(FIGURES, study, folder):
         print(path)
 

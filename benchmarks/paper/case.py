@@ -33,33 +33,15 @@ class Signals:
 
 @dataclass(frozen=True)
 class Case:
-    """The structure of Table 1 under two harmonic forces.
-
-    Parameters
-    ----------
-    alpha : float
-        Regularisation velocity of the friction law [m/s].
-    beta : float
-        Stiffness-proportional damping [s].
-    force : (float, float)
-        Amplitudes of the forces on x_e1 and x_e2 [N].
-    detuning : (float, float)
-        Forcing frequencies less the natural ones [rad/s]; by default near both peaks.
-    largest : (float, float)
-        Range of the friction tables [kg^1/2 m].
-    tolerance : float
-        Of the tables.
-    contact_mass : float
-        m_c [kg].
-    """
+    """The structure of Table 1 under two harmonic forces."""
 
     alpha: float = ALPHA
     beta: float = BETA
-    force: tuple[float, float] = FORCE
-    detuning: tuple[float, float] = (-0.0175, -0.046)
-    largest: tuple[float, float] = (5.0, 3.0)
-    tolerance: float = 1e-3
-    contact_mass: float = 0.01
+    force: tuple[float, float] = FORCE  # on x_e1 and x_e2
+    detuning: tuple[float, float] = (-0.0175, -0.046)  # [rad/s]; near both peaks
+    largest: tuple[float, float] = (5.0, 3.0)  # range of the friction tables [kg^1/2 m]
+    tolerance: float = 1e-3  # of the tables
+    contact_mass: float = 0.01  # m_c [kg]
 
     @cached_property
     def structure(self) -> rom.Structure:

@@ -18,39 +18,25 @@ Judge = Callable[[Study], Found]
 
 @dataclass(frozen=True)
 class Claim:
-    """What the paper states and what we find.
-
-    Attributes
-    ----------
-    name : str
-    where : str
-        Section or figure of the paper.
-    stated : str
-    note : str
-        The values of alpha and beta, and the bound that decides.
-    ours : mapping of str to float
-        Our values by what they are.
-    verdict : Verdict
-    """
+    """What the paper states and what we find."""
 
     name: str
-    where: str
+    where: str  # section or figure of the paper
     stated: str
-    note: str
-    ours: Mapping[str, float]
+    note: str  # alpha and beta, and the bound that decides
+    ours: Mapping[str, float]  # our values by what they are
     verdict: Verdict
 
 
 class Claims(list[Callable[[Study], Claim]]):
     """A list of claims; `add` decorates the function that judges one."""
 
-    def add(self, name: str, where: str, stated: str, note: str) -> Callable[[Judge], Judge]:
-        """Append the claim of a function that returns our values, and whether the claim holds.
-
-        It returns a bool for each pair of alpha and beta that was tried.
-        """
+    def add(self, where: str, stated: str, note: str) -> Callable[[Judge], Judge]:
+        """Append the claim of a function; whether it holds is a bool for each alpha and beta."""
 
         def decorate(function: Judge) -> Judge:
+            name = function.__name__.strip("_").replace("_", " ")
+
             def judged(study: Study) -> Claim:
                 ours, holds = function(study)
                 return Claim(name, where, stated, note, ours, judge(holds))

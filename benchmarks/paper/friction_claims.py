@@ -30,7 +30,6 @@ def friction_at(model: rom.Model, A: ArrayLike, B: ArrayLike) -> Complexes:
 
 
 @CLAIMS.add(
-    "shift of A",
     "Fig. 10a",
     "the frequency shift of A grows with the other mode",
     f"{_USED}; Re Q_A with |B| = 1 against |B| = 0; bound 95 % of the range",
@@ -43,7 +42,6 @@ def _shift_of_a(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "damping of A",
     "Fig. 10b",
     "the damping of A is larger with the other mode, though not monotonically",
     f"{_USED}; -Im Q_A above its value with |B| = 0; bound 95 % of the range with |B| = 1; "
@@ -65,7 +63,6 @@ def _damping_of_a(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "damping of B",
     "Fig. 10d",
     "the damping of B is larger with the other mode",
     f"{_USED}; -Im Q_B with |A| = 2 against |A| = 0; bound 95 % of the range",
@@ -83,7 +80,6 @@ def _damping_of_b(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "quiet below the threshold",
     "Fig. 10",
     "shift and damping are negligible at small amplitudes",
     "-Im Q_A at |A| = 0.5, half the threshold, over its largest value; bound 5 %; "
@@ -98,7 +94,6 @@ def _quiet_below_threshold(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "damping at |A| = 1",
     "Fig. 11b",
     "at |A| about 1 the damping is substantially higher with |B| = 0.5 and 1",
     "-Im Q_A over its value with |B| = 0; substantially: a quarter more with |B| = 1",
@@ -116,7 +111,6 @@ def _damping_at_one(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "deepest damping",
     "Fig. 11b",
     "min Im Q_A with A alone; no number printed, exactly -0.01592 at |A| = 2 "
     "under Coulomb friction",

@@ -32,8 +32,8 @@ _TURNS = 7  # of the motion around the torus
 _DASHED: Style = {"color": FULL_ORDER, "ls": (0, (4, 3)), "lw": 1.0}
 
 
-def _figure_3(study: Study) -> Figure:
-    """Displacement of x_e1 from rest; friction force and contact motion over five periods."""
+def figure_03(study: Study) -> Figure:
+    """Draw displacement of x_e1 from rest; friction force and contact motion over five periods."""
     figure, (slow, force, first, second) = panels(2, 2, 7.2, 4.6)
     rest, (time, amplitudes) = study.from_rest, study.envelope
     slow.plot(rest.time, rest.elastic[:, 0], color=BOTH, lw=0.3)
@@ -60,8 +60,8 @@ def _figure_3(study: Study) -> Figure:
     return figure
 
 
-def _figure_4(study: Study) -> Figure:
-    """Trajectory of the contact element."""
+def figure_04(study: Study) -> Figure:
+    """Draw the trajectories of the contacts."""
     figure, (ax,) = panels(1, 1, 4.6, 3.2)
     for signals, color, name in (
         (study.both, BOTH, "both modes"),
@@ -75,8 +75,8 @@ def _figure_4(study: Study) -> Figure:
     return figure
 
 
-def _figure_5(study: Study) -> Figure:
-    """Friction cycles of the first contact."""
+def figure_05(study: Study) -> Figure:
+    """Draw friction cycles of the first contact."""
     figure, (ax,) = panels(1, 1, 4.4, 3.4)
     for signals, color, name in (
         (study.both, BOTH, "both modes"),
@@ -89,8 +89,8 @@ def _figure_5(study: Study) -> Figure:
     return figure
 
 
-def _figure_6(study: Study) -> Figure:
-    """Periodic motion of the first contact in both phases: as a surface and on a torus."""
+def figure_06(study: Study) -> Figure:
+    """Draw periodic motion of the first contact in both phases: a surface, and on a torus."""
     figure, (plain, wrapped) = spaces(1, 2, 7.6, 3.4)
     x = study.torus
     t_A, t_B = np.meshgrid(TORUS_ANGLES, TORUS_ANGLES, indexing="ij")
@@ -113,19 +113,19 @@ def _figure_6(study: Study) -> Figure:
     return figure
 
 
-def _figure_7(study: Study) -> Figure:
-    """Forces on the first contact, the reduced models against full order."""
+def figure_07(study: Study) -> Figure:
+    """Draw forces on the first contact, the reduced models against full order."""
     return _forces(study.case, study.both, study.paper, study.consistent)
 
 
-def _figure_8(study: Study) -> Figure:
-    """The same under the larger forces."""
+def figure_08(study: Study) -> Figure:
+    """Draw forces on the first contact under the larger excitation."""
     strong = study.strong
     return _forces(strong, study.both_strong, study.paper_strong, study.consistent_strong)
 
 
-def _figure_9(study: Study) -> Figure:
-    """Contact displacements, the reduced models against full order."""
+def figure_09(study: Study) -> Figure:
+    """Draw contact displacements, the reduced models against full order."""
     figure, axes = panels(2, 1, 7.2, 4.4)
     lines: tuple[tuple[Signals, Style, str], ...] = (
         (study.paper, {"color": PAPER}, "paper's model"),
@@ -190,22 +190,12 @@ def _force_terms(ax: Axes, case: Case, signals: Signals, style: Style) -> None:
 
 def _last_periods(signals: Signals, case: Case, periods: int = _SHOWN_PERIODS) -> Signals:
     shown = signals.time >= signals.time[-1] - periods * case.period
-    return Signals(
-        *(signals.time[shown], signals.elastic[shown]),
-        *(signals.contact[shown], signals.friction[shown]),
-    )
+    s = signals
+    return Signals(s.time[shown], s.elastic[shown], s.contact[shown], s.friction[shown])
 
 
 def _elapsed(signals: Signals) -> Floats:
     return np.asarray(signals.time - signals.time[0])
 
 
-FIGURES = {
-    "figure_03": _figure_3,
-    "figure_04": _figure_4,
-    "figure_05": _figure_5,
-    "figure_06": _figure_6,
-    "figure_07": _figure_7,
-    "figure_08": _figure_8,
-    "figure_09": _figure_9,
-}
+FIGURES = (figure_03, figure_04, figure_05, figure_06, figure_07, figure_08, figure_09)

@@ -37,21 +37,14 @@ def _range(over_grid: Floats, what: str = "") -> dict[str, float]:
     return {f"{what}lowest": over_grid.min(), f"{what}highest": over_grid.max()}
 
 
-@CLAIMS.add(
-    "peak of A", "Fig. 13a", "mode A alone peaks at about 2.5", f"{_TRIED}; about: within 0.05"
-)
+@CLAIMS.add("Fig. 13a", "mode A alone peaks at about 2.5", f"{_TRIED}; about: within 0.05")
 def _peak_of_a(study: Study) -> Found:
     heights = study.sensitivity.of(lambda s: s.peak_a)
     detuning, height = peak(study.slices.alone_a)
     return {"peak": height, "at": detuning, **_range(heights)}, _is_peak_a(heights)
 
 
-@CLAIMS.add(
-    "detuning of B",
-    "Fig. 13",
-    "mode B alone peaks at detuning -0.046",
-    f"{_TRIED}; within 0.0005",
-)
+@CLAIMS.add("Fig. 13", "mode B alone peaks at detuning -0.046", f"{_TRIED}; within 0.0005")
 def _detuning_of_b(study: Study) -> Found:
     detunings = study.sensitivity.of(lambda s: s.detuning_b)
     detuning, height = peak(study.slices.alone_b)
@@ -60,7 +53,6 @@ def _detuning_of_b(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "superposition",
     "Fig. 13a",
     "the peaks of A alone and B alone add up to almost 4",
     f"{_TRIED}; almost: 3.85 to 4",
@@ -71,7 +63,6 @@ def _superposition(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "three numbers at once",
     "Fig. 13",
     "2.5, -0.046 and almost 4 belong to one system",
     f"{_TRIED}; where the peak is 2.5 the sum is 3.5 whatever alpha",
@@ -92,7 +83,6 @@ def _three_numbers(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "peak of both",
     "Fig. 13a",
     "with both modes near resonance the peak is similar to the peak of A alone",
     f"{_TRIED}; Euclidean norm; similar: within 15 %",
@@ -104,7 +94,6 @@ def _peak_of_both(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "lower than A alone",
     "Fig. 12",
     "the peak along the first detuning is lower with both modes than with A alone",
     f"{_TRIED}; |A| does fall, but not by enough to make up for |B|",
@@ -116,7 +105,6 @@ def _lower_than_alone(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "tends to B",
     "Fig. 13a",
     "away from the resonance of A the curve tends to the peak of B",
     f"{_TRIED}; bound 2 %",
@@ -131,7 +119,6 @@ def _tends_to_b(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "superposition as plotted",
     "Fig. 13a",
     "linear superposition significantly overestimates the response",
     f"{_TRIED}; compares sqrt(|A|^2+|B|^2) with a sum of two such norms; bound 10 %",
@@ -143,7 +130,6 @@ def _superposition_as_plotted(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "superposition in one norm",
     "Sec. 4",
     "it is the added friction that makes superposition overestimate",
     f"{_TRIED}; one norm on both sides, bound 10 %: the gap is a difference of norms",
@@ -156,7 +142,6 @@ def _superposition_in_one_norm(study: Study) -> Found:
 
 
 @CLAIMS.add(
-    "dip at B",
     "Fig. 13b",
     "with both modes the amplitude at the resonance of B is smaller than nearby",
     f"{_TRIED}; over the least norm within 0.1: there is a peak, and a dip to its sides",

@@ -35,8 +35,8 @@ _Q_PANELS = (
 _STIFFNESS = ((1.0, 20.0), (1.7**2, 40.0))  # coupling of each mode and K_xx of its contact
 
 
-def _figure_10(study: Study) -> Figure:
-    """Complex friction functions over both amplitudes."""
+def figure_10(study: Study) -> Figure:
+    """Draw the complex friction functions over both amplitudes."""
     figure, axes = spaces(2, 2, 7.6, 6.4)
     moduli = np.linspace(0.02, LARGEST, 90)
     A, B = np.meshgrid(moduli, moduli, indexing="ij")
@@ -53,8 +53,8 @@ def _figure_10(study: Study) -> Figure:
     return figure
 
 
-def _figure_11(study: Study) -> Figure:
-    """Slices of the friction functions, with the closed form for one mode under Coulomb."""
+def figure_11(study: Study) -> Figure:
+    """Draw slices of the friction functions, with the closed form for one mode under Coulomb."""
     figure, axes = panels(2, 2, 7.2, 5.0)
     moduli = np.linspace(0.02, LARGEST, 300)
     for ax, (mode, part, name), letter in zip(axes, _Q_PANELS, "abcd", strict=True):
@@ -71,8 +71,8 @@ def _figure_11(study: Study) -> Figure:
     return figure
 
 
-def _figure_12(study: Study) -> Figure:
-    """Resonance surface over both detunings, with the slices of Fig. 13."""
+def figure_12(study: Study) -> Figure:
+    """Draw the resonance surface over both detunings, with the slices of Fig. 13."""
     figure, (ax,) = spaces(1, 1, 5.6, 4.2)
     surface, slices = study.surface, study.slices
     grid = np.meshgrid(surface.frequency_A - 1.0, surface.frequency_B - 1.7, indexing="ij")
@@ -90,8 +90,8 @@ def _figure_12(study: Study) -> Figure:
     return figure
 
 
-def _figure_13(study: Study) -> Figure:
-    """Resonance curves: each mode alone, both, and their superposition in two norms."""
+def figure_13(study: Study) -> Figure:
+    """Draw resonance curves: each mode alone, both, and their superposition in two norms."""
     figure, (over_a, over_b) = panels(1, 2, 7.6, 3.7)
     slices, consistent = study.slices, study.consistent_slices
     top_A, top_B = peak(slices.alone_a)[1], peak(slices.alone_b)[1]
@@ -111,8 +111,8 @@ def _figure_13(study: Study) -> Figure:
     return figure
 
 
-def _figure_unstated(study: Study) -> Figure:
-    """The paper's three numbers over alpha and beta, which it does not state."""
+def alpha_beta(study: Study) -> Figure:
+    """Draw the paper's three numbers over alpha and beta, which it does not state."""
     figure, axes = panels(1, 3, 7.6, 3.0)
     found = study.sensitivity
     peaks, sums = found.of(lambda s: s.peak_a), found.of(lambda s: s.summed_peaks)
@@ -168,10 +168,4 @@ def _curves(ax: Axes, alone: Floats, both: Floats, other_peak: float, color: str
     ax.xaxis.set_major_locator(MultipleLocator(0.1))
 
 
-FIGURES = {
-    "figure_10": _figure_10,
-    "figure_11": _figure_11,
-    "figure_12": _figure_12,
-    "figure_13": _figure_13,
-    "alpha_beta": _figure_unstated,
-}
+FIGURES = (figure_10, figure_11, figure_12, figure_13, alpha_beta)

@@ -40,14 +40,9 @@ def peak(amplitudes: Floats) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Slices:
-    """|A|, |B| (n, 2) along the lines of the resonance surface that the paper plots.
+    """|A|, |B| (n, 2) along the detuning of A or of B, lines of the resonance surface.
 
-    Attributes
-    ----------
-    alone_a, alone_b : (n, 2) ndarray
-        Along the detuning of one mode, the other far below (A) or above (B) its resonance.
-    both_a, both_b : (n, 2) ndarray
-        The same with the other mode at its peak.
+    The other mode is far below (A) or above (B) its resonance, or at its peak.
     """
 
     alone_a: Floats

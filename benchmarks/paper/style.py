@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +23,6 @@ Style = dict[str, Any]
 
 _RC: Any = {
     "font.size": 9.0,
-    "font.family": "DejaVu Sans",
-    "mathtext.fontset": "dejavusans",
     "axes.titlesize": 9.0,
     "axes.titlelocation": "left",
     "axes.spines.top": False,
@@ -41,13 +39,13 @@ _RC: Any = {
 
 
 def draw(
-    figures: Mapping[str, Callable[[Study], Figure]], study: Study, folder: Path
+    figures: Iterable[Callable[[Study], Figure]], study: Study, folder: Path
 ) -> Iterator[Path]:
     """Write every figure as a PNG picture; yield the paths."""
     folder.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(_RC):
-        for name, figure in figures.items():
-            path = folder / f"{name}.png"
+        for figure in figures:
+            path = folder / f"{figure.__name__}.png"
             figure(study).savefig(path)
             yield path
 

@@ -37,19 +37,10 @@ _SHARPENING = 0.4  # factor from one alpha to the next
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """A steady motion.
+    """A steady motion."""
 
-    Attributes
-    ----------
-    contact : (harmonics, N_c) complex ndarray
-        X_k [m].
-    displacement : (modes, n) complex ndarray
-        Carrier of each forcing frequency in every DOF, x = 2 Re(... exp(i t_j)) [m].
-    newton_steps : int
-    """
-
-    contact: Complexes
-    displacement: Complexes
+    contact: Complexes  # X_k (harmonics, N_c) [m]
+    displacement: Complexes  # carriers (modes, n) of every DOF, x = 2 Re(... exp(i t_j)) [m]
     newton_steps: int
 
 

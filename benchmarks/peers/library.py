@@ -69,10 +69,7 @@ def _declare(loaded: ctypes.CDLL) -> None:
     loaded.peer_bare_contacts.argtypes = [
         *(contact, number, integer, integer, integer, pointer, pointer, pointer, pointer)
     ]
-    loaded.peer_newmark.argtypes = [
-        *(integer, integer, pointer, pointer, pointer, pointer, number, pointer),
-        *(pointer, pointer, number, count, count, integer, pointer, pointer, pointer),
-    ]
+    loaded.peer_newmark.argtypes = [pointer, count, count, pointer]
     loaded.peer_first_order_rate.argtypes = [pointer, number, pointer, pointer]
     loaded.peer_first_order_jacobian.argtypes = [pointer, pointer, pointer]
     for returns_nothing in (loaded.peer_first_order_rate, loaded.peer_first_order_jacobian):

@@ -9,30 +9,29 @@
  * its slider at s, and k x -+ limit of a slipping contact.
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/block.h"
 #include "base/lanes.h"
 #include "slipmode.h"
 
-#define BLOCK 4 /* coordinates go in blocks of this many, the last one filled with zeros */
+#define BLOCK 4 /* modes go in blocks of this many, the last one filled with zeros */
 #define EACH(k, width)                                     \
     for (size_t block = 0; block < (width); block += BLOCK) \
         SM_SIMD for (size_t k = block; k < block + BLOCK; k++)
 #define MOST_PASSES 50
 
 typedef struct {
-    size_t contacts, width;
-    double *gather, *response;            /* (N_c, width) (I - R k) W^T and A^-1 W */
+    int64_t contacts, width;
+    double step, frequency;
+    const double *gather, *response;      /* (N_c, width) (I - R k) W^T and A^-1 W */
     const double *flexibility;            /* (N_c, N_c) R */
-    double *of_q, *of_v, *of_a, *of_force;  /* (width) A^-1 times the start of the step */
-    double *q, *v, *a;                    /* (width) */
-    double *x, *u, *y, *slider, *slips;   /* (N_c); slips: -1, 0 or 1 */
-    double *matrix, *right;               /* of the slipping contacts */
-    size_t *active;
     const double *limit, *stiffness;      /* (N_c) */
-} newmark;
+    const double *of_q, *of_v, *of_a, *of_force; /* (width) A^-1 times the start of the step */
+    double *q, *v, *a, *moved;            /* (width) */
+    double *x, *u, *y, *slider, *slips;   /* (N_c); slips: -1, 0 or 1 */
+    double *matrix, *right;               /* (N_c, N_c), (N_c) of the slipping contacts */
+    int64_t *active;                      /* (N_c) */
+} peer_newmark_record;
 
 SM_INLINE double dot(const double *restrict a, const double *restrict b, size_t width) {
     double part[BLOCK] = {0.0};
@@ -42,10 +41,10 @@ SM_INLINE double dot(const double *restrict a, const double *restrict b, size_t 
 
 /* x of the slipping contacts, from (I - F k) x = u + F y, F their flexibility; no pivots: the
  * matrix is similar to a positive definite one. */
-static void solve_slipping(newmark *m, size_t count) {
-    const size_t n = m->contacts;
+static void solve_slipping(peer_newmark_record *m, size_t count) {
+    const size_t n = (size_t)m->contacts;
     for (size_t a = 0; a < count; a++) {
-        const size_t i = m->active[a];
+        const size_t i = (size_t)m->active[a];
         const double *row = m->flexibility + i * n;
         double sum = m->u[i];
         for (size_t j = 0; j < n; j++)
@@ -70,16 +69,16 @@ static void solve_slipping(newmark *m, size_t count) {
 }
 
 /* x and y of all contacts, from u, and their sliders. 0 if the passes do not converge. */
-SM_INLINE int solve_contacts(newmark *m) {
-    const size_t n = m->contacts;
+SM_INLINE int solve_contacts(peer_newmark_record *m) {
+    const size_t n = (size_t)m->contacts;
     for (int pass = 0; pass < MOST_PASSES; pass++) {
         size_t count = 0;
         for (size_t i = 0; i < n; i++)
-            if (m->slips[i] != 0.0) m->active[count++] = i;
+            if (m->slips[i] != 0.0) m->active[count++] = (int64_t)i;
         solve_slipping(m, count);
         for (size_t i = 0; i < n; i++) m->y[i] = m->stiffness[i] * m->slider[i];
         for (size_t a = 0; a < count; a++) {
-            const size_t i = m->active[a];
+            const size_t i = (size_t)m->active[a];
             m->y[i] = m->stiffness[i] * m->right[a] - m->slips[i] * m->limit[i];
         }
         int converged = 1;
@@ -103,17 +102,17 @@ SM_INLINE int solve_contacts(newmark *m) {
     return 0;
 }
 
-SM_INLINE int step(newmark *m, double h, double wave) {
-    const size_t width = m->width;
-    double *restrict q = m->q, *restrict v = m->v, *restrict a = m->a;
+SM_INLINE int step(peer_newmark_record *m, double wave) {
+    const size_t width = (size_t)m->width, contacts = (size_t)m->contacts;
+    const double h = m->step, first = 4.0 / (h * h), second = 4.0 / h, half = 0.5 * h;
+    double *restrict q = m->q, *restrict v = m->v, *restrict a = m->a, *restrict moved = m->moved;
     const double *restrict of_q = m->of_q, *restrict of_v = m->of_v, *restrict of_a = m->of_a;
     const double *restrict of_force = m->of_force;
-    const double first = 4.0 / (h * h), second = 4.0 / h, half = 0.5 * h;
-    double *restrict moved = m->response + m->contacts * width;
-    EACH(k, width) moved[k] = of_q[k] * q[k] + of_v[k] * v[k] + of_a[k] * a[k] + of_force[k] * wave;
-    for (size_t i = 0; i < m->contacts; i++) m->u[i] = dot(m->gather + i * width, moved, width);
+    EACH(k, width)
+        moved[k] = of_q[k] * q[k] + of_v[k] * v[k] + of_a[k] * a[k] + of_force[k] * wave;
+    for (size_t i = 0; i < contacts; i++) m->u[i] = dot(m->gather + i * width, moved, width);
     if (!solve_contacts(m)) return 0;
-    for (size_t i = 0; i < m->contacts; i++) {
+    for (size_t i = 0; i < contacts; i++) {
         const double *restrict response = m->response + i * width;
         const double force = m->stiffness[i] * m->x[i] - m->y[i];
         EACH(k, width) moved[k] -= response[k] * force;
@@ -127,79 +126,14 @@ SM_INLINE int step(newmark *m, double h, double wave) {
     return 1;
 }
 
-static size_t size_of(size_t contacts, size_t width) {
-    return width * (2 * contacts + 8) + contacts * (7 + contacts);
-}
-
-static void place(newmark *m, double *memory) {
-    const size_t n = m->contacts, width = m->width;
-    double **rows[] = {&m->of_q, &m->of_v, &m->of_a, &m->of_force, &m->q, &m->v, &m->a};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, width);
-    m->gather = sm_take(&memory, n * width);
-    m->response = sm_take(&memory, (n + 1) * width);
-    m->matrix = sm_take(&memory, n * n);
-    double **values[] = {&m->x, &m->u, &m->y, &m->slider, &m->slips, &m->right};
-    for (size_t k = 0; k < sizeof values / sizeof *values; k++)
-        *values[k] = sm_take(&memory, n);
-    m->active = (void *)memory;
-}
-
-/* Coefficients of the steps, and the state at rest under the initial force. */
-static void prepare(newmark *m, size_t n, double h, const double *squares, const double *damping,
-                    const double *directions, const double *pattern) {
-    for (size_t k = 0; k < n; k++) {
-        const double c = damping[k];
-        const double inverse = 1.0 / (squares[k] + 2.0 * c / h + 4.0 / (h * h));
-        m->of_q[k] = inverse * (4.0 / (h * h) + 2.0 * c / h);
-        m->of_v[k] = inverse * (4.0 / h + c);
-        m->of_a[k] = inverse;
-        m->of_force[k] = inverse * pattern[k];
-        m->a[k] = pattern[k];
-        for (size_t i = 0; i < m->contacts; i++)
-            m->response[i * m->width + k] = inverse * directions[i * n + k];
+/* `samples` times `every` steps; displacements of the contacts (samples, N_c). */
+SM_API SM_HOT sm_status peer_newmark(peer_newmark_record *m, size_t samples, size_t every,
+                                     double *contact) {
+    const size_t contacts = (size_t)m->contacts;
+    for (size_t s = 0; s < samples; s++) {
+        for (size_t k = s * every + 1; k <= (s + 1) * every; k++)
+            if (!step(m, cos(m->frequency * m->step * (double)k))) return SM_NOT_CONVERGED;
+        memcpy(contact + s * contacts, m->x, contacts * sizeof(double));
     }
-    for (size_t i = 0; i < m->contacts; i++)
-        for (size_t j = 0; j < m->contacts; j++) {
-            const double part =
-                (double)(i == j) - m->flexibility[i * m->contacts + j] * m->stiffness[j];
-            for (size_t k = 0; k < n; k++)
-                m->gather[i * m->width + k] += part * directions[j * n + k];
-        }
-}
-
-SM_HOT static int march(newmark *m, double h, double frequency, size_t first, size_t steps) {
-    for (size_t k = first + 1; k <= first + steps; k++)
-        if (!step(m, h, cos(frequency * h * (double)k))) return 0;
-    return 1;
-}
-
-/* From rest under p cos(Omega t): `samples` times `every` steps h on n modes.
- *   squares, damping, pattern (n), directions (N_c, n), limit, stiffness (N_c),
- *   flexibility (N_c, N_c), output (outputs, n);
- *   displacement (samples, outputs), contact (samples, N_c). */
-SM_API sm_status peer_newmark(int32_t modes, int32_t contacts, const double *squares,
-                              const double *damping, const double *directions,
-                              const double *pattern, double frequency, const double *limit,
-                              const double *stiffness, const double *flexibility, double h,
-                              size_t samples, size_t every, int32_t outputs,
-                              const double *output, double *displacement, double *contact) {
-    const size_t n = (size_t)modes, rows = (size_t)outputs;
-    newmark m = {.contacts = (size_t)contacts, .width = (n + BLOCK - 1) / BLOCK * BLOCK,
-                 .limit = limit, .stiffness = stiffness, .flexibility = flexibility};
-    double *memory = calloc(size_of(m.contacts, m.width), sizeof(double));
-    if (!memory) return SM_NO_MEMORY;
-    place(&m, memory);
-    prepare(&m, n, h, squares, damping, directions, pattern);
-    sm_status status = SM_OK;
-    for (size_t s = 0; s < samples && status == SM_OK; s++) {
-        if (!march(&m, h, frequency, s * every, every)) status = SM_NOT_CONVERGED;
-        for (size_t i = 0; i < rows; i++) {
-            double sum = 0.0;
-            for (size_t k = 0; k < n; k++) sum += output[i * n + k] * m.q[k];
-            displacement[s * rows + i] = sum;
-        }
-        memcpy(contact + s * m.contacts, m.x, m.contacts * sizeof(double));
-    }
-    free(memory);
-    return status;
+    return SM_OK;
 }

@@ -10,26 +10,13 @@ OURS = "slipmode"  # the first word of our methods' names
 
 @dataclass(frozen=True)
 class Row:
-    """One method at one setting.
-
-    Attributes
-    ----------
-    method, setting : str
-    errors : tuple of float
-        In the order of the section's `errors`, the decisive error first; NaN where the method
-        has no such quantity.
-    seconds : float
-        Median wall time of one run.
-    table_seconds : float
-        Once, before any run; 0 where nothing is prepared.
-    note : str
-    """
+    """One method at one setting."""
 
     method: str
     setting: str
-    errors: tuple[float, ...]
-    seconds: float
-    table_seconds: float = 0.0
+    errors: tuple[float, ...]  # the decisive one first; NaN where a method has none
+    seconds: float  # median wall time of one run
+    table_seconds: float = 0.0  # once, before any run
     note: str = ""
 
     @property
@@ -50,31 +37,15 @@ class Row:
 
 @dataclass(frozen=True)
 class Section:
-    """Rows on the same task, measured against the same reference.
-
-    Attributes
-    ----------
-    title : str
-    task : str
-        What one run is.
-    run : str
-        "run", "state" or "amplitude pair": what times are of.
-    errors : tuple of str
-        Names of the errors.
-    reference_error : float
-        The decisive error of the reference, as the reference states it.
-    rows : tuple of Row
-    ours : tuple of int
-        Numbers of our rows that other methods are compared with, the baseline first.
-    """
+    """Rows on the same task, measured against the same reference."""
 
     title: str
     task: str
-    run: str
-    errors: tuple[str, ...]
-    reference_error: float
+    run: str  # what times are of: "run", "state" or "amplitude pair"
+    errors: tuple[str, ...]  # names
+    reference_error: float  # decisive error of the reference, as the reference states it
     rows: tuple[Row, ...]
-    ours: tuple[int, ...]
+    ours: tuple[int, ...]  # our rows that other methods are compared with, the baseline first
 
     @property
     def baseline(self) -> Row:

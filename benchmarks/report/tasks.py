@@ -12,8 +12,7 @@ from benchmarks.peers import first_order
 from benchmarks.report import friction, signals, steady
 from benchmarks.report.sections import Row, Section
 
-Shown = Callable[[Row], object]
-Task = Callable[[Shown], Section]
+Task = Callable[[], Section]
 
 _STEADY_SETTINGS = ((0.25, 1e-2), (0.25, 1e-4))  # step [s], change from window to window
 _CRAIG_BAMPTON_MODES = (2, 4, 8)
@@ -99,7 +98,7 @@ def accuracy_tasks(scope: Scope) -> list[Task]:
     return [partial(_accuracy, make, scope) for make in scope.structures]
 
 
-def _signals(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
+def _signals(make: Callable[[], Case], scope: Scope) -> Section:
     reference = signals.Reference.of(make())
 
     def rows() -> Iterator[Row]:
@@ -112,10 +111,10 @@ def _signals(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
         for name, integrate in peers.items():
             yield from signals.first_order_rows(reference, name, integrate, scope.tolerances)
 
-    return signals.section(reference, _collect(rows(), shown), scope.tables[1], scope.flows)
+    return signals.section(reference, list(rows()), scope.tables[1], scope.flows)
 
 
-def _chain(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
+def _chain(make: Callable[[], Case], scope: Scope) -> Section:
     reference, refinements = signals.Reference.of(make()), scope.refinements[:4]
 
     def rows() -> Iterator[Row]:
@@ -123,10 +122,10 @@ def _chain(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
         yield from signals.full_rows(reference, refinements)
         yield from signals.craig_bampton_rows(reference, _CRAIG_BAMPTON_MODES, refinements)
 
-    return signals.section(reference, _collect(rows(), shown), scope.tables[1], scope.flows)
+    return signals.section(reference, list(rows()), scope.tables[1], scope.flows)
 
 
-def _steady(scope: Scope, shown: Shown) -> Section:
+def _steady(scope: Scope) -> Section:
     reference = steady.SteadyReference.of(cases.steady_cases()[scope.steady])
 
     def rows() -> Iterator[Row]:
@@ -135,24 +134,14 @@ def _steady(scope: Scope, shown: Shown) -> Section:
         yield from steady.full_rows(reference, _STEADY_SETTINGS)
         yield from steady.balance_rows(reference, scope.harmonics)
 
-    return steady.section(reference, _collect(rows(), shown), scope.tables[1])
+    return steady.section(reference, list(rows()), scope.tables[1])
 
 
-def _friction(alpha: float, scope: Scope, shown: Shown) -> Section:
+def _friction(alpha: float, scope: Scope) -> Section:
     reference = friction.FrictionReference(alpha, scope.points)
     rows = friction.friction_rows(reference, scope.torus, scope.grids)
-    return friction.section(reference, _collect(rows, shown))
+    return friction.section(reference, list(rows))
 
 
-def _accuracy(make: Callable[[], Case], scope: Scope, shown: Shown) -> Section:
-    section = signals.accuracy_section(make(), scope.tables[1], scope.refinements[:4])
-    shown(section.baseline)
-    return section
-
-
-def _collect(rows: Iterator[Row], shown: Shown) -> list[Row]:
-    collected = []
-    for row in rows:
-        collected.append(row)
-        shown(row)
-    return collected
+def _accuracy(make: Callable[[], Case], scope: Scope) -> Section:
+    return signals.accuracy_section(make(), scope.tables[1], scope.refinements[:4])

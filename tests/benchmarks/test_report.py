@@ -244,7 +244,7 @@ def test_where_we_lose_the_text_says_so(section):
 def test_the_command_prints_the_tables_and_draws_the_picture(
     section, monkeypatch, capsys, tmp_path
 ):
-    monkeypatch.setattr(command, "speed_tasks", lambda scope: [lambda show: section] * 2)
+    monkeypatch.setattr(command, "speed_tasks", lambda scope: [lambda: section] * 2)
     monkeypatch.setattr(command, "accuracy_tasks", lambda scope: [])
     command.main(["--quick", "-o", str(tmp_path)])
     printed = capsys.readouterr().out
