@@ -58,7 +58,7 @@ def draw(sections: Sequence[Section], folder: Path) -> Path:
         }
         names = sorted(handles)
         figure.legend(
-            [handles[name] for name in names], names, loc="outside lower center", ncols=5
+            [handles[name] for name in names], names, loc="outside lower center", ncols=2 * columns
         )
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "speed-error.png"
