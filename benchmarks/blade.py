@@ -120,7 +120,7 @@ class DenseCase(NamedTuple):
         return np.asarray(period / SAMPLES * np.arange(1, cycles * SAMPLES + 1))
 
     def integrated(self, steps: int, cycles: int = CYCLES) -> Callable[[], FullMotion]:
-        """Prepare full order from rest; its displacements are those of the retained modes."""
+        """Prepare full order from rest; it yields displacements of the retained modes."""
         excitation = full.Excitation.harmonic(self.structure, self.force, self.frequency)
         rows = self.reduced.mode_shapes.T @ as_dense(self.structure.mass)
         integrator = Integrator(self.structure, self.law, excitation, rows, steps_per_period=steps)

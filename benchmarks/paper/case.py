@@ -102,7 +102,7 @@ class Case:
         return np.diagonal(steady.amplitude)
 
     def by_model(self, model: rom.Model, times: Floats) -> Signals:
-        """Return the steady motion by a reduced model, its phases those of the forces."""
+        """Return the steady motion by a reduced model, in phase with the forces."""
         end, steady = float(times[-1]), rom.steady(model, self.frequency, self.forces())
         modal = [model.reduced.modal_force(j, force) for j, force in enumerate(self.forces())]
         trajectory = rom.SlowTrajectory(

@@ -89,7 +89,7 @@ class HarmonicBalance:
         responses = np.linalg.solve(Z, np.broadcast_to(loads, (self._nu.size, *loads.shape)))
         contacts = W.shape[1]
         self._receptance, excitation = responses[..., :contacts], responses[..., contacts:]
-        carriers = np.arange(self.forced.size)  # the first harmonics are those of the forces
+        carriers = np.arange(self.forced.size)  # the first harmonics belong to the forces
         self._driven = excitation[carriers, :, carriers]
         self._stiffness = np.linalg.inv(W.T @ self._receptance)
         self._linear = np.zeros((self._nu.size, contacts), dtype=complex)
