@@ -1,7 +1,7 @@
 """Hard cases: scenes whose forcing changes or is too strong, against full order."""
 
 import pytest
-from shared_scenes import scene_error, scene_text
+from hard_cases import scene_error, scene_text
 
 from slipmode import rom
 from slipmode.runner.plan.plan import make_plan

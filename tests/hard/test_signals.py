@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shared_scenes import error_of, signal_error
+from hard_cases import error_of, signal_error
 
 from benchmarks.cases import forced, many_contacts, two_mode
 from benchmarks.measure import worst_rms

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from shared_scenes import scene_text
+from hard_cases import scene_text
 
 from slipmode import rom
 from slipmode.runner.plan.plan import make_plan

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from elastic import frictional_beam
 from elastic.frictional_beam import SLIDER
+from hard_cases import error_of
 from scipy.integrate import quad
-from shared_scenes import error_of
 
 from benchmarks.cases import two_mode
 from benchmarks.slow_case import SlowCase

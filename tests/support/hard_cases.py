@@ -1,4 +1,4 @@
-"""Scenes of several tests; errors of slow time against full order, from rest or of a scene."""
+"""Errors of slow time against full order, from rest or through a whole scene."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,15 +9,6 @@ from slipmode.rom import full
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.validate import validate
 
-TANH_ON_BOTH_MODES = """\
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-"""
 SCENE = """
 [structure]
 model = "two-mass"
