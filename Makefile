@@ -5,18 +5,18 @@
 #              Tests of the pytest marker `quick`
 # make test    set up .venv and run the tests, the quick ones first (all but those marked `slow`)
 # make test-all  those too, and more of the drawn cases
-# make report  set up .venv and measure speed against error, beside other methods
-# make paper   set up .venv and draw and judge the figures of the source paper
+# make report  set up .venv and measure speed against error, beside other methods; QUICK=1: less of it
+# make paper   set up .venv, draw the figures of the source paper and judge its claims
 # make bench-table  set up .venv and measure friction tables and steady states beside runs of full
-#              order, and a table beside a bare loop of its arithmetic. TOLERANCE=1e-3 and
-#              CONTACTS="2 4 12" (2: the two-mass model) choose others than 1e-2 and all
+#              order, a table beside a bare loop of its arithmetic, and steps of many contacts.
+#              TOLERANCE=1e-3 and CONTACTS="2 4 12" (2: the two-mass model) replace 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of structures of up to a million
 #              DOFs (14 GB; SIZES="10000:10 100000:10" are others), with a picture
-# make bench-study  set up .venv and measure studies on a Dask cluster: workers, tasks, memory
-# make bench-curves  set up .venv and compare response curves with harmonic balance. PUBLISHED=folder
-#              adds the curve of NLvib 08 from there
-# make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs with it
+# make bench-study  set up .venv and measure studies on a Dask cluster: workers, memory
+# make bench-curves  set up .venv and compare response curves with harmonic balance
+# make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs
+#              with full order. SCENES="two-mode mine.toml": slow runs of these alone
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make docs    set up .venv and build the documentation into build/docs
@@ -39,7 +39,7 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CCACHE_BASEDIR = $(CURDIR)
 $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER = \
 	$(shell test -x $(BIN)/ccache && echo "$(CURDIR)/$(BIN)/ccache")
 TOLERANCE := 1e-2
-CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src runner/report/peers -name '*.[ch]')
+CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full \
 	bench-study bench-curves gallery docs docs-links wheels \
@@ -51,38 +51,38 @@ run: $(VENV)/.installed
 fmu: $(VENV)/.installed
 	$(BIN)/slipmode fmu two-mode --output logs/two-mode.fmu
 
-report: $(VENV)/.installed-report
-	$(BIN)/slipmode report --output logs
+report: $(VENV)/.installed-benchmarks
+	$(BIN)/python -m benchmarks.report $(if $(QUICK),--quick) --output logs
 
-paper: $(VENV)/.installed-report
-	$(BIN)/slipmode paper --output logs/paper
+paper: $(VENV)/.installed-benchmarks
+	$(BIN)/python -m benchmarks.paper --output logs/paper
 
-bench-table: $(VENV)/.installed-report
-	$(BIN)/python -c "from slipmode.runner.report.methods.contact_solves import main; main()"
-	$(BIN)/python -m slipmode.runner.report.methods.break_even $(TOLERANCE) $(CONTACTS)
+bench-table: $(VENV)/.installed-benchmarks
+	$(BIN)/python -m benchmarks.contact_solves
+	$(BIN)/python -m benchmarks.break_even $(TOLERANCE) $(CONTACTS)
 
 family: $(VENV)/.installed
 	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
 
-family-rest: $(VENV)/.installed-report
+family-rest: $(VENV)/.installed-benchmarks
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
 
 bench-recordings: $(VENV)/.installed
-	$(BIN)/python -m slipmode.runner.report.methods.recordings
+	$(BIN)/python -m benchmarks.recordings
 
 bench-scale: $(VENV)/.installed
 	@$(PIP) "slipmode[fast,pictures]"
-	$(BIN)/python -m slipmode.runner.report.methods.scale $(SIZES) --picture logs/scale.png
+	$(BIN)/python -m benchmarks.scale $(SIZES) --picture logs/scale.png
 
-bench-full: $(VENV)/.installed-report
-	$(BIN)/python -m slipmode.runner.report.methods.full_order
+bench-full: $(VENV)/.installed-benchmarks
+	$(BIN)/python -m benchmarks.full_order $(SCENES)
 
 bench-study: $(VENV)/.installed
 	@$(PIP) "slipmode[study]"
-	$(BIN)/python -m slipmode.runner.report.answers.studies
+	$(BIN)/python -m benchmarks.studies
 
-bench-curves: $(VENV)/.installed-report
-	$(BIN)/python -m slipmode.runner.report.answers.curves $(PUBLISHED:%=--published %)
+bench-curves: $(VENV)/.installed-benchmarks
+	$(BIN)/python -m benchmarks.curves
 
 # Without a window; the message of the first that fails names the graphics packages it needs.
 gallery: $(VENV)/.installed
@@ -143,9 +143,9 @@ $(VENV)/.installed-oldest: | $(BIN)/python
 	@$(PIP) --resolution lowest-direct --only-binary numpy --only-binary scipy --editable ".[test]"
 	@touch $(VENV)/.installed $(VENV)/.installed-test $@
 
-$(VENV)/.installed-report: $(VENV)/.installed
-	@echo "slipmode: fetching the packages of the report"
-	@$(PIP) "slipmode[report]"
+$(VENV)/.installed-benchmarks: $(VENV)/.installed
+	@echo "slipmode: fetching the packages of the benchmarks"
+	@$(PIP) "slipmode[benchmarks]"
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed

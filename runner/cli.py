@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, scenes, fmu, report, and those for recordings."""
+"""The command line: slipmode run, plan, scenes, fmu, and the commands for recordings."""
 
 from __future__ import annotations
 
@@ -179,34 +179,6 @@ def _validate(options: argparse.Namespace) -> int:
     return 0
 
 
-def _report(options: argparse.Namespace) -> int:
-    if options.hard:
-        from slipmode.runner.report.hard import hard_report
-
-        print(hard_report(options.output, progress=True).text())
-        return 0
-    from slipmode.runner.report import report
-
-    found = report(options.output, quick=options.quick, progress=True)
-    print(found.text())
-    for note in found.notes:
-        print(note)
-    for path in found.written:
-        print(path)
-    return 0
-
-
-def _paper(options: argparse.Namespace) -> int:
-    from slipmode.runner.paper import paper
-    from slipmode.runner.paper.claims.claim import as_lines
-
-    findings = paper(options.output)
-    print("\n".join(as_lines(findings.claims)))
-    for path in findings.written:
-        print(path)
-    return 0
-
-
 def _cache(options: argparse.Namespace) -> int:
     from slipmode.rom.table import disk_cache
 
@@ -286,26 +258,6 @@ def _parser() -> argparse.ArgumentParser:
     validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
     add_fmu_command(partial(_command, commands))
-
-    report = _command(
-        *(commands, "report", _report),
-        "measure speed against error, beside other methods",
-        "report --quick -o logs",
-    )
-    report.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
-    report.add_argument("--quick", action="store_true", help="less of everything, in a minute")
-    report.add_argument("--hard", action="store_true", help="the hard cases and their bounds")
-
-    paper = _command(
-        commands,
-        "paper",
-        _paper,
-        "draw the paper's figures, judge its claims",
-        "paper -o logs/paper",
-    )
-    paper.add_argument(
-        "-o", "--output", type=Path, default=Path("logs/paper"), help="folder (logs/paper)"
-    )
 
     scenes = _command(
         commands,

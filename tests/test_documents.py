@@ -10,7 +10,11 @@ from slipmode import rom
 
 ROOT = Path(__file__).parents[1]
 FILE = re.compile(r"(?<![\w*./-])[\w./-]+\.(?:py|c|h)\b")
-ROOMS = [path for top in ("rom", "fmu", "runner") for path in (ROOT / top).rglob("__init__.py")]
+ROOMS = [
+    path
+    for top in ("rom", "fmu", "runner", "benchmarks")
+    for path in (ROOT / top).rglob("__init__.py")
+]
 
 pytestmark = pytest.mark.quick
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("rom", "fmu", "runner")
+PACKAGES = ("rom", "fmu", "runner", "benchmarks")
 # Rooms from the ground up: each knows those before it, none after.
 FLOORS = {
     "rom": (
@@ -39,8 +39,10 @@ def sources(*endings):
 def imported(path):
     """Modules of the packages, as ("rom", "table", "model"), that a file imports anywhere."""
     for node in ast.walk(ast.parse((ROOT / path).read_text())):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("slipmode"):
-            parts = node.module.split(".")[1:]
+        if isinstance(node, ast.ImportFrom) and node.module:
+            parts = node.module.removeprefix("slipmode.").split(".")
+            if parts[0] == "slipmode":
+                parts = []
             yield from ((*parts, name.name) for name in node.names)
 
 

@@ -79,7 +79,7 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
         ("fmpy", "fmu", ("run", "one-mode", "--fmu", "one-mode.fmu")),
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.parquet")),
-        ("matplotlib", "pictures", ("paper",)),
+        ("matplotlib", "pictures", ("curve", "one-mode")),
         ("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),
         ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
     ],

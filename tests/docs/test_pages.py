@@ -20,7 +20,7 @@ BLOCK = re.compile(
     r"^```(?:\{code-block\} )?(\w+)\n(?::caption: (\S+)\n\n)?(.*?)^```$", re.MULTILINE | re.DOTALL
 )
 # Commands that open a window or measure for minutes: `may_run` says which arguments avoid that.
-LONG = ("report", "paper", "validate")
+LONG = ("validate",)
 
 
 @dataclass(frozen=True)

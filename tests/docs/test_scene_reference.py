@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scene_text import TANH_ON_BOTH_MODES
+from runs import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.reference import as_markdown, scene_reference

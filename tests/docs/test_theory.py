@@ -25,7 +25,7 @@ def numbers(text):
 
 def test_every_equation_that_the_code_cites_is_in_the_table():
     cited = set()
-    for folder in ("rom", "fmu", "runner"):
+    for folder in ("rom", "fmu", "runner", "benchmarks"):
         for path in (ROOT / folder).rglob("*.[pch]*"):
             if path.suffix in (".py", ".c", ".h"):
                 for cites in NUMBERS.findall(path.read_text(encoding="utf-8")):

@@ -7,13 +7,13 @@ import pytest
 from slow_time import slow_trajectory
 from stepping import FORCE_PATTERNS, HELD, component, march, model
 
+from benchmarks.cases import six_dofs
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom import full
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.nonresonant.response_surface import response_surface
-from slipmode.runner.report.cases.structures import six_dofs
 
 LAW = rom.Tanh(limit=2.0, alpha=0.02)
 

@@ -82,12 +82,11 @@ def test_its_libraries_show_what_python_calls_and_need_the_system_alone(wheels, 
     wheel = wheels[platform]
     names = [name for name in wheel.namelist() if name.endswith((".so", ".pyd"))]
     contents = {Path(name).stem: wheel.read(name) for name in names}
-    assert contents.keys() == {"_core", "_native", "_peers"}
+    assert contents.keys() == {"_core", "_native"}
     found = {name: inspect(content) for name, content in contents.items()}
     assert found["_core"].exported >= _SIGNATURES.keys() | {"sm_layout", "sm_message"}
     assert {"fmi2DoStep", "fmi3DoStep"} <= found["_native"].exported
-    assert not [name for name in found["_native"].exported if name.startswith(("sm_", "peer_"))]
-    assert {"peer_newmark", "peer_paper_scheme"} <= found["_peers"].exported
+    assert not [name for name in found["_native"].exported if name.startswith("sm_")]
     for name, library in found.items():
         assert library.platform == platform
         assert library.paths == ()

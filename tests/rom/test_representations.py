@@ -21,8 +21,6 @@ LEFT_OUT = (
     "slipmode.rom._core",
     "slipmode.fmu._native",
     "slipmode.runner.recording.mcapfile",
-    "slipmode.runner.paper",
-    "slipmode.runner.report",
 )
 
 

@@ -7,11 +7,19 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 from mcap.reader import make_reader
-from scene_text import TANH_ON_BOTH_MODES
 
 from slipmode import runner
 from slipmode.runner.scene.scene import parse_scene
 
+TANH_ON_BOTH_MODES = """\
+[friction]
+law = "tanh"
+limit = 2.0
+alpha = 0.02
+[modes]
+A = 0
+B = 1
+"""
 RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
 
 SCENE = f"""

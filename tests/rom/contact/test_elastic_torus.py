@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from elastic.frictional_beam import ROWS, structure
 
+from benchmarks.blade import jenkins_blade
 from slipmode import rom
 from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
@@ -15,7 +16,6 @@ from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.nonresonant import with_responding
-from slipmode.runner.report.methods.break_even import jenkins_blade
 
 LIFT_OFF, SLIDER = ROWS[1], ROWS[4]
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from elastic.family import member
 
+from benchmarks.blade import jenkins_blade
 from slipmode import rom
 from slipmode.rom.contact.friction_terms import contact_terms
 from slipmode.rom.contact.further_harmonics import further_harmonics
@@ -14,7 +15,6 @@ from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.runner.report.methods.break_even import jenkins_blade
 
 PLATE = member(50)  # 27 Jenkins contacts; a mode at 7.31 rad/s, forced at 1.046
 AMPLITUDE = 0.2

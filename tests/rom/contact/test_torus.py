@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.cases import many_contacts
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
 from slipmode.rom.contact.friction_terms import friction_functions
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.motion import contact_harmonics
-from slipmode.runner.report.hard.cases.contacts import many_contacts
 
 pytestmark = pytest.mark.quick
 

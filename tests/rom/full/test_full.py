@@ -8,11 +8,11 @@ import pytest
 import scipy.linalg
 from scipy.integrate import solve_ivp, trapezoid
 
+from benchmarks.cases import many_contacts
 from slipmode import rom
 from slipmode.rom import full
 from slipmode.rom.full import coordinates
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.runner.report.hard.cases.contacts import many_contacts
 
 REFERENCE = Path(__file__).parents[4] / "shared" / "data" / "reference"
 FORCE = ({0: 0.15}, {1: 0.25})

@@ -6,14 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks import cases
+from benchmarks.slow_case import SlowCase
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom import Tanh, full
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.runner.report.cases import cases
-from slipmode.runner.report.methods.ours import SlowCase
 
 TIMES = np.linspace(0.0, 60.0, 1201)
 DASHPOT = 0.1  # what the contacts of the linear chain are [N s/m]
@@ -22,7 +22,7 @@ DASHPOT = 0.1  # what the contacts of the linear chain are [N s/m]
 @cache
 def viscous_chain():
     """A chain with linear contacts, forced at one mass: case, forces, model, amplitudes."""
-    case = cases.point_forced_chain(20)
+    case = cases.Chain(20).case(point_forces=True)
     force = ({3: 0.02}, {3: 0.03})
     # with all modes of the chain nothing would be left to its static flexibility
     reduced = rom.reduce(case.structure, carrier=case.frequency, smallest_response=1e-3)
@@ -162,7 +162,7 @@ def test_a_component_goes_on_as_it_was_where_forces_jump():
 
 
 def test_no_more_than_the_shift_where_a_force_has_the_shape_of_its_mode():
-    case = cases.chain(20)
+    case = cases.Chain(20).case()
     force_response = ForceResponse.of(rom.reduce(case.structure), case.force, case.structure)
     np.testing.assert_allclose(force_response.modal[:, :2], np.eye(2), atol=1e-12)
     np.testing.assert_allclose(force_response.static, 0.0, atol=1e-12)
@@ -173,7 +173,7 @@ def test_no_more_than_the_shift_where_a_force_has_the_shape_of_its_mode():
     # of x, and of x_c in the last 100 s [%], an eighth above what was measured:
     [
         (cases.shared_forces, (0.65, 0.59)),  # 0.576, 0.522
-        (lambda: cases.point_forced_chain(20), (0.385, 0.81)),  # 0.342, 0.714
+        (lambda: cases.Chain(20).case(point_forces=True), (0.385, 0.81)),  # 0.342, 0.714
     ],
     ids=["both modes", "chain, one mass each"],
 )

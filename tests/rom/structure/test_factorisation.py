@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg
 import scipy.sparse
 
+from benchmarks.blade import blade
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure import held
@@ -16,7 +17,6 @@ from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteErro
 from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
 from slipmode.rom.structure.solvers.mobility import mobility
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
-from slipmode.runner.report.cases.blade import blade
 
 SOLVERS = ("pypardiso", "SuperLU")
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from elastic import frictional_beam
 from elastic.frictional_beam import SLIDER
+from hard_cases import error_of
 from scipy.integrate import quad
 
+from benchmarks.cases import two_mode
+from benchmarks.slow_case import SlowCase
 from slipmode.rom import Coulomb, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.runner.report.cases.cases import two_mode
-from slipmode.runner.report.hard.signals import error_of
-from slipmode.runner.report.methods.ours import SlowCase
 
 LIMIT = 2.0
 FINE = Discretisation(steps=1024, lines=1)

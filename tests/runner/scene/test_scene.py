@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_text import TANH_ON_BOTH_MODES
+from runs import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
