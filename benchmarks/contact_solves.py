@@ -14,9 +14,8 @@ from benchmarks.cases import many_contacts
 from benchmarks.measure import processor_time
 from benchmarks.peers.bare_contacts import bare_march
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.laws.friction import limits
 
 CONTACTS = (1, 2, 10, 30, 100)
@@ -40,15 +39,12 @@ def contact_solves() -> dict[str, float]:
     axes = np.meshgrid(*model.table.axes, indexing="ij")
     nodes = np.stack(axes, axis=-1).reshape(-1, 2)
     smallest = 0.1 * np.array(_LARGEST)
-    orders = contact_orders(reduced, model.combinations)
-    march = partial(
-        contact_terms,
-        *(reduced, law, nodes, grid, 0.1 * _TOLERANCE, smallest, model.combinations),
-    )
+    problem = ContactProblem.of(reduced, law, model.combinations)
+    march = partial(problem.on(grid, 0.1 * _TOLERANCE, smallest).solve, nodes)
     solves = int(march().marched.sum()) * 2 * grid.lines * reduced.n_contacts
     rounds = [  # side by side, so that all see the same machine
         (
-            bare_march(reduced, law, (2.0, 1.0), orders, grid.steps, 20_000)[0],
+            bare_march(reduced, law, (2.0, 1.0), problem.orders, grid.steps, 20_000)[0],
             processor_time(march)[0] / solves,
             processor_time(tabulate)[0] / solves,
         )
@@ -69,7 +65,7 @@ def step_cost(contacts: int, alpha: float | None = None) -> float:
     reduced = rom.reduce(case.structure, (0,), carrier=case.frequency)
     amplitudes = np.linspace(0.25, 4.0, 16)[:, np.newaxis]
     grid = Discretisation(steps=64, lines=1)
-    march = partial(contact_harmonics, reduced, law, amplitudes, grid, tolerance=1e-4)
+    march = partial(ContactProblem(reduced, law).on(grid, 1e-4).solve, amplitudes)
     seconds, found = processor_time(march, 3)
     return seconds / int(found.marched.sum())
 

@@ -12,8 +12,8 @@ from benchmarks.cases import Case
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Formulation
@@ -132,7 +132,7 @@ def steady_displacement(model: rom.Model, case: Case, amplitude: Complexes) -> C
     """Return the carrier of each mode in the DOF that observes it, (modes,): x = Phi a + X P."""
     reduced, modulus = model.reduced, np.abs(amplitude)
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
-    P = contact_harmonics(reduced, case.law, modulus[np.newaxis], grid).P[0]
+    P = ContactProblem(reduced, case.law).on(grid).solve(modulus[np.newaxis]).P[0]
     turned = P * (amplitude / np.where(modulus > 0, modulus, 1.0))[:, np.newaxis]
     dofs = list(case.observed)
     own = reduced.mode_shapes[dofs, np.arange(model.modes)] * amplitude

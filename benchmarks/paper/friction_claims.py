@@ -10,7 +10,7 @@ from benchmarks.paper.claim import Claims, Found
 from benchmarks.paper.study import Study
 from slipmode import rom
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 LARGEST = 3.0  # the paper's range of |A| and |B|
@@ -128,4 +128,4 @@ def _deepest_damping(study: Study) -> Found:
 def _exact(case: Case, alpha: float, points: Floats) -> Complexes:
     """Converged Q (points, 2) of the paper's contact problem."""
     law = rom.Tanh(limit=2.0, alpha=alpha)
-    return friction_functions(case.paper.reduced, law, points, _FINE)
+    return ContactProblem.of(case.paper.reduced, law).on(_FINE).solve(points).Q

@@ -12,7 +12,7 @@ from benchmarks.paper.claim import Claims, Found
 from benchmarks.paper.study import PERIODS, Study
 from benchmarks.peers.paper_scheme import paper_scheme
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 _USED = f"alpha {ALPHA:g}, beta {BETA:g}"
@@ -69,7 +69,7 @@ def _two_periods(study: Study) -> Found:
     ours: dict[str, float] = {}
     for alpha in (ALPHA, 0.005):
         law = replace(study.case.law, alpha=alpha)
-        exact = friction_functions(reduced, law, points, Discretisation(1024, 64))
+        exact = ContactProblem.of(reduced, law).on(Discretisation(1024, 64)).solve(points).Q
         found = paper_scheme(reduced, law, points, 100, corner=False)
         error = (np.abs(found - exact) / np.abs(exact)).max(axis=1)
         names = [f"at ({A:g}, {B:g}), alpha {alpha:g}" for A, B in points]

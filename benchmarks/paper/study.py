@@ -13,8 +13,8 @@ from benchmarks.slow_case import amplitudes, constant_inputs
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 
 _STEADY = 1800.0  # ten times the slowest decay [s]
@@ -82,6 +82,6 @@ def _torus(case: Case) -> Floats:
     """x_c1 (97, 97) [m] at TORUS_AMPLITUDES over TORUS_ANGLES of t_A and t_B."""
     orders, grid = harmonic_orders(21, 2), Discretisation(steps=512, lines=64)
     reduced, law = case.paper.reduced, case.law
-    P = contact_harmonics(reduced, law, [TORUS_AMPLITUDES], grid, orders).P[0, :, 0]
+    P = ContactProblem(reduced, law, tuple(orders)).on(grid).solve([TORUS_AMPLITUDES]).P[0, :, 0]
     waves_A, waves_B = (np.exp(1j * np.outer(n, TORUS_ANGLES)) for n in np.array(orders).T)
     return np.asarray(2 * np.real(np.einsum("q,qa,qb->ab", P, waves_A, waves_B)))

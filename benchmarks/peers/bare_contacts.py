@@ -12,7 +12,7 @@ from benchmarks.peers.library import library
 from slipmode import rom
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.reduction.combination import Order
 
 _LANES = 16  # SM_LANES of the core

@@ -11,7 +11,7 @@ from benchmarks.peers.library import library
 from slipmode import rom
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.contact.torus.problem import contact_problem
+from slipmode.rom.contact.torus.march import contact_problem
 
 
 def paper_scheme(

@@ -13,7 +13,7 @@ from benchmarks.peers.paper_scheme import paper_scheme
 from benchmarks.report.sections import OURS, Row, Section
 from slipmode import rom
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 WEAK_MODE = (2.5, 0.3)  # |A|, |B|: scheme (31) does not converge to Q_B there
@@ -42,7 +42,9 @@ class FrictionReference:
 
     def solve(self, grid: Discretisation, periodic: float) -> Complexes:
         """Return Q by characteristics, marched until harmonics repeat to a tolerance."""
-        return friction_functions(self.reduced, self.law, self.amplitudes, grid, periodic)
+        return (
+            ContactProblem.of(self.reduced, self.law).on(grid, periodic).solve(self.amplitudes).Q
+        )
 
     def errors(self, Q: Complexes) -> tuple[float, float]:
         """Return the worst error of S = Q |a|, and the error of Q_B at the weak mode."""

@@ -62,7 +62,7 @@ class ContactTerms:
         return np.asarray(self.residual <= LARGEST_RESIDUAL)
 
     @cached_property
-    def S(self) -> Complexes:
+    def S(self) -> Complexes:  # noqa: N802
         """Q_j |a_j| of Eq. (20) and the force through dampers from other modes, (points, modes).
 
         [N kg^-1/2]; exactly 0 where |a_j| = 0.
@@ -73,12 +73,12 @@ class ContactTerms:
         return np.where(a == 0.0, 0.0, force - reduced.indirect_damping * a)
 
     @property
-    def Q(self) -> Complexes:
-        """Complex friction functions Q_j = S_j / |a_j| of Eq. (20), (points, modes) [rad^2/s^2]."""
+    def Q(self) -> Complexes:  # noqa: N802
+        """Friction functions Q_j = S_j / |a_j| of Eq. (20), (points, modes) [rad^2/s^2]."""
         return np.asarray(self.S / self.amplitudes)
 
     @cached_property
-    def T(self) -> Complexes:
+    def T(self) -> Complexes:  # noqa: N802
         """-L_j^T P_nm of the combination resonances, (points, combinations) [N kg^-1/2]."""
         T = np.zeros((len(self.P), len(self.problem.combinations)), dtype=complex)
         for k, term in enumerate(self.problem.combinations):
@@ -142,12 +142,13 @@ class ContactTerms:
         met = strongest_resonance(reduced, self.orders, self.problem.combinations)
         n, m = met.order
         part = f"{off:.0%}" if off <= 1.0 else "more than itself"
-        rigid = reduced.contacts is None
+        rigid = ""
+        if reduced.contacts is None:
+            rigid = "let contacts be elastic while they stick (rom.Jenkins), "
         raise UnsettledError(
-            f"contacts: the modes' response to them does not converge, its change in a period is "
-            f"{part}; the largest response is that of the mode at {met.mode:.4g} rad/s to harmonic "
-            f"({n}, {m}) at {met.harmonic:.4g} rad/s: "
-            + "let contacts be elastic while they stick (rom.Jenkins), " * rigid
-            + "retain that mode, move the forcing away from it, give it damping, lower the largest "
-            "amplitudes, or integrate in time (rom.full)"
+            "contacts: the modes' response to them does not converge, it changes by "
+            f"{part} in a period; the mode at {met.mode:.4g} rad/s responds most, to harmonic "
+            f"({n}, {m}) at {met.harmonic:.4g} rad/s: {rigid}retain that mode, move the forcing "
+            "away from it, give it damping, lower the largest amplitudes, or integrate in time "
+            "(rom.full)"
         )

@@ -96,7 +96,7 @@ class AppliedForces:
 
     @cached_property
     def through_dampers(self) -> Complexes:
-        """Force on mode j by dampers from the other modes that F_j moves, per unit of F_j, (modes,).
+        """Force on mode j by dampers from other modes, per unit of F_j that moves them, (modes,).
 
         The amplitude equations neglect it: 2 sum_k -i Omega_j C_jk q_k at the carriers, with the
         modal displacements q_k of the other modes.

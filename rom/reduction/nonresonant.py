@@ -22,8 +22,8 @@ from slipmode.rom.structure.structure import Structure
 
 RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
 _FAR = 2.0  # times the highest harmonic: above, every mode follows statically
-# Highest |n| + |m|, by modes, of the harmonics that decide which modes are kept, as high as those of
-# a direct steady state. A light mode at the 27th harmonic changed one by 0.1 %
+# Highest |n| + |m|, by modes, of the harmonics that decide which modes are kept, as high as in a
+# direct steady state. A lightly damped mode at the 27th harmonic changed one by 0.1 %
 # (tests/rom/test_stated_by_default.py, member 2).
 HIGHEST_HARMONIC = {1: 31, 2: 17}
 _DRIFT = 0.1  # how far the forcing may be from the carriers, relative to them

@@ -110,7 +110,9 @@ def with_detuning(
         return table, error
     if error_with(FrictionDetuning(torus)(points)) > _HELPS * error:
         return table, error
-    rough = torus.problem.on(torus.grid, _ROUGHLY * torus.march.tolerance, torus.smallest_amplitude)
+    rough = torus.problem.on(
+        torus.grid, _ROUGHLY * torus.march.tolerance, torus.smallest_amplitude
+    )
     surface = _surface(
         table,
         _DETUNING_STRIDE[table.modes],

@@ -286,7 +286,9 @@ class _Task:
             norm=ErrorNorm.of(reduced, self.amplitude_range),
             swing=2.0 * reduced.carrier,
             loss=_structural_loss(reduced),
-            carried=(len(problem.orders) + 1) * reduced.n_contacts * bool(self.harmonics or guessed),
+            carried=(len(problem.orders) + 1)
+            * reduced.n_contacts
+            * bool(self.harmonics or guessed),
             kept=self.harmonics > 0,
         )
         torus = resolution.of(problem, smallest_scale(self.amplitude_range))

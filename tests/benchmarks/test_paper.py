@@ -11,7 +11,7 @@ from benchmarks.paper.claim import judge
 from benchmarks.paper.study import Study
 from benchmarks.peers.paper_scheme import paper_scheme
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 YES, NO, OPEN = "reproduced", "not reproduced", "depends on unstated alpha, beta"
@@ -133,7 +133,7 @@ def scheme(study, alpha, point, steps, periods=2):
 
 def exact(study, alpha, point):
     reduced, grid = study.case.paper.reduced, Discretisation(1024, 64)
-    return friction_functions(reduced, rom.Tanh(2.0, alpha), [point], grid)
+    return ContactProblem.of(reduced, rom.Tanh(2.0, alpha)).on(grid).solve([point]).Q
 
 
 def test_more_periods_cure_what_two_leave_near_the_threshold(study):

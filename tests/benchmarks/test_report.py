@@ -21,8 +21,8 @@ from benchmarks.report.sections import Row, Section
 from benchmarks.report.text import render
 from slipmode import rom
 from slipmode.rom import full
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import CARRIERS
 
 
@@ -111,7 +111,7 @@ def test_a_bare_loop_solves_the_contacts_that_a_table_solves():
         for periods in (20, 22)
     )
     P = (late - early)[:, 0] + 1j * (late - early)[:, 1]
-    exact = contact_harmonics(reduced, law, [amplitude], Discretisation(steps, 16), tolerance=1e-9)
+    exact = ContactProblem(reduced, law).on(Discretisation(steps, 16), 1e-9).solve([amplitude])
     np.testing.assert_allclose(P[:, 0] / (2 * steps), exact.P[0, 0], rtol=0, atol=1e-6)
 
 

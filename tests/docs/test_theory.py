@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 ROOT = Path(__file__).parents[2]
@@ -100,7 +100,7 @@ def test_steady_states_and_backbones_balance_as_the_page_says():
     model = rom.tabulate(reduced, law, amplitude=(4.0,))
     F, Omega = 0.15, 0.98
     (a,) = rom.steady(model, (Omega,), ({0: F},))
-    (Q,) = friction_functions(reduced, law, [[abs(a)]], Discretisation(512, 1))[0]
+    (Q,) = ContactProblem.of(reduced, law).on(Discretisation(512, 1)).solve([[abs(a)]]).Q[0]
     omega, gamma = reduced.frequency[0], reduced.modal_damping[0]
     D = omega**2 - Omega**2 + 1j * gamma * Omega
     assert (D - Q) * a == pytest.approx(0.5 * F, rel=5e-3)
@@ -109,7 +109,7 @@ def test_steady_states_and_backbones_balance_as_the_page_says():
 
     curve = rom.backbone(model, amplitude=[2.0])
     (Omega,), (zeta,) = curve.frequency, curve.damping
-    (Q,) = friction_functions(reduced, law, [[2.0]], Discretisation(512, 1))[0]
+    (Q,) = ContactProblem.of(reduced, law).on(Discretisation(512, 1)).solve([[2.0]]).Q[0]
     left = omega**2 - Omega**2 + 1j * gamma * Omega - Q
     assert left == pytest.approx(2j * zeta * Omega**2, abs=1e-4)
     (a,) = rom.steady(model, (Omega,), ({0: 4.0 * zeta * Omega**2 * 2.0},))

@@ -10,7 +10,7 @@ from benchmarks.cases import forced, many_contacts, two_mode
 from benchmarks.measure import worst_rms
 from benchmarks.slow_case import SlowCase
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 BOUND = 5e-3
@@ -105,7 +105,12 @@ def test_coulomb_friction_of_one_mode_is_the_closed_form():
     reduced = rom.reduce(rom.two_mass(), modes=(0,), formulation="paper")
     amplitude, grid = np.linspace(0.1, 4.0, 40), Discretisation(4096, lines=1)
     exact = closed_form(reduced, amplitude)
-    found = friction_functions(reduced, rom.Coulomb(2.0), amplitude[:, np.newaxis], grid, 1e-10)
+    found = (
+        ContactProblem.of(reduced, rom.Coulomb(2.0))
+        .on(grid, 1e-10)
+        .solve(amplitude[:, np.newaxis])
+        .Q
+    )
     assert np.abs(found[:, 0] - exact).max() <= 1e-6 * np.abs(exact).max()
 
 
@@ -115,7 +120,7 @@ def test_two_modes_under_tanh_friction_tend_to_coulomb_with_order_1_in_alpha():
     amplitudes, grid = [(1.3, 1.5), (2.5, 0.3), (2.5, 1.5)], Discretisation(512, 8)
 
     def solve(law):
-        return friction_functions(reduced, law, amplitudes, grid, 1e-7)
+        return ContactProblem.of(reduced, law).on(grid, 1e-7).solve(amplitudes).Q
 
     exact = solve(rom.Coulomb(2.0))
     alphas = (0.02, 0.01, 0.005, 0.0025)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.contact.friction_terms import contact_terms, friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CARRIERS
 
@@ -68,7 +68,7 @@ def check_energy(structure, law, amplitude):
     is the sum of 2 Omega_j |a_j| Im S_j.
     """
     reduced = rom.reduce(structure)
-    terms = contact_terms(reduced, law, [amplitude], GRID, MARCH)
+    terms = ContactProblem.of(reduced, law).on(GRID, MARCH).solve([amplitude])
     modal = 2.0 * reduced.modal_damping @ np.square(reduced.carrier * amplitude)
     comes_in = terms.leaving[0] + modal
     taken = comes_in - taken_by_dampers(structure, reduced, amplitude, terms)
@@ -96,7 +96,7 @@ def test_friction_takes_most_power_where_contacts_slip(law, amplitude):
 @few
 def test_the_sign_of_the_contact_coupling_does_not_matter(k_p, law, amplitude):
     reduced = [rom.reduce(rom.two_mass(k_p=k)) for k in (k_p, -k_p)]
-    plus, minus = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    plus, minus = (ContactProblem.of(r, law).on(GRID, MARCH).solve([amplitude]).Q for r in reduced)
     assert np.all(np.abs(minus - plus) < 2 * MARCH * frictionless(reduced[0]))
 
 
@@ -109,7 +109,7 @@ def test_the_numbers_of_the_dofs_do_not_matter(order, springs, amplitude):
     contact = [order.index(2), order.index(3)]
     renamed = rom.Structure(mass, stiffness, springs["beta"], contact=contact)
     reduced = [rom.reduce(s) for s in (structure, renamed)]
-    Q, other = (friction_functions(r, law, [amplitude], GRID, MARCH) for r in reduced)
+    Q, other = (ContactProblem.of(r, law).on(GRID, MARCH).solve([amplitude]).Q for r in reduced)
     assert np.all(np.abs(other - Q) < 2 * MARCH * frictionless(reduced[0]))
 
 
@@ -118,9 +118,9 @@ def test_the_numbers_of_the_dofs_do_not_matter(order, springs, amplitude):
 def test_which_mode_comes_first_does_not_matter(amplitude):
     """To the error of the discretisation, whose steps follow the phase of A."""
     structure, law, grid = rom.two_mass(), rom.Tanh(2.0, 0.2), Discretisation(512, 32)
-    AB = friction_functions(rom.reduce(structure), law, [amplitude], grid, 1e-7)[0]
+    AB = ContactProblem.of(rom.reduce(structure), law).on(grid, 1e-7).solve([amplitude]).Q[0]
     swapped = rom.reduce(structure, modes=(1, 0))
-    BA = friction_functions(swapped, law, [amplitude[::-1]], grid, 1e-7)[0]
+    BA = ContactProblem.of(swapped, law).on(grid, 1e-7).solve([amplitude[::-1]]).Q[0]
     np.testing.assert_allclose(BA[::-1], AB, rtol=0, atol=1e-4 * np.abs(AB).max())
 
 

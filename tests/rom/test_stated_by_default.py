@@ -14,7 +14,7 @@ from elastic.family import Member, member
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 SEEDS = range(40)
@@ -47,7 +47,9 @@ class Drawn:
         """S of the reference at one amplitude; None where the motion does not converge."""
         at = self.reduced.at_carrier([frequency])
         grid = Discretisation(4 * self.model.accuracy.steps, 1)
-        terms = contact_terms(at, self.law, [[amplitude]], grid, 1e-7, highest=HIGHEST)
+        terms = (
+            ContactProblem.of(at, self.law, highest=HIGHEST).on(grid, 1e-7).solve([[amplitude]])
+        )
         return terms.S[0, 0] if terms.residual[0] < 1e-4 else None
 
 

@@ -10,7 +10,7 @@ import pytest
 from elastic.lapped_deck import write_lapped_deck
 
 from slipmode import rom, runner
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.runner.mode_table import mode_table
@@ -108,18 +108,15 @@ def test_two_modes_slide_the_lap_in_both_directions(example, lap, grid):
     reduced = rom.reduce(lap.structure, (6, 7), law=rest.law, smallest_response=1e-2)
     resonances = combination_resonances(reduced.carrier, even=reduced.even)
     points = np.array([[2e-7, 2e-7], [6e-7, 6e-7]])
-    found = contact_terms(
-        *(reduced, rest.law, points, Discretisation(*grid), 1e-3, points[0]), resonances
-    )
+    problem = ContactProblem.of(reduced, rest.law, resonances)
+    found = problem.on(Discretisation(*grid), 1e-3, points[0]).solve(points)
     assert found.residual.max() <= 1e-3
     expected = [[2.653 - 1.738j, 2.793 - 2.199j], [19.96 - 4.00j, 32.56 - 13.73j]]
     assert found.marched.max() <= 32 * grid[0]  # 30; 40 if what sliders remember only marches on
     errors = np.abs(found.S - expected) / np.abs(expected)
     assert errors.max() < (0.02 if grid == (32, 8) else 2e-3)
     assert np.all(found.power > 0.0)
-    roughly = contact_terms(
-        *(reduced, rest.law, points, Discretisation(*grid), 1e-2, points[0]), resonances
-    )
+    roughly = problem.on(Discretisation(*grid), 1e-2, points[0]).solve(points)
     assert roughly.residual.max() <= 1e-2
     assert roughly.marched.max() <= 20 * grid[0]  # 17; 150 once more on a way from small motion
 

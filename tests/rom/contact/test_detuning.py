@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.detuning import MOST_DETUNING, detuned_problems, friction_detuning
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.detuning import MOST_DETUNING, FrictionDetuning
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 # Stiffness of contacts and between them, damping, law; forces, and where they act
@@ -91,10 +91,8 @@ def test_contacts_without_friction_are_linear():
     reduced = rom.reduce(rom.two_mass(beta=0.05))
     amplitude = np.array([[1.0, 0.5]])
 
-    def solve(problem, amplitudes, near):
-        return contact_terms(problem, rom.Coulomb(0.0), amplitudes, Discretisation(512, 16), 1e-8)
-
-    found = friction_detuning(detuned_problems(reduced), reduced.carrier, solve, amplitude)[0]
+    problem = ContactProblem.of(reduced, rom.Coulomb(0.0))
+    found = FrictionDetuning(problem.on(Discretisation(512, 16), 1e-8))(amplitude)[0]
 
     def exact(carrier):
         S = []

@@ -8,10 +8,9 @@ from elastic.frictional_beam import ROWS, structure
 
 from benchmarks.blade import jenkins_blade
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_orders, contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
+from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation, closed_lines, step_counts
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import combination_resonances
@@ -25,7 +24,11 @@ def terms(row, grid, tolerance, parts=((1.0, 1.0),)):
     combinations = combination_resonances(reduced.carrier, even=reduced.even)
     largest = 1.1 * np.abs(row.amplitude)
     points = np.array(parts) * largest
-    return contact_terms(reduced, row.law, points, grid, tolerance, 0.1 * largest, combinations)
+    return (
+        ContactProblem.of(reduced, row.law, combinations)
+        .on(grid, tolerance, 0.1 * largest)
+        .solve(points)
+    )
 
 
 @pytest.mark.parametrize("odd", [False, True])
@@ -58,7 +61,9 @@ def test_half_a_period_of_sliders_tells_the_other(law, modes):
 
     def half_and_whole(tolerance):
         return [
-            contact_terms(reduced, law, points, Discretisation(64, 16), tolerance, further=orders)
+            ContactProblem.of(reduced, law, higher_orders=orders)
+            .on(Discretisation(64, 16), tolerance)
+            .solve(points)
             for orders in ([], [(2, 0)])
         ]
 
@@ -103,11 +108,8 @@ def test_a_point_that_begins_with_harmonics_nearby_is_what_it_is_alone(row, part
     largest = 1.1 * np.abs(row.amplitude)
     points, grid = np.array([[0.8, 0.9], [1.0, 0.9]]) * largest, Discretisation(64, 16)
 
-    def solve(amplitudes, near=None):
-        return contact_terms(
-            *(reduced, row.law, amplitudes, grid, 1e-5, 0.1 * largest),
-            *(combination_resonances(reduced.carrier, even=reduced.even), 1, (), near),
-        )
+    resonances = combination_resonances(reduced.carrier, even=reduced.even)
+    solve = ContactProblem.of(reduced, row.law, resonances).on(grid, 1e-5, 0.1 * largest).solve
 
     alone = solve(points)
     sooner = solve(points, solve(0.99 * points).P)
@@ -133,13 +135,14 @@ def test_harmonics_that_nothing_asks_for_need_not_repeat():
         np.array([4.895e-6, 7.752e-6]),
         Discretisation(64, 16),
     )
-    further = further_harmonics(reduced, case.law, largest, grid, (), ErrorBudget(1e-2).response)
-    orders = contact_orders(reduced, further=list(further))
+    problem = ContactProblem.of(reduced, case.law)
+    higher = higher_order_harmonics(problem, grid, largest, ErrorBudget(1e-2).response)
+    problem = ContactProblem.of(reduced, case.law, higher_orders=list(higher))
     point, tolerance = [np.array([3.4, 5.2]) / 7.0 * largest], 1e-3
 
-    def solved(asked):
-        arguments = reduced, case.law, point, grid, orders, tolerance, 0.1 * largest
-        return contact_harmonics(*arguments, asked=asked)
+    def solved(requested):
+        torus = replace(problem, requested=requested).on(grid, tolerance, 0.1 * largest)
+        return torus.solve(point)
 
     every, carriers = solved(0), solved(2)
     assert every.marched[0] > 3 * carriers.marched[0]  # measured 3.6
@@ -147,4 +150,4 @@ def test_harmonics_that_nothing_asks_for_need_not_repeat():
     assert off[:2].max() <= 2.0 * tolerance
     assert off.max() <= 1.2e-2  # measured 1.1e-2
     with pytest.raises(SlipmodeError):
-        solved(len(orders) + 1)
+        solved(len(problem.orders) + 1)

@@ -6,13 +6,13 @@ from elastic.family import member
 
 from benchmarks.blade import jenkins_blade
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
-from slipmode.rom.contact.resolution import choose_resolution, trial_grid
+from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.resolution import ResolutionSearch, trial_grid
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
@@ -34,8 +34,13 @@ def test_a_mode_at_the_seventh_harmonic_responds():
     model = rom.tabulate(reduced, PLATE.law, (AMPLITUDE,), 1e-2, warned=False)
     points = AMPLITUDE * np.array([[0.4], [0.7], [0.9]])
     grid = Discretisation(512, 1)
-    exact = contact_terms(reduced, PLATE.law, points, grid, 1e-6, highest=25).S
-    without = contact_terms(reduced, PLATE.law, points, grid, 1e-6, highest=RESPONSE_ORDER).S
+    exact = ContactProblem.of(reduced, PLATE.law, highest=25).on(grid, 1e-6).solve(points).S
+    without = (
+        ContactProblem.of(reduced, PLATE.law, highest=RESPONSE_ORDER)
+        .on(grid, 1e-6)
+        .solve(points)
+        .S
+    )
     largest = np.abs(model.table.nodes()[..., 0]).max()
     assert np.abs(without - exact).max() > 0.035 * largest  # measured 0.039
     assert np.abs(model.table(points) - exact).max() < 1e-2 * largest
@@ -43,9 +48,8 @@ def test_a_mode_at_the_seventh_harmonic_responds():
 
 
 def test_the_strongest_response_comes_first():
-    found = further_harmonics(
-        *(plate(), PLATE.law, np.array([AMPLITUDE]), Discretisation(256, 1), ()), 1e-3
-    )
+    problem = ContactProblem.of(plate(), PLATE.law)
+    found = higher_order_harmonics(problem, Discretisation(256, 1), np.array([AMPLITUDE]), 1e-3)
     assert list(found)[:2] == [(7, 0), (9, 0)]
     assert list(found.values()) == sorted(found.values(), reverse=True)
     assert min(found.values()) > 1e-3
@@ -55,54 +59,59 @@ def test_the_first_look_finds_those_that_change_the_forces():
     """Without those of |m| > 7, which 16 lines would hide, S is 0.09 % off; with them 0.05 %."""
     case, tolerance = jenkins_blade(4), 1e-3
     reduced, largest = case.reduced.at_carrier(case.frequency), np.array([7.775e-6, 1.029e-5])
-    known, budget = (reduced, case.law, largest), ErrorBudget(tolerance)
-    first = further_harmonics(*known, trial_grid(reduced, (), tolerance), (), budget.response)
-    found = choose_resolution(*known, budget, (), map, TimeBudget(np.inf), list(first))
+    problem, budget = ContactProblem.of(reduced, case.law), ErrorBudget(tolerance)
+    trial = trial_grid(problem, tolerance)
+    first = list(higher_order_harmonics(problem, trial, largest, budget.response))
+    complete = ContactProblem.of(reduced, case.law, higher_orders=first)
+    search = ResolutionSearch(complete, largest, map, TimeBudget(np.inf), is_optional=True)
+    found = search.choose(budget)
     points = np.random.default_rng(1).uniform(0.2, 1.0, (40, 2)) * largest
 
     def forces(grid, further, march):
-        arguments = (reduced, case.law, points, grid, march, 0.1 * largest)
-        return contact_terms(*arguments, further=further).S
+        responding = ContactProblem.of(reduced, case.law, higher_orders=further)
+        return responding.on(grid, march, 0.1 * largest).solve(points).S
 
     fine = Discretisation(256, 64)
-    every = list(further_harmonics(*known, fine, (), 0.1 * budget.response))
+    every = list(higher_order_harmonics(problem, fine, largest, 0.1 * budget.response))
     exact = forces(fine, every, 1e-6)
 
     def off(further):
         error = np.abs(forces(found.grid, further, found.march) - exact)
         return float((error / np.abs(exact).max(axis=0)).max())
 
-    assert off(list(first)) < 0.6 * tolerance
+    assert off(first) < 0.6 * tolerance
     assert off([(n, m) for n, m in first if abs(m) <= 7]) > 0.75 * tolerance
 
 
 def test_modes_do_not_respond_to_those_that_lines_take_for_others():
     case = jenkins_blade(12)
     reduced, largest = case.reduced.at_carrier(case.frequency), np.array([4.895e-6, 7.752e-6])
-    arguments = reduced, case.law, [0.8 * largest], Discretisation(64, 16)  # 18 lines close
-    alone, beside = (
-        contact_harmonics(*arguments, [(1, 0), (0, 1), (1, 6), *more], 1e-6)
-        for more in ([], [(1, -12)])
-    )
+
+    def solved(orders, lines):
+        problem = ContactProblem(reduced, case.law, tuple(orders))
+        return problem.on(Discretisation(64, lines), 1e-6).solve([0.8 * largest])
+
+    orders = [*CARRIERS, (1, 6)]
+    alone, beside = solved(orders, 16), solved([*orders, (1, -12)], 16)  # 18 lines close
     assert np.all(beside.P[:, 3] == 0.0)
     np.testing.assert_allclose(
         beside.P[:, :3], alone.P, rtol=0.0, atol=1e-5 * np.abs(alone.P).max()
     )
-    finer = contact_harmonics(*arguments[:3], Discretisation(64, 32), [*CARRIERS, (1, -12)], 1e-6)
+    finer = solved([*CARRIERS, (1, -12)], 32)
     assert np.abs(finer.P[:, 2]).max() > 0.0
 
 
 def test_rigid_contacts_have_none():
     reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=(0.98, 1.65))
-    limit = np.array([4.0, 2.0])
-    assert (
-        further_harmonics(reduced, rom.Tanh(2.0, 0.02), limit, Discretisation(64, 8), (), 1e-6)
-        == {}
-    )
+    problem, limit = ContactProblem.of(reduced, rom.Tanh(2.0, 0.02)), np.array([4.0, 2.0])
+    assert higher_order_harmonics(problem, Discretisation(64, 8), limit, 1e-6) == {}
 
 
 def test_a_response_that_is_not_known_is_not_stated_as_zero(monkeypatch, tmp_path):
-    monkeypatch.setattr("slipmode.rom.contact.further_harmonics.UNSETTLED", -1.0)
+    def no_convergence(*_):
+        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
+
+    monkeypatch.setattr("slipmode.rom.table.tabulation.higher_order_harmonics", no_convergence)
     law = rom.Jenkins(2.0, 50.0)
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), law=law)
     with pytest.warns(rom.ValidityWarning, match="^harmonics neglected: .* does not converge"):

@@ -5,7 +5,7 @@ import pytest
 from elastic.cantilever import LAWS, cantilever
 
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus import marched_modes
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.marched_modes import MarchedModes
@@ -46,7 +46,11 @@ def test_the_answer_does_not_depend_on_their_damping(monkeypatch, name):
     for damping in (0.2, 0.5, 2.0):
         monkeypatch.setattr(marched_modes, "_DAMPING", damping)
         reduced = reduced_with(name)  # what is marched is kept for each
-        terms = contact_terms(reduced, LAWS[name], amplitude, Discretisation(128, 16), 1e-7)
+        terms = (
+            ContactProblem.of(reduced, LAWS[name])
+            .on(Discretisation(128, 16), 1e-7)
+            .solve(amplitude)
+        )
         answers.append(terms.S[0])
     np.testing.assert_allclose(answers[1:], [answers[0]] * 2, rtol=2e-3)
 

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 
 from benchmarks.cases import many_contacts
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 
 pytestmark = pytest.mark.quick
 
@@ -41,7 +40,7 @@ def one_coulomb_contact(reduced, amplitude):
 
 def one_mode_friction(reduced, law, amplitude, steps):
     grid = Discretisation(steps, lines=1)
-    return friction_functions(reduced, law, amplitude[:, np.newaxis], grid, 1e-10)[:, 0]
+    return ContactProblem.of(reduced, law).on(grid, 1e-10).solve(amplitude[:, np.newaxis]).Q[:, 0]
 
 
 def largest_error(Q, exact):
@@ -110,14 +109,14 @@ def test_small_motion_sees_a_viscous_damper(alpha):
         for omega, coupling in zip(reduced.frequency, reduced.coupling, strict=True)
     ]
     grid = Discretisation(steps=1024, lines=4)
-    Q = friction_functions(reduced, Tanh(LIMIT, alpha), [(1e-3, 1e-4)], grid, 1e-8)[0]
+    Q = ContactProblem.of(reduced, Tanh(LIMIT, alpha)).on(grid, 1e-8).solve([(1e-3, 1e-4)]).Q[0]
     np.testing.assert_allclose(Q, exact, rtol=1e-5)  # measured 4e-6 at alpha 0.001
 
 
 @pytest.mark.parametrize("amplitude", [1e-10, 1e-20, 1e-60])
 def test_however_small_the_motion_friction_is_in_proportion(amplitude):
     pairs, grid = [(1e-6, 1e-6), (amplitude, amplitude)], Discretisation(steps=64, lines=8)
-    usual, tiny = friction_functions(reduce(two_mass()), Tanh(LIMIT, 0.02), pairs, grid)
+    usual, tiny = ContactProblem.of(reduce(two_mass()), Tanh(LIMIT, 0.02)).on(grid).solve(pairs).Q
     np.testing.assert_allclose(tiny, usual, rtol=1e-5)
 
 
@@ -125,15 +124,18 @@ def test_creep_below_the_threshold_damps_in_proportion_to_alpha():
     reduced, alpha = two_mode("paper"), 1e-3
     k = np.diag(np.abs(reduced.coupling))
     grid = Discretisation(steps=256, lines=4)
-    Q = friction_functions(reduced, Tanh(LIMIT, alpha), [(0.01, 0.003)], grid, 1e-8)[0]
+    Q = ContactProblem.of(reduced, Tanh(LIMIT, alpha)).on(grid, 1e-8).solve([(0.01, 0.003)]).Q[0]
     creep = -(k**2) * alpha / (reduced.frequency * LIMIT)
     # what is neglected is (alpha K / omega mu N)^2 = 1e-4, 1.4e-4
     np.testing.assert_allclose(Q.imag, creep, rtol=2e-4)
 
 
 def test_two_modes_have_the_converged_values():
-    Q = friction_functions(
-        two_mode("paper"), Tanh(LIMIT, alpha=0.005), AMPLITUDES, Discretisation(2048, 64), 1e-7
+    Q = (
+        ContactProblem.of(two_mode("paper"), Tanh(LIMIT, alpha=0.005))
+        .on(Discretisation(2048, 64), 1e-7)
+        .solve(AMPLITUDES)
+        .Q
     )
     converged = np.array(
         [
@@ -154,7 +156,7 @@ def test_two_modes_have_the_converged_values():
 def test_second_order_in_the_steps(formulation):
     def solve(steps):
         grid = Discretisation(steps, lines=32)
-        return friction_functions(two_mode(formulation), SMOOTH, AMPLITUDES, grid, 1e-11)
+        return ContactProblem.of(two_mode(formulation), SMOOTH).on(grid, 1e-11).solve(AMPLITUDES).Q
 
     exact = solve(2048)
     errors = [largest_error(solve(steps), exact) for steps in (32, 64, 128, 256)]
@@ -180,7 +182,9 @@ def test_spectral_in_the_lines(formulation):
 
     def solve(lines):
         grid = Discretisation(128, lines)
-        return friction_functions(two_mode(formulation), law, weak_over_strong, grid, 1e-14)
+        return (
+            ContactProblem.of(two_mode(formulation), law).on(grid, 1e-14).solve(weak_over_strong).Q
+        )
 
     errors = [largest_error(solve(lines), solve(64)) for lines in (2, 4, 8, 16)]
     # measured at most 6e-3, 3e-5, 4e-10, 2e-15; where lines are too few the harmonics keep moving
@@ -199,7 +203,12 @@ def bar_friction(contacts, joint, points):
     case = many_contacts(contacts, joint)
     reduced = reduce(case.structure, (0,), carrier=case.frequency)
     amplitudes = np.linspace(4.0, 0.3, points)[:, np.newaxis]
-    return friction_functions(reduced, case.law, amplitudes, Discretisation(64, 1), 1e-7)[:, 0]
+    return (
+        ContactProblem.of(reduced, case.law)
+        .on(Discretisation(64, 1), 1e-7)
+        .solve(amplitudes)
+        .Q[:, 0]
+    )
 
 
 @pytest.mark.parametrize("points", [1, 16], ids=["one point", "a group of lanes"])
@@ -222,7 +231,7 @@ def test_a_bar_is_the_more_one_contact_the_stiffer_it_is(contacts, points):
 def test_the_sign_of_the_contact_coupling_does_not_matter(formulation, law):
     grid = Discretisation(64, 16)
     plus, minus = (
-        friction_functions(two_mode(formulation, k_p=k_p), law, AMPLITUDES, grid)
+        ContactProblem.of(two_mode(formulation, k_p=k_p), law).on(grid).solve(AMPLITUDES).Q
         for k_p in (5.0, -5.0)
     )
     np.testing.assert_allclose(minus, plus, rtol=1e-12)
@@ -234,9 +243,9 @@ def test_coulomb_friction_is_homogeneous(formulation, scale):
     """To the periodicity that was asked for: where a march ends is a comparison that rounds."""
     reduced, grid, tolerance = two_mode(formulation), Discretisation(1024, 64), 1e-5
     plain, scaled = (
-        contact_harmonics(
-            reduced, Coulomb(s * LIMIT), s * AMPLITUDES, grid, ((1, 0), (0, 1)), tolerance
-        )
+        ContactProblem(reduced, Coulomb(s * LIMIT), ((1, 0), (0, 1)))
+        .on(grid, tolerance)
+        .solve(s * AMPLITUDES)
         for s in (1.0, scale)
     )
     for solved in (plain, scaled):
@@ -249,16 +258,16 @@ def test_coulomb_friction_is_homogeneous(formulation, scale):
 
 def test_tanh_friction_is_homogeneous_with_its_alpha():
     reduced, grid, scale = two_mode("consistent"), Discretisation(64, 16), 1e-6
-    Q = friction_functions(reduced, Tanh(LIMIT, 0.02), AMPLITUDES, grid)
+    Q = ContactProblem.of(reduced, Tanh(LIMIT, 0.02)).on(grid).solve(AMPLITUDES).Q
     law = Tanh(scale * LIMIT, scale * 0.02)
-    scaled = friction_functions(reduced, law, scale * AMPLITUDES, grid)
+    scaled = ContactProblem.of(reduced, law).on(grid).solve(scale * AMPLITUDES).Q
     np.testing.assert_allclose(scaled, Q, rtol=1e-10)
 
 
 def test_points_do_not_depend_on_their_neighbours():
     reduced, law, grid = two_mode("consistent"), Tanh(LIMIT, 0.02), Discretisation(64, 4)
-    together = friction_functions(reduced, law, AMPLITUDES, grid)
-    alone = [friction_functions(reduced, law, [point], grid)[0] for point in AMPLITUDES]
+    together = ContactProblem.of(reduced, law).on(grid).solve(AMPLITUDES).Q
+    alone = [ContactProblem.of(reduced, law).on(grid).solve([point]).Q[0] for point in AMPLITUDES]
     # the implicit step ends when the last lane has converged
     np.testing.assert_allclose(alone, together, rtol=1e-8)
 
@@ -267,8 +276,10 @@ def test_points_do_not_depend_on_their_neighbours():
 def test_only_odd_sums_of_orders_appear(law):
     """The contact problem changes sign with half a turn of both phases."""
     even = [(0, 0), (1, 1), (2, 0), (0, 2), (-1, 1)]
-    solved = contact_harmonics(
-        two_mode("paper"), law, [(1.3, 1.5)], Discretisation(128, 32), [(1, 0), *even], 1e-8
+    solved = (
+        ContactProblem(two_mode("paper"), law, ((1, 0), *even))
+        .on(Discretisation(128, 32), 1e-8)
+        .solve([(1.3, 1.5)])
     )
     P_10, P_even = abs(solved.P[0, 0]).max(), abs(solved.P[0, 1:]).max()
     assert P_even < 1e-3 * P_10
@@ -285,7 +296,7 @@ def test_only_odd_sums_of_orders_appear(law):
 def test_structure_and_friction_never_feed_the_modes(amplitude, law, formulation):
     """Where dampers lie between both, the contacts may give back what the structure lost."""
     reduced = two_mode(formulation)
-    Q = friction_functions(reduced, law, [amplitude], Discretisation(64, 8))[0]
+    Q = ContactProblem.of(reduced, law).on(Discretisation(64, 8)).solve([amplitude]).Q[0]
     own = reduced.modal_damping * reduced.frequency * (formulation == "consistent")
     power = 2 * reduced.frequency * np.square(amplitude) * (own - Q.imag)
     assert power.sum() >= -1e-12 * np.abs(power).max()
@@ -307,7 +318,7 @@ def test_structure_and_friction_never_feed_the_modes(amplitude, law, formulation
 )
 def test_refuses(amplitudes, grid):
     with pytest.raises(SlipmodeError):
-        friction_functions(two_mode("paper"), SMOOTH, amplitudes, grid)
+        ContactProblem.of(two_mode("paper"), SMOOTH).on(grid).solve(amplitudes)
 
 
 def test_mean_square_of_drifting_harmonics_is_a_mean_like_theirs(monkeypatch):
@@ -315,9 +326,9 @@ def test_mean_square_of_drifting_harmonics_is_a_mean_like_theirs(monkeypatch):
     reduced = two_mode("consistent", beta=0.01)
 
     def after(periods):
-        monkeypatch.setattr("slipmode.rom.contact.torus.motion._MAX_PERIODS", periods)
+        monkeypatch.setattr("slipmode.rom.contact.torus.march._MOST_PERIODS", periods)
         grid = Discretisation(16, 2)
-        return contact_harmonics(reduced, Tanh(LIMIT, 0.02), [[2.0, 1.0]], grid, tolerance=0.0)
+        return ContactProblem(reduced, Tanh(LIMIT, 0.02)).on(grid, 0.0).solve([[2.0, 1.0]])
 
     mean = after(1000)
     ends = []

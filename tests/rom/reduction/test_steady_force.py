@@ -6,7 +6,7 @@ from elastic.cantilever import cantilever
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.force_response import steady_force
 
@@ -68,12 +68,9 @@ def test_one_contact_knows_all_of_the_force_by_the_shift():
 
 def test_the_scale_of_a_pattern_does_not_matter():
     terms = [
-        contact_terms(
-            rom.reduce(BODY, (0,), law=LAW, force_patterns=({7: scale},)),
-            LAW,
-            [[0.005]],
-            Discretisation(64, 1),
-        )
+        ContactProblem.of(rom.reduce(BODY, (0,), law=LAW, force_patterns=({7: scale},)), LAW)
+        .on(Discretisation(64, 1))
+        .solve([[0.005]])
         for scale in (1.0, -300.0)
     ]
     np.testing.assert_allclose(terms[0].S, terms[1].S, rtol=1e-7)  # marched to 1e-5

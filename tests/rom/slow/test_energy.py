@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.slow.motion import reconstruct
@@ -34,7 +34,7 @@ def imbalance(steps):
     """Of the powers at one amplitude, relative; and how far the contact slides."""
     reduced, a = at_resonance(oscillator(0.1, LAW), LAW, 0.99), 0.5
     Omega, omega, gamma = reduced.carrier[0], reduced.frequency[0], reduced.modal_damping[0]
-    terms = contact_terms(reduced, LAW, [[a]], Discretisation(steps, 1), tolerance=1e-11)
+    terms = ContactProblem.of(reduced, LAW).on(Discretisation(steps, 1), 1e-11).solve([[a]])
     force = 2.0 * ((omega**2 - Omega**2 + 1j * gamma * Omega) * a - terms.S[0, 0])
     input_power = Omega * a * force.imag
     # what moves the contact besides its own force: the mode, and responses to that force

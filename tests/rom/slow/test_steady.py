@@ -5,8 +5,8 @@ import pytest
 from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.motion import contact_harmonics
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.slow.steady import resonance, resonance_curve, steady
 
@@ -37,8 +37,10 @@ def carrier_amplitudes(model, frequency, F):
     forced = list(reduced.modes)
     a = steady(model, frequency, [forces(F)[mode] for mode in forced])
     orders, grid = harmonic_orders(1, len(forced)), Discretisation(256, 16)
-    solved = contact_harmonics(
-        reduced, model.law, [np.abs(a)], grid, orders, combinations=model.combinations
+    solved = (
+        ContactProblem(reduced, model.law, tuple(orders), combinations=tuple(model.combinations))
+        .on(grid)
+        .solve([np.abs(a)])
     )
     found = np.zeros(2)
     for j, mode in enumerate(forced):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.stats import qmc
 
 from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.contact.friction_terms import friction_functions
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 LIMIT = 2.0
@@ -52,7 +52,7 @@ def largest_term(table):
 
 def table_error(model, law, amplitudes, grid=FINE):
     """Largest difference from direct solves, relative to the largest |S_j|."""
-    S = amplitudes * friction_functions(model.reduced, law, amplitudes, grid, tolerance=1e-5)
+    S = amplitudes * ContactProblem.of(model.reduced, law).on(grid, 1e-5).solve(amplitudes).Q
     return (np.abs(model.table(amplitudes) - S) / largest_term(model.table)).max()
 
 

@@ -1,7 +1,5 @@
 """The error that a table states is the largest one: a dense, independent check finds no larger."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 from elastic.cantilever import LAWS, cantilever
@@ -20,11 +18,9 @@ from slipmode.rom import (
     two_mass,
 )
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
-from slipmode.rom.contact.friction_terms import contact_terms
-from slipmode.rom.contact.further_harmonics import further_harmonics
+from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.resolution import (
-    Resolution,
-    resolved_terms,
     trial_grid,
 )
 from slipmode.rom.contact.slip_onset import onset_lines
@@ -78,15 +74,15 @@ def dense_error(model, points, limit):
     if model.reduced.contacts is not None:
         march *= 0.1  # the check is to have no noise; closed phase lines let it be that exact
     grid = Discretisation(accuracy.steps, accuracy.lines)
-    further = []
+    known = model.reduced, model.law, model.combinations
+    problem = ContactProblem.of(*known)
     if not accuracy.neglected_response:
-        first = trial_grid(model.reduced, model.combinations, accuracy.tolerance)
-        known = model.reduced, model.law, limit, first, model.combinations
-        found = further_harmonics(*known, ErrorBudget(accuracy.tolerance).response)
-        further = list(found)
-    solve = partial(resolved_terms, model.reduced, model.law, Resolution(grid, 0.0, march))
-    smallest = smallest_scale(limit)
-    terms = solve(points, smallest, model.combinations, 1, further)
+        first = trial_grid(problem, accuracy.tolerance)
+        smallest = ErrorBudget(accuracy.tolerance).response
+        higher = higher_order_harmonics(problem, first, limit, smallest)
+        problem = ContactProblem.of(*known, higher_orders=list(higher))
+    solve = problem.on(grid, march, smallest_scale(limit)).solve_on_more_lines
+    terms = solve(points)
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
     surface = model.table.terms(points)[:, :-1]
     off = surface - np.hstack((terms.S, terms.T))
@@ -94,7 +90,7 @@ def dense_error(model, points, limit):
     # motion that did not settle, begun with that at the point before, is no reference
     for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
         here = points[k : k + 1]
-        alone = solve(here, smallest, model.combinations, 1, further)
+        alone = solve(here)
         off = surface[k : k + 1] - np.hstack((alone.S, alone.T))
         errors[k] = relative_error(model, here, off, alone.S, driven)[0]
     return float(errors.max())
@@ -160,7 +156,12 @@ def test_onset_is_where_a_contact_first_slips():
     share = np.array([0.3, 0.7])
     first = share / (lines @ share).max()  # where the first of them is met on the way out
     at = first * np.array([[0.999], [1.01]])
-    S = contact_terms(reduced, law, at, Discretisation(256, 64), 1e-6, 0.1 * np.array(limit)).S
+    S = (
+        ContactProblem.of(reduced, law)
+        .on(Discretisation(256, 64), 1e-6, 0.1 * np.array(limit))
+        .solve(at)
+        .S
+    )
     assert np.abs(S[0]).max() < 1e-9 * np.abs(S[1]).max()
 
 
@@ -260,17 +261,13 @@ def test_a_motion_that_does_not_repeat_on_the_grid_is_solved_on_more_lines():
     reduced = reduce(two_mass(beta=0.0135, k_c1=23.5, k_c2=12.0, k_p=1.1))
     law, limit = Coulomb((2.0, 3.7)), np.array([4.0, 2.0])
     points = np.stack(np.meshgrid(np.linspace(0.65, 0.95, 8), np.linspace(1.1, 1.9, 8)), -1)
-    coarse = Resolution(Discretisation(256, 16), 0.0, 1e-4)
-    plain, finer = (
-        solve(points.reshape(-1, 2))
-        for solve in (
-            lambda a: contact_terms(reduced, law, a, coarse.grid, coarse.march, 0.1 * limit),
-            lambda a: resolved_terms(reduced, law, coarse, a, 0.1 * limit, (), 1),
-        )
-    )
-    moving = plain.residual > coarse.march
+    march = 1e-4
+    coarse = ContactProblem.of(reduced, law).on(Discretisation(256, 16), march, 0.1 * limit)
+    points = points.reshape(-1, 2)
+    plain, finer = coarse.solve(points), coarse.solve_on_more_lines(points)
+    moving = plain.residual > march
     assert moving.any()
-    assert finer.residual.max() <= coarse.march
+    assert finer.residual.max() <= march
     np.testing.assert_array_equal(finer.S[~moving], plain.S[~moving])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.friction_terms import contact_terms
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
 SHARES = np.geomspace(5e-3, 0.99, 60)  # of the range
@@ -72,7 +72,7 @@ def test_rigid_friction_holds_it_at_every_amplitude(law):
     model = rom.tabulate(reduced, law, (4.0,), 1e-3, warned=False)
     points = np.concatenate((np.geomspace(4e-3, 4.0, 60), np.linspace(0.9, 1.2, 60)))
     grid = Discretisation(max(4 * model.accuracy.steps, 2048), 1)
-    S = contact_terms(reduced, law, points[:, np.newaxis], grid, 1e-8).S[:, 0]
+    S = ContactProblem.of(reduced, law).on(grid, 1e-8).solve(points[:, np.newaxis]).S[:, 0]
     loss = reduced.modal_damping[0] * reduced.carrier[0]
     error = np.abs(model.table(points[:, np.newaxis])[:, 0] - S)
     assert np.all(error <= 1e-3 * (np.abs(S) + loss * points))
