@@ -1,13 +1,14 @@
-"""The contact problem: the periodic motion that the laws of rom/laws let the contacts have.
+"""The contact problem: the periodic motion of the contacts under the laws of rom/laws.
 
-friction_terms.py    Eq. (20): what contacts do to the modes, S_j = Q_j |a_j|. Start here.
-torus                Eqs. (13), (14): harmonics P_nm of their motion
-resolution.py        steps and phase lines of the march that finds it, from the tolerance
-settled.py           whether that march has come to a periodic motion
-further_harmonics.py  high harmonics that modes respond to, found by a trial
-harmonics.py         Eq. (14) over the amplitude plane, for the sum of fast motion
-slip_onset.py        where in the amplitude plane contacts begin to slip or open
-static_preload.py    what a static force makes of the contacts
-rate_correction.py   friction while amplitudes grow: dS_j / d(d|a_k|/dt)
-detuning.py          friction where the forcing is off the carriers: dS_j / dOmega_k
+problem.py    Eqs. (13), (14): ContactProblem, its discretisation and its solution. Start here.
+terms.py      Eq. (20): friction terms S_j = Q_j |a_j| of the solution, dissipated power
+torus         the march along the torus of the phases, as the core reads it
+resolution.py         steps, phase lines and march tolerance that a tolerance of S needs
+error_norm.py         what errors of S_j are relative to
+higher_order_harmonics.py  harmonics beyond the fifth to which modes respond
+harmonics.py          Eq. (14) over the amplitude plane, for sums of fast motion
+slip_onset.py         where in the amplitude plane contacts begin to slip or open
+static_preload.py     contacts under a static force
+rate_correction.py    friction while amplitudes grow: dS_j / d(d|a_k|/dt)
+detuning.py           friction where the forcing is off the carriers: dS_j / dOmega_k
 """

@@ -156,8 +156,6 @@ def response(
     nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)
     dynamic = omega[:, np.newaxis] ** 2 - nu**2 + 1j * damping[:, np.newaxis] * nu
     share = np.einsum("kc,ck->k", inertia, np.linalg.solve(stiffness, inertia.T))
-    floor = np.finfo(float).tiny  # an undamped mode that a harmonic meets
-    with np.errstate(over="ignore"):  # infinite there
-        return np.asarray(
-            share * (weight * nu**4 / np.maximum(np.abs(dynamic), floor)).max(axis=1)
-        )
+    # The response of an undamped mode at a harmonic is limited to a number.
+    least = np.finfo(float).eps * omega[:, np.newaxis] ** 2 + np.finfo(float).tiny
+    return np.asarray(share * (weight * nu**4 / np.maximum(np.abs(dynamic), least)).max(axis=1))

@@ -1,7 +1,6 @@
-"""The periodic motion of the contacts, Eqs. (13), (14): a march along the torus of the carriers.
+"""The torus of the two phases and the march along it, Eqs. (13), (14).
 
-motion.py         its harmonics P_nm. Start here; the march is rom/kernel/torus/torus.c.
-grid.py           steps and phase lines of it
-problem.py        the contact problem as the core reads it
+march.py          a contact problem as the core (rom/kernel/torus) reads and solves it
+grid.py           its steps and phase lines
 marched_modes.py  modes that are marched along with elastic contacts
 """
