@@ -44,7 +44,8 @@ def test_a_mode_at_the_seventh_harmonic_responds():
     largest = np.abs(model.table.nodes()[..., 0]).max()
     assert np.abs(without - exact).max() > 0.03 * largest  # measured 0.034
     assert np.abs(model.table(points) - exact).max() < 1e-2 * largest
-    assert model.accuracy.neglected_response == 0.0
+    # the motion does not converge with the harmonics beyond the 15th
+    assert 0.0 < model.accuracy.neglected_response < 1e-2
 
 
 def test_the_strongest_response_comes_first():
