@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.contact.settled import UNSETTLED
-from slipmode.rom.reduction.coupling import coupling_factor
-from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.reduced import Reduced, coupling_factor
 from slipmode.rom.short_repr import short_repr
 
 MOST_DETUNING = 0.05  # of the carriers: that of the core, which takes S_j to be the same beyond

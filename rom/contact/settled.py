@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from slipmode.rom.contact.friction_terms import ContactTerms
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.internal_resonance import strongest_resonance
+from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduction import Reduced
 
 UNSETTLED = 0.05  # distance from periodicity above which a solution is worth nothing

@@ -1,4 +1,4 @@
-"""Contact laws as plain records: what model files store, and scenes say."""
+"""Contact laws as plain records, for model files and scenes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _GROUPS = "groups"
 
 
 def record_of(law: Friction) -> dict[str, Any]:
-    """The law's name and parameters, for JSON."""
+    """Return the name and the parameters of a law, for JSON."""
     if isinstance(law, Contacts):
         return {
             "law": _GROUPS,
@@ -37,12 +37,12 @@ def record_of(law: Friction) -> dict[str, Any]:
 
 
 def law_of(record: Any) -> Friction:
-    """The law that a record is of.
+    """Return the law of a record.
 
     Raises
     ------
     SlipmodeError
-        Naming `law`, if there is no such law, or a parameter is missing, unknown or refused.
+        Naming `law`, if it does not exist, or a parameter is missing, unknown or refused.
     """
     if not (isinstance(record, Mapping) and record.get("law") == _GROUPS):
         single: Friction = _single_law(record)
@@ -85,7 +85,7 @@ def _single_law(record: Any) -> Any:
 
 
 def _is_parameter(value: Any, field: Field[Any]) -> bool:
-    """Whether a value is of the type that the field says: int, float or numbers in a list."""
+    """Return whether a value has the type of the field: int, float or a list of numbers."""
     words = str(field.type)
     if words == "int":
         return type(value) is int

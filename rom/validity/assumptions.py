@@ -20,8 +20,8 @@ from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.reduction.reaction import STRAINED, stiffness_loss
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
 from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity.friction import friction_findings

@@ -1,4 +1,4 @@
-"""Points projected into facets, and how they move with these."""
+"""Points projected onto facets, and the motion of points that facets carry."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.pairing.facets import Facets, Indices, overhang, shape_functions
+from slipmode.rom.structure.pairing.surfaces import Facets, Indices, shape_functions
 
-OVERHANG = 0.1  # of a facet: how far beyond the edge of a surface a point still meets it
-_FACING = -0.5  # cosine of the angle between two normals: 60 degrees off
-_SAME = 1e-9  # of the size: distances that are equal but for rounding
-_MOST_PASSES = 30
-_FARTHEST = 3.0  # local coordinate that is looked at
-_STEP, _SETTLED = 1e-14, 1e-10  # in local coordinates
+OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
+_FACING = -0.5  # largest cosine of the angle between normals that face each other: 60 degrees
+_SAME = 1e-9  # rounding of equal distances, relative to the size of facets
+_NEWTON_PASSES = 30
+_FARTHEST = 3.0  # bound of local coordinates during the iteration
+_STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
 
 @dataclass(frozen=True)
@@ -25,15 +25,15 @@ class Projection:
     Attributes
     ----------
     point, facet : (pairs,) ndarray of int
-        Points in ascending order; those that meet no facet are left out.
+        Points that meet a facet, in ascending order, and the facet.
     foot : (pairs, 3) ndarray
         sum N_i x_i [m].
     normal : (pairs, 3) ndarray
-        Of the facet there, outwards.
+        Outward normal of the facet at the foot.
     motion : (pairs, 4, 3, 3) ndarray
-        What displacements of the corners make of that of the point, which the facet carries.
+        Displacement of the point, which the facet carries, per displacement of each corner.
     averted : int
-        Number of points that are near a facet and face away from it.
+        Number of points near a facet that face away from it.
     """
 
     point: Indices
@@ -51,27 +51,27 @@ def project(
 ) -> Projection:
     """Find the nearest facet of each point (p, 3), at most the tolerance [m] away.
 
-    With `outward`, (p, 3), normals of the surface that the points are on: of those that face it.
+    With `outward`, normals (p, 3) of the surface that the points are on, a facet must face it.
     """
     point, facet = _candidates(points, facets, tolerance)
     corners, triangular = facets.corners[facet], facets.triangular[facet]
-    at, settled = _feet(points[point], corners, triangular)
+    at, converged = _feet(points[point], corners, triangular)
     N, slopes = shape_functions(triangular, at)
     foot = np.einsum("ki,kix->kx", N, corners)
     tangents = slopes @ corners
     normal = np.cross(tangents[:, 0], tangents[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
-    beyond = overhang(triangular, at)
+    beyond = _overhang(triangular, at)
     size = facets.size()[facet]
     height = np.einsum("kx,kx->k", points[point] - foot, normal)
     distance = np.hypot(height, beyond * size)
-    near = settled & (distance <= tolerance) & (beyond <= OVERHANG)
+    near = converged & (distance <= tolerance) & (beyond <= OVERHANG)
     faced = near
     if outward is not None:
         faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= _FACING)
     averted = np.setdiff1d(point[near], point[faced]).size
     own = np.flatnonzero(faced)
-    # of equal distances the first facet, whatever rounding says
+    # of facets at the same distance but for rounding take the first
     rank = np.round(distance[own] / (_SAME * max(tolerance, size.max(initial=0.0))))
     own = own[np.lexsort((facet[own], rank, point[own]))]
     own = own[np.unique(point[own], return_index=True)[1]]
@@ -80,7 +80,7 @@ def project(
 
 
 def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indices, Indices]:
-    """Pairs of point and facet that are near each other."""
+    """Return pairs of point and facet that are near each other."""
     from scipy.spatial import cKDTree  # takes a while to import
 
     centre, reach = facets.corners.mean(axis=1), 1.5 * facets.size() + tolerance
@@ -91,22 +91,22 @@ def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indic
 
 
 def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, Flags]:
-    """Local coordinates (k, 2) where each point stands upright on its facet; whether found."""
+    """Return local coordinates (k, 2) of the foot of each point on its facet; whether found."""
     at = np.where(triangular[:, np.newaxis], 1.0 / 3.0, np.zeros((len(points), 2)))
     step = np.zeros(len(points))
     moving = np.arange(len(points))
-    for _ in range(_MOST_PASSES):
+    for _ in range(_NEWTON_PASSES):
         N, slopes = shape_functions(triangular[moving], at[moving])
         left = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
         change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), left)
         at[moving] = np.clip(at[moving] + change, -_FARTHEST, _FARTHEST)
         step[moving] = np.abs(change).max(axis=1)
         moving = moving[step[moving] > _STEP]
-    return at, step <= _SETTLED
+    return at, step <= _CONVERGED
 
 
 def _gradients(tangents: Floats) -> Floats:
-    """Gradients of the local coordinates in the tangent plane (k, 2, 3), of d x / d them."""
+    """Return gradients (k, 2, 3) of the local coordinates, from the tangents (k, 2, 3)."""
     a, b = tangents[:, 0], tangents[:, 1]
     normal = np.cross(a, b)
     square = np.maximum(np.einsum("kx,kx->k", normal, normal), np.finfo(float).tiny)
@@ -115,10 +115,21 @@ def _gradients(tangents: Floats) -> Floats:
 
 
 def _motion(N: Floats, slopes: Floats, tangents: Floats, normal: Floats, height: Floats) -> Floats:
-    """Corners to u = sum N_i u_i + d dn, with the turn of the normal dn = -sum grad N_i (n . u_i).
+    """Return the matrices (k, 4, 3, 3) of u = sum N_i u_i + d dn, dn = -sum grad N_i (n . u_i).
 
-    So a point off the facet moves as if it were fixed to it: rotations leave them together.
+    dn is the rotation of the normal: a point off the facet moves as if it were fixed to it.
     """
     gradient = np.einsum("kax,kai->kix", _gradients(tangents), slopes)
     turn = np.einsum("k,kix,ky->kixy", height, gradient, normal)
     return np.asarray(N[:, :, np.newaxis, np.newaxis] * np.eye(3) - turn)
+
+
+def _overhang(triangular: Flags, at: Floats) -> Floats:
+    """Return the distance of local coordinates (k, 2) from the facet, in facets; 0 inside."""
+    a, b = at.T
+    beyond = np.where(
+        triangular,
+        np.max((-a, -b, a + b - 1.0), axis=0),
+        0.5 * (np.max((np.abs(a), np.abs(b)), axis=0) - 1.0),
+    )
+    return np.asarray(np.maximum(beyond, 0.0))

@@ -1,4 +1,4 @@
-"""Nested dissection: an order of elimination in which three-dimensional meshes fill little.
+"""Nested dissection: an order of elimination with little fill for three-dimensional meshes.
 
 The graph of a matrix is cut in two by a set of nodes, the separator, which is eliminated after
 both halves; they are cut in the same way (A. George, 1973). Separators are levels of a
@@ -20,8 +20,8 @@ from slipmode.rom.structure.matrices import Sparse
 _Graph: TypeAlias = "scipy.sparse.csr_array[np.float64]"
 _Nodes: TypeAlias = "NDArray[np.intp]"
 
-_LEAF = 100  # nodes that are not cut any more
-_FROM, _TO = 0.35, 0.65  # where a cut may be, as a share of the nodes
+_LEAF = 100  # nodes of a part that is not cut further
+_FROM, _TO = 0.35, 0.65  # share of the nodes on one side of a cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def nested_dissection(matrix: Sparse) -> Dissection:
 
 
 def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
-    """The graph of rows with the same pattern taken as one; group of each row; rows of each."""
+    """Return the graph of rows, equal patterns joined; the node of each row; rows per node."""
     pattern = scipy.sparse.csr_array(
         (np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape
     )
@@ -72,7 +72,7 @@ def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
 
 
 def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
-    """What is eliminated last of some nodes, and the parts that are left."""
+    """Return the nodes of a part to eliminate last, and the parts that this leaves."""
     nothing: list[_Nodes] = []
     if nodes.size <= _LEAF:
         return nodes, nothing
@@ -98,7 +98,7 @@ def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
 
 
 def _levels(graph: _Graph, start: int) -> _Nodes:
-    """Distance of every node from one, in edges; -1 where there is no way."""
+    """Return the distance of every node from one, in edges; -1 if they are not connected."""
     from scipy.sparse.csgraph import dijkstra  # takes a while to import
 
     distance: Any = dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
@@ -106,7 +106,7 @@ def _levels(graph: _Graph, start: int) -> _Nodes:
 
 
 def _eliminated_later(graph: _Graph, nodes: _Nodes, placed: _Nodes, weight: _Nodes) -> int:
-    """Rows, outside some nodes, that are next to them: all of these are placed already."""
+    """Return the number of placed rows next to some nodes and not among them."""
     inside = np.zeros(graph.shape[0], dtype=bool)
     inside[nodes] = True
     met = np.unique(graph[nodes].indices)

@@ -10,11 +10,10 @@ import scipy.sparse
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure import held
-from slipmode.rom.structure.solvers import factorisation, memory
-from slipmode.rom.structure.solvers.definiteness import is_positive_mass
+from slipmode.rom.structure.solvers import factorisation, mass
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
 from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
-from slipmode.rom.structure.solvers.mobility import mobility
+from slipmode.rom.structure.solvers.mass import is_positive_mass, mobility
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 from slipmode.runner.report.cases.blade import blade
 
@@ -63,7 +62,7 @@ def test_what_is_not_positive_definite_is_not_factorised(solver, matrices):
 def test_without_enough_memory_one_line_says_how_much_before_it_begins(
     solver, matrices, monkeypatch
 ):
-    monkeypatch.setattr(memory, "_available", lambda: 1e5)
+    monkeypatch.setattr(factorisation, "available_memory", lambda: 1e5)
     with pytest.raises(SlipmodeError) as refusal:
         factorise(scipy.sparse.csc_array(matrices["stiffness"]))
     words = str(refusal.value)
@@ -161,15 +160,14 @@ def test_the_stiffness_is_factorised_once(law, matrices, monkeypatch):
 
 
 def test_a_large_mass_matrix_is_not_factorised(matrices, monkeypatch):
-    for module in ("definiteness", "mobility"):
-        monkeypatch.setattr(f"slipmode.rom.structure.solvers.{module}.factorise", None)
-    mass = scipy.sparse.csc_array(matrices["mass"])
-    assert mass.shape[0] > 500
-    assert is_positive_mass(mass)
-    assert not is_positive_mass(mass - 0.2 * scipy.sparse.diags_array(mass.diagonal()))
-    W = scipy.sparse.csc_array(np.eye(mass.shape[0])[:, matrices["contact"]])
-    exact = np.linalg.inv(mass.toarray())[np.ix_(matrices["contact"], matrices["contact"])]
-    np.testing.assert_allclose(mobility(mass, W), exact, atol=1e-7 * exact.max())
+    monkeypatch.setattr(mass, "factorise", None)
+    M = scipy.sparse.csc_array(matrices["mass"])
+    assert M.shape[0] > 500
+    assert is_positive_mass(M)
+    assert not is_positive_mass(M - 0.2 * scipy.sparse.diags_array(M.diagonal()))
+    W = scipy.sparse.csc_array(np.eye(M.shape[0])[:, matrices["contact"]])
+    exact = np.linalg.inv(M.toarray())[np.ix_(matrices["contact"], matrices["contact"])]
+    np.testing.assert_allclose(mobility(M, W), exact, atol=1e-7 * exact.max())
 
 
 @pytest.mark.parametrize("n", [40, 600])
