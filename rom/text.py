@@ -1,4 +1,4 @@
-"""Text that people give: a line that every format can hold."""
+"""Check of text that users give."""
 
 import json
 import unicodedata
@@ -9,12 +9,12 @@ _NOT_IN_XML = "\ufffe\uffff"
 
 
 def checked_line(name: str, text: str) -> str:
-    """The text, if XML and a terminal can show it as it is.
+    """Return the text if XML and a terminal can show it unchanged.
 
     Raises
     ------
     SlipmodeError
-        If it has a control character, a line break among them, or half of a surrogate pair.
+        If it has a control character, such as a line break, or half of a surrogate pair.
     """
     for character in text:
         if unicodedata.category(character) in ("Cc", "Cs") or character in _NOT_IN_XML:

@@ -146,24 +146,17 @@ def component_modes(
 
 @dataclass(frozen=True)
 class _Loaded:
-    """A structure with held contacts, and its static response to loads.
-
-    Attributes
-    ----------
-    held : Held
-    static : (n, loads) ndarray
-        Static shapes S.
-    inertia : (loads,) ndarray
-        S^T M S that modes represent: without the mass that stays at bonded contacts.
-    scale : (loads,) ndarray
-        Reference of the errors: the static receptance S^T K_h S; for a bonded contact the
-        stiffness of its shape with its inertia at the highest frequency.
-    """
+    """A structure with held contacts, and its static response to loads."""
 
     held: Held
-    static: Floats
+    static: Floats  # (n, loads), static shapes S
+    # S^T M S that modes represent, (loads,): without the mass that stays at bonded contacts.
     inertia: Floats
+    # Reference of the errors, (loads,): the static receptance S^T K_h S; for a bonded contact the
+    # stiffness of its shape with its inertia at the highest frequency.
     scale: Floats
+
+    __repr__ = short_repr
 
     def errors(self, omega: Floats, part: Floats, highest: float) -> Floats:
         """Return the error bound with 0, 1, ... modes, (modes + 1,); `part` is phi^T M S.

@@ -26,25 +26,15 @@ class HarmonicFit:
 
     The window is far shorter than one that separates lines by their spectrum. Motion at other
     frequencies changes the lines from window to window.
-
-    Attributes
-    ----------
-    orders : list of (n, m)
-        nu = n Omega_A + m Omega_B. Of aliased lines the lowest order is fitted.
-    frequency : (lines,) ndarray
-        nu [rad/s]
-    length : float
-        Of the window [s].
-    samples : int
-    tapered : bool
-        Whether samples at the ends have less weight, which reduces the effect of other lines.
     """
 
-    orders: list[Order]
-    frequency: Floats
-    length: float
+    orders: list[Order]  # nu = n Omega_A + m Omega_B; of aliased lines the lowest order is fitted
+    frequency: Floats  # nu (lines,) [rad/s]
+    length: float  # of the window [s]
     samples: int
-    tapered: bool = False
+    tapered: bool = (
+        False  # samples at the ends weigh less, which reduces the effect of other lines
+    )
 
     __repr__ = short_repr
 

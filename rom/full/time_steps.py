@@ -19,41 +19,22 @@ _MOST_STEPS = 1e12
 
 @dataclass(frozen=True)
 class Run:
-    """`samples` times `every` equal steps inside one segment of the excitation.
-
-    Attributes
-    ----------
-    segment : int
-    begin, step : float
-        [s]
-    samples, every : int
-    sampled : bool
-        False if the run ends at the start of a segment that is no sample time.
-    """
+    """`samples` times `every` equal steps inside one segment of the excitation."""
 
     segment: int
-    begin: float
-    step: float
+    begin: float  # [s]
+    step: float  # [s]
     samples: int
     every: int
-    sampled: bool
+    sampled: bool  # False if it ends at the start of a segment that is no sample time
 
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """The runs through all samples.
+    """The runs through all samples."""
 
-    Attributes
-    ----------
-    time : (samples,) ndarray
-        [s]
-    samples_start : bool
-        Whether the first sample is the start itself.
-    runs : list of Run
-    """
-
-    time: Floats
-    samples_start: bool
+    time: Floats  # (samples,) [s]
+    samples_start: bool  # whether the first sample is the start itself
     runs: list[Run]
 
     __repr__ = short_repr
@@ -95,18 +76,10 @@ class Schedule:
         segment = np.searchsorted(segments, 0.5 * (knots[:-1] + knots[1:])) - 1
         runs = []
         for i, j in _equal_stretches(knots, is_sample, segment):
-            stretch = float(knots[j] - knots[i]) / (j - i)
+            begin, stretch = float(knots[i]), float(knots[j] - knots[i]) / (j - i)
             every = _steps(stretch, longest) * refine
-            runs.append(
-                Run(
-                    int(segment[i]),
-                    float(knots[i]),
-                    stretch / every,
-                    j - i,
-                    every,
-                    bool(is_sample[i]),
-                )
-            )
+            step, sampled = stretch / every, bool(is_sample[i])
+            runs.append(Run(int(segment[i]), begin, step, j - i, every, sampled))
         return cls(time, samples_start, runs)
 
 

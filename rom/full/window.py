@@ -27,40 +27,21 @@ _CHUNK = 4096  # samples projected at a time
 
 @dataclass(frozen=True, eq=False)
 class Nonharmonic:
-    """The part of a motion at other frequencies than n Omega_A + m Omega_B.
+    """The part of a motion at other frequencies than n Omega_A + m Omega_B."""
 
-    Attributes
-    ----------
-    share : float
-        Its RMS, relative to the RMS of the motion [-].
-    frequency : float
-        Of its strongest line [rad/s].
-    """
-
-    share: float
-    frequency: float
+    share: float  # its RMS, relative to the RMS of the motion [-]
+    frequency: float  # of its strongest line [rad/s]
 
     __repr__ = short_repr
 
 
 @dataclass(frozen=True)
 class Window:
-    """A window that is long enough to separate lines of the spectrum.
+    """A window that is long enough to separate lines of the spectrum."""
 
-    Attributes
-    ----------
-    frequency : (modes,) ndarray
-        Of the carriers [rad/s].
-    forced : (modes,) ndarray
-        Whether there is any force.
-    length : float
-        [s]
-    samples : int
-    """
-
-    frequency: Floats
-    forced: Flags
-    length: float
+    frequency: Floats  # (modes,), of the carriers [rad/s]
+    forced: Flags  # (modes,), whether there is a force
+    length: float  # [s]
     samples: int
 
     __repr__ = short_repr

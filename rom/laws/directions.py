@@ -38,21 +38,11 @@ _OF_ONE_CONTACT = (
 
 @dataclass(frozen=True)
 class ContactDirection:
-    """Law and direction of a contact DOF.
+    """Law and direction of a contact DOF."""
 
-    Attributes
-    ----------
-    law : str
-        Name of the contact law.
-    normal : bool
-        Whether it is a normal direction, positive as the contact closes.
-    tangent : int
-        Number of the tangential direction, 1 or 2; 0 if the contact has one.
-    """
-
-    law: str
-    normal: bool = False
-    tangent: int = 0
+    law: str  # name of the contact law
+    normal: bool = False  # whether it is a normal direction, positive as the contact closes
+    tangent: int = 0  # number of the tangential direction, 1 or 2; 0 if the contact has one
 
     @property
     def words(self) -> str:

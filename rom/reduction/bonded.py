@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -86,7 +87,7 @@ def _reduce_consistent(
     nonresonant = found.responses(X, stiffness) > smallest_response
     nonresonant[retained] = False
     # A blow at the contacts moves this mass while nothing else has time to follow.
-    mass = symmetric(np.linalg.inv(mobility(M, found.structure.directions)))
+    mass = symmetric(scipy.linalg.inv(mobility(M, found.structure.directions)))
     follows = symmetric(projection(X, M, X))
     return Reduced(
         **found.arrays(X, nonresonant),

@@ -63,20 +63,11 @@ def stiffness_loss(
 
 @dataclass(frozen=True)
 class InternalResonance:
-    """Harmonic (n, m) of the contact motion, and the mode that responds to it most.
-
-    Attributes
-    ----------
-    order : (n, m)
-    harmonic : float
-        n Omega_A + m Omega_B [rad/s].
-    mode : float
-        Natural frequency of the mode [rad/s].
-    """
+    """Harmonic (n, m) of the contact motion, and the mode that responds to it most."""
 
     order: Order
-    harmonic: float
-    mode: float
+    harmonic: float  # n Omega_A + m Omega_B [rad/s]
+    mode: float  # natural frequency of the mode [rad/s]
 
 
 def strongest_resonance(

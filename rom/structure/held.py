@@ -52,7 +52,7 @@ def bonded(structure: Structure, *, may_float: bool = False) -> Held:
         parts = structure.partition()
         return Held(parts.K_ee, structure.mass, parts.E, may_float=may_float)
 
-    return _keep(structure, b"floating" if may_float else b"", held)
+    return _kept_or(held, structure, b"floating" if may_float else b"")
 
 
 def stuck(structure: Structure, reference: Floats) -> Held:
@@ -69,22 +69,15 @@ def stuck(structure: Structure, reference: Floats) -> Held:
             stiffness = as_csc(K + W @ scipy.sparse.diags_array(reference) @ W.T)
         return Held(stiffness, structure.mass, None, may_float=True)
 
-    return _keep(structure, reference.tobytes(), held)
+    return _kept_or(held, structure, reference.tobytes())
 
 
-def held_as(structure: Structure, reference: Floats | None) -> Held:
-    """Return the structure with stuck contacts: springs k_ref (N_c,) [N/m], or bonds if None."""
-    return bonded(structure) if reference is None else stuck(structure, reference)
-
-
-def _keep(structure: Structure, key: bytes, make: Callable[[], Held]) -> Held:
+def _kept_or(make: Callable[[], Held], structure: Structure, key: bytes) -> Held:
     """Return the kept structure if its contacts are held in this way, else make another."""
-    if structure in _kept and _kept[structure][0] == key:
-        return _kept[structure][1]
-    _kept.pop(structure, None)  # before the next is made: each may take most of the memory
-    held = make()
-    _kept[structure] = (key, held)
-    return held
+    if structure not in _kept or _kept[structure][0] != key:
+        _kept.pop(structure, None)  # before the next is made: each may take most of the memory
+        _kept[structure] = (key, make())
+    return _kept[structure][1]
 
 
 class Held:

@@ -14,13 +14,13 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import round_down
 from slipmode.rom.short_repr import short_list
 
-# Friction limit relative to the elastic force on a contact that sticks, at the largest amplitudes.
-# Below, another unit is likelier than a design: prefixes of units are factors of 1000.
+# Least friction limit relative to the elastic force on a stuck contact, at the largest amplitudes.
+# A smaller one is likely in another unit: prefixes of units are factors of 1000.
 _EXCEEDED = 1e-2
-# tanh velocity relative to the one at which a contact slides without friction.
+# Largest and smallest tanh velocity, relative to the velocity of sliding without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
-# Power lost by a tanh contact that creeps, relative to the power lost by structural damping.
-# Below, friction hardly changes the damping; a limit in another unit changes it by 1e3.
+# Power lost in a creeping tanh contact, relative to the power lost in structural damping, from
+# which friction changes the damping; a limit in another unit changes the power by 1e3.
 _CREEP = 1e-2
 
 
@@ -100,9 +100,9 @@ def _is_preloaded(law: Friction, contacts: int) -> Flags:
 def _least_holding(
     law: Friction, limit: Floats, force: Floats, touched: Flags
 ) -> tuple[str, float]:
-    """Return where the limit is the least part of the elastic force, in words, and that part.
+    """Return where the limit is the smallest share of the elastic force, in words, and the share.
 
-    A preload is small at the edge of an area in contact, so preloaded contacts count together.
+    A preload is small at the edge of an area in contact, so preloaded contacts are summed.
     """
     preloaded = _is_preloaded(law, limit.size)
     single, together = np.flatnonzero(touched & ~preloaded), touched & preloaded

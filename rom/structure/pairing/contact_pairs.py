@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import Sparse, as_csc
 from slipmode.rom.structure.pairing.pairs import ContactPairs, local_frames
-from slipmode.rom.structure.pairing.projection import OVERHANG, project
+from slipmode.rom.structure.pairing.projection import onto_facets, onto_nodes
 from slipmode.rom.structure.pairing.surfaces import Indices, Surface, as_surface
 
 _ROUNDING = 1e-14  # weight of a corner that does not move a point
@@ -106,8 +105,8 @@ def contact_pairs(
             f"target: node {shared[0]} is in surface too; bodies in contact share no nodes"
         )
     weight, outward = _areas_and_normals(one, area, towards)
-    met = _onto_facets if other.facets is not None else _onto_nodes
-    found = met(one, other, tolerance, outward)
+    meet = onto_nodes if other.facets is None else onto_facets
+    found = meet(one, other, tolerance, outward)
     motion = _displacements(number[one.nodes[found.point], np.newaxis], np.eye(3), size)
     relative = as_csc(motion - _displacements(number[found.corners], found.motion, size))
     moved = np.flatnonzero(abs(relative).sum(axis=0).reshape(-1, 3).any(axis=1))
@@ -126,68 +125,6 @@ def contact_pairs(
         nodes=tuple(one.nodes[point, np.newaxis]),
         unpaired=np.delete(one.nodes, point),
         tangents=tangents,
-    )
-
-
-@dataclass(frozen=True)
-class _Met:
-    """Points of the surface that meet the target, and the motion of the target there."""
-
-    point: Indices  # (pairs,)
-    corners: Indices  # (pairs, corners)
-    motion: Floats  # (pairs, corners, 3, 3)
-    foot: Floats  # (pairs, 3)
-    normal: Floats  # (pairs, 3)
-
-
-def _onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
-    facets = other.facets
-    assert facets is not None
-    found = project(one.position, facets, tolerance, outward)
-    if not found.point.size and found.averted:
-        raise SlipmodeError(
-            "target: its facets do not face surface, where they are near they are turned away "
-            "from it; order the nodes of facets counter-clockwise as seen from outside the body, "
-            "or give normal"
-        )
-    if not found.point.size:
-        raise _nothing_met(one, other, tolerance)
-    normal = -found.normal if one.facets is None or outward is None else outward[found.point]
-    return _Met(found.point, facets.nodes[found.facet], found.motion, found.foot, normal)
-
-
-def _onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
-    from scipy.spatial import cKDTree  # takes a while to import
-
-    if outward is None:
-        raise SlipmodeError("normal: needed, for neither surface nor target has facets")
-    distance, found = cKDTree(other.position).query(one.position)
-    point = np.flatnonzero(distance <= tolerance)
-    if not point.size:
-        raise _nothing_met(one, other, tolerance)
-    nearest = np.asarray(found)[point]
-    order = np.argsort(nearest, kind="stable")
-    twice = np.flatnonzero(np.diff(nearest[order]) == 0)
-    if twice.size:
-        a, b = one.nodes[point[order[twice[0] : twice[0] + 2]]]
-        raise SlipmodeError(
-            f"target: its node {other.nodes[nearest[order[twice[0]]]]} is the nearest of both "
-            f"nodes {a} and {b} of surface; give facets of target where meshes do not match"
-        )
-    motion = np.broadcast_to(np.eye(3), (point.size, 1, 3, 3))
-    corners = other.nodes[nearest, np.newaxis]
-    return _Met(point, corners, motion, other.position[nearest], outward[point])
-
-
-def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeError:
-    from scipy.spatial import cKDTree
-
-    least = float(np.min(cKDTree(other.position).query(one.position)[0]))
-    said = f"the nearest node of target is {least:.3g} m away"
-    if other.facets is not None and least <= tolerance:
-        said = f"they lie beyond its edge, by more than {OVERHANG:.0%} of a facet"
-    return SlipmodeError(
-        f"tolerance: no node of surface meets target within {tolerance:g} m; {said}"
     )
 
 

@@ -21,18 +21,10 @@ _FOLDED = 0.1  # mean normal of the facets of a node that face opposite ways
 
 @dataclass(frozen=True)
 class Facets:
-    """Triangles and quadrilaterals, corners counter-clockwise as seen from outside the body.
+    """Triangles and quadrilaterals, corners counter-clockwise as seen from outside the body."""
 
-    Attributes
-    ----------
-    nodes : (facets, 4) ndarray of int
-        The last node of a triangle is there twice.
-    corners : (facets, 4, 3) ndarray
-        Positions [m].
-    """
-
-    nodes: Indices
-    corners: Floats
+    nodes: Indices  # (facets, 4); the last node of a triangle is there twice
+    corners: Floats  # (facets, 4, 3), positions [m]
 
     __repr__ = short_repr
 
@@ -112,22 +104,11 @@ class Facets:
 
 @dataclass(frozen=True)
 class Surface:
-    """The nodes of a surface, and its facets if it has some.
+    """The nodes of a surface, each once, and its facets if it has some."""
 
-    Attributes
-    ----------
-    name : str
-        The argument that it was given as.
-    nodes : (nodes,) ndarray of int
-        Each once: as listed, or the nodes of the facets in ascending order.
-    position : (nodes, 3) ndarray
-        [m]
-    facets : Facets or None
-    """
-
-    name: str
-    nodes: Indices
-    position: Floats
+    name: str  # argument that it was given as
+    nodes: Indices  # (nodes,), as listed, or the nodes of the facets in ascending order
+    position: Floats  # (nodes, 3) [m]
     facets: Facets | None
 
     __repr__ = short_repr

@@ -137,13 +137,12 @@ class _SuperLU:
     def __init__(self, matrix: Sparse, purpose: str) -> None:
         from scipy.sparse.linalg import splu  # takes a while to import
 
-        dissection = nested_dissection(matrix)
-        needed = _BYTES_LU * dissection.fill
+        self._order, fill = nested_dissection(matrix)
+        needed = _BYTES_LU * fill
         _check_memory(needed, purpose, f"; {_FASTER}")
         large_phase(matrix.shape[0], f"{purpose} by SuperLU, about {needed / _GIB:.1f} GiB")
         if matrix.shape[0] >= LARGE:
             _log.warning("%s by SuperLU: about %.1f GiB; %s", purpose, needed / _GIB, _FASTER)
-        self._order = dissection.order
         try:
             self._factors = splu(
                 as_csc(matrix[self._order][:, self._order]),

@@ -8,7 +8,6 @@ about 1.4 times that of METIS, where minimum degree has 3.7 times as much.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,24 +23,12 @@ _LEAF = 100  # nodes of a part that is not cut further
 _FROM, _TO = 0.35, 0.65  # share of the nodes on one side of a cut
 
 
-@dataclass(frozen=True, eq=False)
-class Dissection:
-    """An order of elimination.
+def nested_dissection(matrix: Sparse) -> tuple[_Nodes, int]:
+    """Return an order (n,) of the rows of a symmetric matrix, and about the fill.
 
-    Attributes
-    ----------
-    order : (n,) ndarray of int
-        Row k of the permuted matrix is row order[k] of the given one.
-    fill : int
-        Entries of a Cholesky factor in that order, about.
+    Row k of the permuted matrix is row order[k] of the matrix. The fill is the number of entries
+    of a Cholesky factor in this order.
     """
-
-    order: _Nodes
-    fill: int
-
-
-def nested_dissection(matrix: Sparse) -> Dissection:
-    """Order the rows of a symmetric matrix."""
     graph, group, weight = _compressed(matrix)
     placed = np.full(graph.shape[0], -1, dtype=np.intp)  # positions from the end
     todo = [np.arange(graph.shape[0], dtype=np.intp)]
@@ -55,7 +42,7 @@ def nested_dissection(matrix: Sparse) -> Dissection:
         fill += size * (size + 1) // 2 + size * _eliminated_later(graph, nodes, placed, weight)
         todo += [part for part in rest if part.size]
     order = np.argsort(-placed[group], kind="stable").astype(np.intp)
-    return Dissection(order, fill)
+    return order, fill
 
 
 def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
