@@ -14,12 +14,9 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 
 def as_floats(key: str, given: Any) -> Floats:
-    """Return a user's numbers as an array of floats; NaN and infinity are allowed.
+    """Return a user's numbers as an array of floats; refuse, naming `key`, what is no real number.
 
-    Raises
-    ------
-    SlipmodeError
-        If an entry is not a real number, or rows have different lengths. The message names `key`.
+    NaN and infinity are allowed.
     """
     try:
         array = np.asarray(given)

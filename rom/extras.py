@@ -10,13 +10,7 @@ from slipmode.rom.errors import SlipmodeError
 
 
 def extra(module: str, name: str) -> Any:
-    """Return a module, such as "matplotlib.figure", of a package in the extra `name`.
-
-    Raises
-    ------
-    SlipmodeError
-        If the package is not installed; it says what to install.
-    """
+    """Return a module of a package in the extra `name`; refuse if it is not installed."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

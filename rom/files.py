@@ -16,13 +16,7 @@ PART = ".part"  # ending of unfinished files
 
 
 def as_path(key: str, given: str | os.PathLike[str]) -> Path:
-    """Return a path that a user gives.
-
-    Raises
-    ------
-    SlipmodeError
-        If it is neither a string nor a path. The message names `key`.
-    """
+    """Return a user's path; refuse, naming `key`, what is neither a string nor a path."""
     if not isinstance(given, str | os.PathLike):
         raise SlipmodeError(f"{key}: must be a string or a path, got {in_one_line(given)}")
     return Path(given)
@@ -34,11 +28,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
     Until then, or if the context ends in an exception, `path` is unchanged. Threads and processes
     may write the same path, because every call has its own unfinished file: the last one stays.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; the error names `path`.
+    An OSError names `path`.
     """
     target = Path(path)
     unfinished = target.with_name(f".slipmode-{secrets.token_hex(8)}{PART}")

@@ -81,20 +81,10 @@ def carrier_findings(
     frequency: Floats,
     unit: FrequencyUnit = "rad/s",
 ) -> list[Finding]:
-    """Report carrier frequencies that are far from the natural frequency of their mode.
+    """Report forcing frequencies (..., modes) [rad/s] far from the natural frequencies (modes,).
 
-    Parameters
-    ----------
-    key : str
-        The user's key, with {} in place of the name of the mode.
-    names : sequence of str
-        Names of the modes.
-    omega : (modes,) ndarray
-        Natural frequencies [rad/s].
-    frequency : (..., modes) ndarray
-        Forcing frequencies [rad/s]; the farthest of each mode is reported.
-    unit : {"rad/s", "Hz"}
-        Unit of the user's frequencies.
+    The farthest of each mode is reported, in the user's unit; `key` is the user's key, with {} in
+    place of the name of the mode.
     """
     found = []
     for j, (name, own) in enumerate(zip(names, omega.tolist(), strict=False)):

@@ -21,7 +21,6 @@ from slipmode.rom.structure.structure import Structure
 
 _SEPARATION = 0.05  # least relative distance of a mode in a pair from its neighbours
 _AT_STAKE = 1e-3  # least share of stiffness due to contacts of a mode in a pair
-_PAIRS = 3  # that are listed
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,4 +187,4 @@ def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[
         (a, b): float(share[a] @ share[b] * np.sqrt(at_stake[a] * at_stake[b]))
         for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
     }
-    return tuple(sorted(effect, key=lambda pair: -effect[pair])[:_PAIRS])
+    return tuple(sorted(effect, key=lambda pair: -effect[pair])[:3])

@@ -5,19 +5,14 @@ import unicodedata
 
 from slipmode.rom.errors import SlipmodeError
 
-_NOT_IN_XML = "\ufffe\uffff"
-
 
 def checked_line(name: str, text: str) -> str:
-    """Return the text if XML and a terminal can show it unchanged.
+    """Return a text without control characters, which XML and a terminal can show; refuse another.
 
-    Raises
-    ------
-    SlipmodeError
-        If it has a control character, such as a line break, or half of a surrogate pair.
+    Line breaks and halves of surrogate pairs are refused.
     """
     for character in text:
-        if unicodedata.category(character) in ("Cc", "Cs") or character in _NOT_IN_XML:
+        if unicodedata.category(character) in ("Cc", "Cs") or character in "\ufffe\uffff":
             raise SlipmodeError(
                 f"{name}: must be one line of letters, digits, punctuation and spaces of any "
                 f"script, without control characters, got {json.dumps(character)}"

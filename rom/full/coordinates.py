@@ -98,12 +98,8 @@ class ModalCoordinates:
         The trapezoidal rule changes a frequency Omega to 2 / h tan(Omega h / 2). A longer step of
         each mode (prewarping, as for filters) makes the rule exact at the carrier nearest to its
         frequency, so that resonances are exact but for harmonics. Modes that turn by more than 1
-        rad in a step follow statically, by backward Euler, and do not ring.
-
-        Parameters
-        ----------
-        carriers : (modes,) ndarray
-            Forcing frequencies [rad/s].
+        rad in a step follow statically, by backward Euler, and do not ring. `carriers` (modes,)
+        are the forcing frequencies [rad/s].
         """
         omega = np.sqrt(np.maximum(self.squares, 0.0))
         distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
@@ -122,14 +118,8 @@ class ModalCoordinates:
     ) -> kernel.Full:
         """Return the problem as the core reads it, for one size of the time step.
 
-        Parameters
-        ----------
-        patterns : (modes, n) ndarray
-            Forces on the DOFs of the structure.
-        output : (outputs, n) ndarray
-            Rows that combine the DOFs of the structure.
-        carriers : (modes,) ndarray
-            Forcing frequencies [rad/s].
+        Forces have patterns (modes, n) and frequencies `carriers` (modes,) [rad/s]; outputs are
+        rows (outputs, n) that combine the DOFs.
         """
         contacts = len(self.directions)
         elastic, code, alpha = None, _ELASTIC, 0.0

@@ -63,21 +63,15 @@ def integrate(
     SlipmodeError
         If an argument does not fit, or the motion grows without bound.
 
-    Notes
-    -----
-    The six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_: L-stable and of fourth order
-    where the friction is smooth over a step; about second order under exact Coulomb friction,
-    whose transitions from stick to slip lie inside steps. Each stage is a convex minimisation
-    over the contact velocities, so that a step cannot fail. The linear part is solved in modal
-    coordinates: O(n N_c) a stage with modal damping, O(n^2) otherwise.
+    Notes ----- Rigid friction: the six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_,
+    L-stable, of fourth order for friction that is smooth over a step, of about second order for
+    exact Coulomb friction. Each stage is a convex minimisation over the contact velocities, so
+    that a step cannot fail. A stage costs O(n N_c) with modal damping, O(n^2) otherwise.
 
-    Elastic contacts are return maps from their memory at the start of a step to the displacement
-    at its end. Each step consists of four steps of the trapezoidal rule (Newmark's average
-    acceleration), one implicit solution each, O(n N_c). Modes that turn by more than 1 rad in such
-    a part follow by backward Euler and do not ring. The rule is prewarped [2]_: motion at the
-    forcing frequencies is exact at any step, so that resonances do not move. It is of second order
-    in the harmonics and in transitions between stick, slip and gap. Sliders dissipate energy at
-    any step.
+    Elastic contacts are return maps. Each step consists of four steps of the trapezoidal rule
+    (Newmark's average acceleration), prewarped [2]_ so that motion at the forcing frequencies is
+    exact at any step, of second order otherwise, O(n N_c). Modes that turn by more than 1 rad in
+    such a part follow by backward Euler and do not ring.
 
     References
     ----------

@@ -114,21 +114,16 @@ def steady_amplitude(
             ):
                 break
         else:
-            raise _still_changing(integrator, state, most_windows, window.length)
+            rest = nonharmonic_motion(integrator, state)[1]
+            raise SlipmodeError(
+                f"steady amplitude: still changing after {most_windows} windows of "
+                f"{window.length:.4g} s, {rest.share:.2g} of the contacts' motion at frequencies "
+                f"beside the harmonics of the forces, most at {rest.frequency:.4g} rad/s; raise "
+                "most_windows, periods (longer windows) or the tolerance, or look at the motion "
+                "itself"
+            )
     error = np.abs(fine[-1] - coarse[-1]) + np.abs(fine[-1] - fine[-2])
     return SteadyAmplitude(fine[-1], error, state)
-
-
-def _still_changing(
-    integrator: Integrator, state: State, windows: int, length: float
-) -> SlipmodeError:
-    rest = nonharmonic_motion(integrator, state)[1]
-    return SlipmodeError(
-        f"steady amplitude: still changing after {windows} windows of {length:.4g} s, "
-        f"{rest.share:.2g} of the contacts' motion at frequencies beside the harmonics of the "
-        f"forces, most at {rest.frequency:.4g} rad/s; raise most_windows, periods (longer "
-        "windows) or the tolerance, or look at the motion itself"
-    )
 
 
 def nonharmonic_motion(

@@ -21,21 +21,11 @@ _DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
 
 @dataclass(frozen=True, eq=False)
 class Projection:
-    """A structure on the coordinates c of a basis, x = basis c.
+    """A structure on the coordinates c of a basis, x = basis c."""
 
-    Attributes
-    ----------
-    structure : Structure
-        M = I, K, C, W of the coordinates c.
-    basis : (n, coordinates) ndarray
-        Orthonormal in the mass of the structure [kg^-1/2].
-    to_coordinates : (coordinates, n) ndarray
-        c = to_coordinates x [kg^1/2].
-    """
-
-    structure: Structure
-    basis: Floats
-    to_coordinates: Floats
+    structure: Structure  # M = I, K, C, W of the coordinates
+    basis: Floats  # (n, coordinates), orthonormal in the mass of the structure [kg^-1/2]
+    to_coordinates: Floats  # (coordinates, n), c = to_coordinates x [kg^1/2]
 
     __repr__ = short_repr
 
@@ -83,18 +73,10 @@ class Projection:
 
 @dataclass(frozen=True, eq=False)
 class ReducedStructure:
-    """The structure of a reduced model, x = shapes c, with the modes first in c.
+    """The structure of a reduced model, x = shapes c, with the modes first in c."""
 
-    Attributes
-    ----------
-    structure : Structure
-        M = I, K, C, W of the coordinates c, without the springs of elastic contacts.
-    shapes : (n, coordinates) ndarray
-        [kg^-1/2]
-    """
-
-    structure: Structure
-    shapes: Floats
+    structure: Structure  # M, K, C, W of the coordinates, without springs of elastic contacts
+    shapes: Floats  # (n, coordinates) [kg^-1/2]
 
     __repr__ = short_repr
 
@@ -129,19 +111,10 @@ class ReducedStructure:
 
 
 def orthonormal(inertia: Floats, mass: Floats) -> Floats:
-    """Return T for which [Phi X] T is orthonormal; Phi are modes, Phi^T M Phi = I, X shapes.
+    """Return T (modes + shapes, coordinates) for which [Phi X] T is orthonormal in M.
 
-    Parameters
-    ----------
-    inertia : (modes, shapes) ndarray
-        Phi^T M X.
-    mass : (shapes, shapes) ndarray
-        X^T M X.
-
-    Returns
-    -------
-    (modes + shapes, coordinates) ndarray
-        The modes unchanged, then the independent parts of the shapes beyond rounding.
+    The first coordinates are the modes Phi, Phi^T M Phi = I, unchanged; the others are the
+    independent parts of the shapes X, beyond rounding. `inertia` is Phi^T M X, `mass` X^T M X.
     """
     modes, shapes = inertia.shape
     scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))

@@ -43,16 +43,10 @@ class Schedule:
     def plan(
         cls, time: Floats, begin: float, longest: float, segments: Floats, refine: int = 1
     ) -> Self:
-        """Schedule steps of at most `longest` [s], each divided by `refine`.
+        """Schedule steps of at most `longest` [s] from `begin`, each divided by `refine`.
 
-        Parameters
-        ----------
-        time : (samples,) ndarray, or () ndarray
-            Sample times; or the end, for a sample at every undivided step.
-        begin : float
-            Time of the initial state [s].
-        segments : (segments,) ndarray
-            Start times of the segments of the excitation; no step crosses one.
+        `time` are sample times (samples,), or the end (), for a sample at every undivided step. No
+        step crosses the start of a segment of the excitation (segments,).
         """
         end = float(time.max())
         if (end - begin) / longest > _MOST_STEPS:

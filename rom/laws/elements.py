@@ -21,21 +21,11 @@ SLIDERS, FRICTIONAL = 0, 1  # sm_element_law
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Elements of the elastic contacts of one structure.
+    """Elements of the elastic contacts of one structure."""
 
-    Attributes
-    ----------
-    element : (elements,) structured ndarray
-        As `sm_element`: the law of each contact and the contact DOFs that it is on.
-    slider : (sliders, 2) ndarray
-        Limit [N] and stiffness [N/m] of each slider.
-    reference : (N_c,) ndarray
-        Stiffness of each contact DOF in stick [N/m]; 0 if the contact is open at rest.
-    """
-
-    element: NDArray[np.void]
-    slider: Floats
-    reference: Floats
+    element: NDArray[np.void]  # (elements,), as `sm_element`: the law and DOFs of each contact
+    slider: Floats  # (sliders, 2), limit [N] and stiffness [N/m] of each slider
+    reference: Floats  # (N_c,), stiffness in stick [N/m]; 0 if the contact is open at rest
 
     __repr__ = short_repr
 

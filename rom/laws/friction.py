@@ -85,15 +85,7 @@ def is_homogeneous(law: Friction, contacts: int) -> bool:
 def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
     """Refuse a law that does not fit the reduction of a structure.
 
-    Parameters
-    ----------
-    reference : (contacts,) ndarray or None
-        Stiffness of the stuck contacts of the reduction [N/m]; None: bonded.
-
-    Raises
-    ------
-    SlipmodeError
-        If it is not a law, was not used in the reduction, or has a wrong number of limits.
+    `reference` (contacts,) is the stiffness of its stuck contacts [N/m], None if they are bonded.
     """
     if not isinstance(law, Friction):
         raise SlipmodeError(

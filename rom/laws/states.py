@@ -50,15 +50,10 @@ class ContactStates:
 def contact_states(
     elements: Elements, displacement: Floats, force: Floats, scale: Floats | float = 1.0
 ) -> ContactStates:
-    """Return the states at instants of a motion.
+    """Return the states at instants of a motion, x_c and f (n, N_c) [m], [N].
 
-    Parameters
-    ----------
-    elements : Elements
-    displacement, force : (n, N_c) ndarray
-        x_c [m] and f [N]; along a normal f is N - N0, as in `Motion` and `FullMotion`.
-    scale : (n,) ndarray or float
-        Factor on limits and preloads.
+    Along a normal f is N - N0, as in `Motion` and `FullMotion`. `scale`, (n,) or a number, is a
+    factor on limits and preloads.
     """
     shape = (len(displacement), len(elements.element))
     state = np.zeros(shape, dtype=np.int8)

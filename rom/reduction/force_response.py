@@ -38,17 +38,10 @@ def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
 
 @dataclass(frozen=True, eq=False)
 class AppliedForces:
-    """Forces on a reduced structure, one per mode, and their effects per unit of modal force.
-
-    Attributes
-    ----------
-    reduced : Reduced
-    force : (modes, n) ndarray
-        f_j [N], or patterns: effects per unit of F_j do not depend on the scale.
-    """
+    """Forces on a reduced structure, one per mode, and their effects per unit of modal force."""
 
     reduced: Reduced
-    force: Floats
+    force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
 
     __repr__ = short_repr
 
@@ -146,15 +139,11 @@ class ForceResponse:
 
     Attributes
     ----------
-    modal : (modes, modes + nonresonant) ndarray
-        Force phi_k^T f_j on every mode [-].
-    contact : (modes, N_c) ndarray
-        Force X^T f_j on the contacts [kg^1/2].
+    modal, contact, shift
+        `on_modes`, `contact` and `shift` of `AppliedForces`.
     static : (n, modes) ndarray
         Displacement by the static flexibility besides that of modes and contact shapes
         [kg^1/2 m/N]; 0 if the structure is not given.
-    shift : (modes,) complex ndarray
-        `AppliedForces.shift`, the part in the amplitude equations.
     cross_response : (modes, modes) complex ndarray
         Displacement of mode k off resonance by the force on mode j, [k, j].
     """
@@ -208,14 +197,8 @@ class ForceResponse:
 
         The motion of the modes is continuous in a jump, so free vibration makes up for the jump of
         their forced response. The core does the same in a step that begins with a jump: see
-        rom/kernel/slow/discontinuity.h.
-
-        Parameters
-        ----------
-        discontinuity : (..., modes) complex ndarray
-            Jump of the modal F_j exp(i phase_j) [N kg^-1/2].
-        frequency, angle : (..., modes) ndarray
-            Of the carriers at that time [rad/s], [rad].
+        rom/kernel/slow/discontinuity.h. `discontinuity` (..., modes) is the jump of the modal
+        F_j exp(i phase_j) [N kg^-1/2], frequency and angle are those of the carriers then.
         """
         if reduced.formulation == "paper":
             return np.zeros_like(discontinuity)

@@ -82,14 +82,8 @@ def with_responding(reduced: Reduced, allowed: float) -> tuple[Reduced, float]:
     """Return the model without the modes that respond least, and the sum of their responses.
 
     The modes that are left out follow statically, with the contact stiffness or flexibility. Modes
-    below the retained ones, which are coupled by springs, stay.
-
-    Parameters
-    ----------
-    reduced : Reduced
-        Of the consistent formulation.
-    allowed : float
-        Upper bound of the sum of the responses; see `response`.
+    below the retained ones, which are coupled by springs, stay. `allowed` is the upper bound of
+    the sum; see `response`.
     """
     stiffness = reduced.stiffness
     if reduced.contacts is not None:
@@ -128,22 +122,12 @@ def response(
 ) -> Floats:
     """Return the largest force of each mode on the contacts, relative to theirs, (modes,).
 
-    Parameters
-    ----------
-    omega, damping : (modes,) ndarray
-        Natural frequencies [rad/s] and modal damping [1/s].
-    inertia : (modes, N_c) ndarray
-        m_k = phi_k^T M X [kg^1/2].
-    stiffness : (N_c, N_c) ndarray
-        Of the contact problem [N/m].
-    carrier : (retained modes,) ndarray
-        [rad/s]
-
-    Notes
-    -----
     The force at the harmonic nu is relative to the force of the contact stiffness for this motion,
     nu^4 m^T K^-1 m / |omega^2 - nu^2 + i gamma nu|. Harmonics of order k are weighted by 1 / k^2,
     at the frequency within 10 % that is nearest to the mode.
+
+    Natural frequencies [rad/s] and modal damping [1/s] are (modes,), inertia m = phi^T M X is
+    (modes, N_c) [kg^1/2]; the stiffness (N_c, N_c) is that of the contact problem [N/m].
     """
     orders = np.array(harmonic_orders(HIGHEST_HARMONIC[carrier.size], carrier.size))
     weight = 1.0 / np.abs(orders).sum(axis=1) ** 2

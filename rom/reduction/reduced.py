@@ -166,24 +166,23 @@ class Reduced:
         rigid-body mode, which contacts do not move, gets a unit static stiffness.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        omega, dampers = self._modal_parts
-        unit = np.eye(omega.size)
-        at_rest = omega**2 * unit + (nu == 0.0) * (omega == 0.0) * unit
-        return np.asarray(at_rest - nu**2 * unit + 1j * nu * dampers, dtype=complex)
+        at_rest, unit, free, dampers = self._modal_parts
+        return np.asarray(
+            at_rest - nu**2 * unit + (nu == 0.0) * free + 1j * nu * dampers, dtype=complex
+        )
 
     @cached_property
-    def _modal_parts(self) -> tuple[Floats, Floats]:
-        """Natural frequencies of all modes, and dampers on and between them."""
+    def _modal_parts(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Parts of D(nu): omega_j^2, 1, 1 for rigid-body modes, and dampers; (all modes)^2."""
+        omega = np.append(self.frequency, self.nonresonant_frequency)
         own = np.diag(np.append(self.modal_damping, self.nonresonant_damping))
-        return np.append(self.frequency, self.nonresonant_frequency), own + self.damping_coupling
+        unit = np.eye(omega.size)
+        return np.diag(omega**2), unit, (omega == 0.0) * unit, own + self.damping_coupling
 
     def modal_coupling(self, frequency: ArrayLike) -> Complexes:
-        """Return the coupling B(nu) of every mode to the contacts at frequencies nu (...) [rad/s].
+        """Return B(nu), (..., modes + nonresonant, N_c), at frequencies nu (...) [rad/s].
 
-        Returns
-        -------
-        (..., modes + nonresonant, N_c) complex ndarray
-            The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
+        The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         springs, inertia, dampers = self._coupling_parts
@@ -203,14 +202,8 @@ class Reduced:
     ) -> Complexes:
         """Return displacements of all modes but one, due to modal forces at frequencies (...).
 
-        Parameters
-        ----------
-        mode : (...) array_like of int
-            The mode that is held; its displacement is 0.
-        frequency : (...) array_like
-            [rad/s]
-        force : (..., modes + nonresonant, forces) ndarray
-            Modal forces; the displacements have this shape.
+        Forces and displacements are (..., modes + nonresonant, forces); the displacement of the
+        held `mode` (...) is 0.
         """
         D = self.modal_stiffness(frequency)
         held = np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis]
@@ -287,14 +280,7 @@ class Reduced:
     # Other models of the same structure
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
-        """Return the model with its contact problem at other carrier frequencies [rad/s].
-
-        Raises
-        ------
-        SlipmodeError
-            In the paper's formulation, whose slow flow has the natural frequencies alone; or if
-            the frequencies are not positive numbers, one per mode.
-        """
+        """Return the model with its contact problem at other carrier frequencies [rad/s]."""
         if self.formulation == "paper":
             raise SlipmodeError(
                 'carrier: the "paper" formulation solves contacts at the natural frequencies; '
@@ -322,14 +308,8 @@ class Reduced:
         """Return the modal force phi_j^T f on the `mode`-th retained mode [N kg^-1/2].
 
         A force that does no work on its mode has a tiny modal force instead of 0, because its
-        other effects are stated per unit of modal force.
-
-        Parameters
-        ----------
-        mode : int
-            0 for mode A, 1 for mode B.
-        force : {DOF: amplitude} or (n,) array_like
-            Force amplitudes [N].
+        other effects are stated per unit of modal force. `mode` is 0 for A, 1 for B; `force` are
+        amplitudes [N].
         """
         vector = force_vector(force, self.n_dofs)
         modal = float(self.mode_shapes[:, mode] @ vector)
@@ -386,13 +366,7 @@ def force_vector(
 
 
 def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> Floats:
-    """Return the forces (modes, n) of one {DOF: amplitude} or array per mode.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is not one entry per mode, or an entry is not a force. The message names `key`.
-    """
+    """Return forces (modes, n) of one {DOF: amplitude} or array per mode; refusals name `key`."""
     is_list = isinstance(forces, Sequence | np.ndarray) and not isinstance(forces, str)
     if not is_list or len(forces) != modes:
         raise SlipmodeError(

@@ -26,12 +26,8 @@ _CONTACT = ("contact", "w")
 def read_external(path: Path, mass: Path | None) -> dict[str, Any]:
     """Read the matrices of a structure, and `labels` if the files have them.
 
-    Parameters
-    ----------
-    path : path
-        File of the stiffness, or of all matrices.
-    mass : path, optional
-        File of the mass; by default the file that the same job of Abaqus or CalculiX wrote.
+    `path` is the file of the stiffness or of all matrices, `mass` the file of the mass; by default
+    the file that the same job of Abaqus or CalculiX wrote.
     """
     parts = _parts(path, "stiffness")
     if mass is None and "mass" not in parts:

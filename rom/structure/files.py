@@ -19,17 +19,12 @@ _NAMES = (*_REQUIRED, "damping")
 #: A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
 _CSR_PARTS = ("data", "indices", "indptr", "shape")
 
-#: Damaged files make zipfile, zlib, numpy and scipy raise nearly anything.
-_UNREADABLE = Exception
-
 
 def read_matrices(path: Path) -> dict[str, Any]:
     """Read mass, stiffness, contact and, if stored, damping and labels of a file or folder.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the part that is missing or unreadable.
+    Damaged files make zipfile, zlib, numpy and scipy raise nearly anything; refusals name the file
+    and the part.
     """
     if path.is_dir():
         return _read_folder(path)
@@ -58,15 +53,8 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
 def source_files(path: Path) -> list[Path]:
     """Return the existing files that `load_structure` may read for a path, sorted.
 
-    Parameters
-    ----------
-    path : Path
-        A file or folder of matrices, or the file of a mass.
-
-    Returns
-    -------
-    list of Path
-        The file and the other files of the same job; of a folder, its matrix files.
+    These are the file, of matrices or of a mass, and the other files of the same job; or the
+    matrix files of a folder.
     """
     if path.is_dir():
         candidates = {path / f"{name}{ending}" for name in _NAMES for ending in (".mtx", ".txt")}
@@ -80,7 +68,7 @@ def source_files(path: Path) -> list[Path]:
 def _read_npz(path: Path) -> dict[str, Any]:
     try:
         stored = np.load(path, allow_pickle=False)
-    except _UNREADABLE as error:
+    except Exception as error:
         raise SlipmodeError(f"{path}: is not a readable .npz file") from error
     if not isinstance(stored, np.lib.npyio.NpzFile):
         raise SlipmodeError(f"{path}: holds a single array, allowed: a .npz file")
@@ -89,7 +77,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         for name in _NAMES:
             try:
                 matrix = _read_npz_matrix(stored, name)
-            except _UNREADABLE as error:
+            except Exception as error:
                 raise SlipmodeError(f"{path}: {name} is damaged or no plain array") from error
             if matrix is not None:
                 matrices[name] = matrix
@@ -139,5 +127,5 @@ def _read_part(file: Path) -> Any:
         if file.suffix == ".txt":
             return np.loadtxt(file, dtype=np.intp, ndmin=1)
         return read_matrix_market(file)
-    except _UNREADABLE as error:
+    except Exception as error:
         raise SlipmodeError(f"{file}: cannot be read: {' '.join(str(error).split())}") from error

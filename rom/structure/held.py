@@ -1,7 +1,7 @@
 """A structure whose contacts are held, by bonds or springs: its static solutions and modes.
 
 Both use one factorisation of the stiffness, which is kept with the structure until its contacts
-are held in another way (`tests/rom/structure/test_factorisation.py` counts factorisations).
+are held in another way (measured by `tests/rom/structure/test_factorisation.py`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ import scipy.sparse
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.matrices import Matrix, as_csc, as_dense
+from slipmode.rom.structure.matrices import BLOCK, Matrix, as_csc, as_dense
 from slipmode.rom.structure.solvers.factorisation import (
-    BLOCK,
     SMALL,
     Factorisation,
     NotPositiveDefiniteError,
@@ -81,18 +80,9 @@ def _kept_or(make: Callable[[], Held], structure: Structure, key: bytes) -> Held
 
 
 class Held:
-    """A structure with held contacts.
+    """A structure with held contacts in free coordinates y, x = basis y, or y = x without a basis.
 
-    Parameters
-    ----------
-    stiffness : (n_h, n_h) matrix
-        K in the free coordinates y, x = basis y.
-    mass : (n, n) matrix
-        M of the structure.
-    basis : (n, n_h) matrix or None
-        None: y is x.
-    may_float : bool
-        Whether rigid-body modes are allowed.
+    The stiffness is (n_h, n_h), the mass (n, n). `may_float` allows rigid-body modes.
     """
 
     def __init__(
@@ -117,20 +107,8 @@ class Held:
         """Return the lowest natural frequencies (count,) [rad/s] and modes (n, count).
 
         Modes are mass-normalised; the largest free coordinate of each is positive. Frequencies of
-        rigid-body modes are 0.
-
-        Parameters
-        ----------
-        at_least, at_most : int
-            Bounds of the count.
-        reach : float, default 0.0
-            Between these bounds, return the modes below so many times the frequency of mode
-            `at_least`.
-
-        Raises
-        ------
-        SlipmodeError
-            If there are rigid-body modes and may not be.
+        rigid-body modes are 0. Between the bounds `at_least` and `at_most`, all modes are returned
+        below `reach` times the frequency of mode number `at_least`.
         """
         at_least = min(at_least, self.size)
         most = self.size if at_most is None else min(max(at_most, at_least), self.size)
@@ -188,9 +166,12 @@ class Held:
             try:
                 self._factorised = factorise(self._stiffness), 0.0
             except NotPositiveDefiniteError as error:
-                if not self._may_float:
-                    raise self._refusal(error) from None
-                self._factorised = self._shifted()
+                if self._may_float:
+                    self._factorised = self._shifted()
+                elif self.size <= SMALL and not self._is_rigid(*self._dense(1)).any():
+                    raise error from None  # singular by rounding
+                else:
+                    raise SlipmodeError(_MODES_ARE_RIGID) from None
         return self._factorised
 
     def _shifted(self) -> tuple[Factorisation, float]:
@@ -200,12 +181,6 @@ class Held:
             return factorise(lifted), shift
         except NotPositiveDefiniteError:
             raise SlipmodeError(_INDEFINITE) from None
-
-    def _refusal(self, error: SlipmodeError) -> SlipmodeError:
-        """Return why a stiffness cannot be factorised: rigid-body modes, or rounding."""
-        if self.size <= SMALL and not self._is_rigid(*self._dense(1)).any():
-            return error
-        return SlipmodeError(_MODES_ARE_RIGID)
 
     def _lowest(self, at_least: int, at_most: int, reach: float) -> tuple[Floats, Floats]:
         """Return omega^2 and modes, at least those that `modes` returns."""

@@ -18,17 +18,11 @@ MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatri
 #: to its largest entry.
 TOLERANCE = 1e-10
 
-_BLOCK = 16  # columns of a product at a time: all at once would double the memory of `right`
+BLOCK = 16  # columns of a product at a time: all at once would double the memory of `right`
 
 
 def as_matrix(name: str, value: MatrixLike) -> Matrix:
-    """Copy a real, finite, two-dimensional matrix as float64, dense or CSC.
-
-    Raises
-    ------
-    SlipmodeError
-        With `name` in front, if `value` is anything else.
-    """
+    """Copy a real, finite matrix as float64, dense or CSC; refuse another value, naming `name`."""
     try:
         given: Any = value if scipy.sparse.issparse(value) else np.asarray(value)
     except ValueError as error:
@@ -81,8 +75,8 @@ def projection(left: Floats, matrix: Matrix, right: Floats) -> Floats:
     if isinstance(matrix, np.ndarray):
         return np.asarray(left.T @ (matrix @ right))
     projected = np.empty((left.shape[1], right.shape[1]))
-    for start in range(0, right.shape[1], _BLOCK):
-        block = slice(start, start + _BLOCK)
+    for start in range(0, right.shape[1], BLOCK):
+        block = slice(start, start + BLOCK)
         projected[:, block] = left.T @ as_dense(matrix @ right[:, block])
     return projected
 

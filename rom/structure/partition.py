@@ -93,13 +93,9 @@ class Partition:
 
 
 def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
-    """Return contact directions W (n, N_c) from DOF indices or from a matrix.
+    """Return contact directions W (n, N_c) from DOF indices or from a matrix, checked.
 
-    Raises
-    ------
-    SlipmodeError
-        If an index is repeated, out of range or no integer; if W is not (n, N_c) with
-        1 <= N_c < n, finite and of full column rank.
+    1 <= N_c < n; indices are distinct, W is finite and of full column rank.
     """
     given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
     if given.ndim == 1:

@@ -128,10 +128,7 @@ class Structure:
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure, dense, under external linear forces -K x - C x'.
 
-        Parameters
-        ----------
-        stiffness, damping : (n, n) ndarray
-            K, C, symmetric [N/m], [N s/m]; unlike those of a structure they may feed energy in.
+        K and C are symmetric; unlike those of a structure they may feed energy in.
         """
         changed = {
             "mass": _read_only(self.mass),
@@ -260,18 +257,15 @@ def two_mass(
 
     Parameters
     ----------
-    beta : float, default 0.01
+    beta : float
         Stiffness-proportional damping [s], C = beta K.
-    contact_mass : float, default 0.01
-        Mass of each contact DOF [kg], positive.
-    m1, m2 : float
-        Modal masses [kg].
+    m1, m2, contact_mass : float
+        Modal masses, and mass of each contact DOF [kg], positive.
     k1, k2 : float
         Stiffness between each mass and its contact DOF [N/m].
-    k_c1, k_c2 : float
-        Stiffness of each contact DOF to the ground [N/m].
-    k_p : float
-        Off-diagonal entry that couples the contact DOFs [N/m], with the sign of Eq. (26).
+    k_c1, k_c2, k_p : float
+        Stiffness of the contact DOFs to the ground, and off-diagonal entry that couples them, with
+        the sign of Eq. (26) [N/m].
     """
     mass = np.diag([m1, m2, contact_mass, contact_mass])
     stiffness = np.array(

@@ -29,7 +29,6 @@ _SMALL = 0.3  # largest share of a mode's stiffness that contact motion may take
 # Force on the contacts directly, relative to that through the mode, per dynamic stiffness of the
 # mode over its static one: below, friction does not notice it.
 _DIRECT = 1e-3
-_AT_CARRIER = 1e-9  # relative distance from a carrier that is rounding
 _DETUNED = 0.05  # relative distance from the carriers for which a table states its error
 
 
@@ -141,7 +140,7 @@ def detuning_findings(
     """
     off = float(np.abs(apart).max(initial=0.0))
     if detuning is None:
-        if off <= _AT_CARRIER:
+        if off <= 1e-9:  # rounding
             return []
         reason = (
             f"forcing is up to {off:.1%} from those of the friction table, which was not to "

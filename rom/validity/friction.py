@@ -133,8 +133,14 @@ def _creeps(reduced: Reduced, law: Friction, amplitude: Floats) -> bool:
 def _tanh_findings(
     reduced: Reduced, law: Tanh, amplitude: Floats, force: Floats, touched: Flags
 ) -> list[Finding]:
-    """Report a velocity alpha at which contacts neither stick nor slide, or too small a one."""
-    speed = _sliding_speed(reduced, amplitude, force)[touched]
+    """Report a velocity alpha at which contacts neither stick nor slide, or too small a one.
+
+    It is compared with the velocity of contacts that forces (N_c,) move freely, at the carrier of
+    the mode with the largest force on each contact.
+    """
+    moved = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
+    Omega = reduced.carrier[np.argmax(moved, axis=0)]
+    speed = (Omega * force / np.diag(reduced.stiffness))[touched]
     if law.alpha > _BLURRED * speed.max():
         reason = (
             f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
@@ -149,13 +155,3 @@ def _tanh_findings(
         )
         return [Finding("friction", "too sharp", reason, "warning")]
     return []
-
-
-def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:
-    """Return the velocity (N_c,) [m/s] of contacts that such forces (N_c,) move freely.
-
-    At the highest frequency that moves them: that of the mode with the largest force there.
-    """
-    moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
-    Omega = reduced.carrier[np.argmax(moved, axis=0)]
-    return np.asarray(Omega * force / np.diag(reduced.stiffness))

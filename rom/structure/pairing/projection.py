@@ -14,7 +14,6 @@ from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, sh
 _OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
 _FACING = -0.5  # largest cosine of the angle between normals that face each other: 60 degrees
 _SAME = 1e-9  # rounding of equal distances, relative to the size of facets
-_NEWTON_PASSES = 30
 _FARTHEST = 3.0  # bound of local coordinates during the iteration
 _STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
@@ -131,7 +130,7 @@ def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, F
     at = np.where(triangular[:, np.newaxis], 1.0 / 3.0, np.zeros((len(points), 2)))
     step = np.zeros(len(points))
     moving = np.arange(len(points))
-    for _ in range(_NEWTON_PASSES):
+    for _ in range(30):
         N, slopes = shape_functions(triangular[moving], at[moving])
         offset = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
         change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), offset)

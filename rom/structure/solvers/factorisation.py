@@ -19,16 +19,14 @@ import scipy.sparse
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.progress import phase
-from slipmode.rom.structure.matrices import Matrix, Sparse, as_csc, as_dense
+from slipmode.rom.structure.matrices import BLOCK, Matrix, Sparse, as_csc, as_dense
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 
 _log = logging.getLogger(__name__)
 
 LARGE = 20_000  # DOFs from which a factorisation takes a second
 SMALL = 500  # DOFs up to which dense algorithms are faster
-BLOCK = 16  # right-hand sides at a time: all at once would need twice the memory
 _BYTES_LU = 45.0  # per entry of L: L and U with their indices, and a copy for the pivots by scipy
-_NO_MEMORY = -2  # PARDISO's error code
 _GIB = 2.0**30
 _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
@@ -55,12 +53,8 @@ class Factorisation(Protocol):
 def factorise(matrix: Matrix, name: str = "stiffness") -> Factorisation:
     """Factorise a symmetric positive definite matrix, which messages call `name`.
 
-    Raises
-    ------
-    NotPositiveDefiniteError
-        If it is not positive definite, or (dense) only to rounding.
-    SlipmodeError
-        If there is not enough memory, before the work starts.
+    Refuses with NotPositiveDefiniteError a matrix that is not positive definite, or (dense) only
+    to rounding; and before the work starts if there is not enough memory.
     """
     diagonal = matrix.diagonal()
     if not np.all(diagonal > 0):
@@ -116,7 +110,7 @@ class _Pardiso:
             self._run(22, nothing)
         except PyPardisoError as error:
             self._solver.free_memory(everything=True)
-            if error.value == _NO_MEMORY:
+            if error.value == -2:  # not enough memory
                 raise SlipmodeError(f"{purpose}: not enough memory") from error
             raise NotPositiveDefiniteError from None
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False

@@ -27,18 +27,9 @@ def lowest_modes(
     """Return the lowest eigenvalues (count,) and vectors (size, count) of A phi = lambda M phi.
 
     Block Lanczos with A^-1 and full reorthogonalisation: the space is extended until the modes to
-    return, and the next one, have converged.
-
-    Parameters
-    ----------
-    solve : callable
-        A^-1 of vectors (size, m); A symmetric, positive definite.
-    mass : callable
-        M of vectors (size, m).
-    at_least, at_most : int
-        Bounds of the count.
-    highest : callable
-        Between these bounds, return modes with eigenvalues below highest(all eigenvalues found).
+    return, and the next one, have converged. `solve` and `mass` apply A^-1, A positive definite,
+    and M to vectors (size, m). Between the bounds `at_least` and `at_most`, all modes are returned
+    with eigenvalues below `highest` of all eigenvalues found.
     """
     most = size if at_most is None else max(at_most, at_least)
     start = np.random.default_rng(0).standard_normal((size, min(_BLOCK, size)))

@@ -39,7 +39,11 @@ def nested_dissection(matrix: Sparse) -> tuple[_Nodes, int]:
         placed[last_part] = last + np.arange(last_part.size)
         last += last_part.size
         size = int(weight[last_part].sum())
-        fill += size * (size + 1) // 2 + size * _eliminated_later(graph, nodes, placed, weight)
+        inside = np.zeros(graph.shape[0], dtype=bool)
+        inside[nodes] = True
+        neighbours = np.unique(graph[nodes].indices)
+        later = weight[neighbours[~inside[neighbours] & (placed[neighbours] >= 0)]].sum()
+        fill += size * (size + 1) // 2 + size * int(later)
         todo += [part for part in rest if part.size]
     order = np.argsort(-placed[group], kind="stable").astype(np.intp)
     return order, fill
@@ -90,11 +94,3 @@ def _levels(graph: _Graph, start: int) -> _Nodes:
 
     distance: Any = dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
     return np.where(np.isfinite(distance), distance, -1.0).astype(np.intp)
-
-
-def _eliminated_later(graph: _Graph, nodes: _Nodes, placed: _Nodes, weight: _Nodes) -> int:
-    """Return the number of placed rows next to some nodes and not among them."""
-    inside = np.zeros(graph.shape[0], dtype=bool)
-    inside[nodes] = True
-    met = np.unique(graph[nodes].indices)
-    return int(weight[met[~inside[met] & (placed[met] >= 0)]].sum())
