@@ -75,11 +75,7 @@ def check_table_carriers(omega: Floats, carrier: Floats) -> None:
 
 
 def carrier_findings(
-    key: str,
-    names: Sequence[str],
-    omega: Floats,
-    frequency: Floats,
-    unit: FrequencyUnit = "rad/s",
+    key: str, names: Sequence[str], omega: Floats, frequency: Floats, unit: FrequencyUnit = "rad/s"
 ) -> list[Finding]:
     """Report forcing frequencies (..., modes) [rad/s] far from the natural frequencies (modes,).
 

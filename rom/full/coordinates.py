@@ -25,27 +25,13 @@ _UNCOUPLED = 1e-9  # damping between two modes that is rounding, relative to the
 
 @dataclass(frozen=True, eq=False)
 class ModalCoordinates:
-    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness.
+    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
 
-    Attributes
-    ----------
-    shapes : (n, n) ndarray
-        Modes with free contacts, mass-normalised columns [kg^-1/2].
-    squares : (n,) ndarray
-        Squared natural frequencies [rad^2/s^2]; 0 of rigid-body modes, to rounding.
-    damping : (n,) or (n, n) ndarray
-        [1/s]; (n,) if the modes diagonalise it.
-    directions : (N_c, n) ndarray
-        Contact displacement per modal displacement, W^T shapes.
-    to_modal : (n, n) ndarray
-        q = to_modal x.
-    """
-
-    shapes: Floats
-    squares: Floats
-    damping: Floats
-    directions: Floats
-    to_modal: Floats
+    shapes: Floats  # (n, n), mass-normalised modes with free contacts in columns [kg^-1/2]
+    squares: Floats  # (n,), squared natural frequencies [rad^2/s^2]
+    damping: Floats  # (n,) if the modes diagonalise it, else (n, n) [1/s]
+    directions: Floats  # (N_c, n), contact displacement per modal displacement, W^T shapes
+    to_modal: Floats  # (n, n), q = to_modal x
 
     __repr__ = short_repr
 

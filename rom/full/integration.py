@@ -63,10 +63,12 @@ def integrate(
     SlipmodeError
         If an argument does not fit, or the motion grows without bound.
 
-    Notes ----- Rigid friction: the six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_,
-    L-stable, of fourth order for friction that is smooth over a step, of about second order for
-    exact Coulomb friction. Each stage is a convex minimisation over the contact velocities, so
-    that a step cannot fail. A stage costs O(n N_c) with modal damping, O(n^2) otherwise.
+    Notes
+    -----
+    Rigid friction: the six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_, L-stable, of
+    fourth order for friction that is smooth over a step, of about second order for exact Coulomb
+    friction. Each stage is a convex minimisation over the contact velocities, so that a step
+    cannot fail. A stage costs O(n N_c) with modal damping, O(n^2) otherwise.
 
     Elastic contacts are return maps. Each step consists of four steps of the trapezoidal rule
     (Newmark's average acceleration), prewarped [2]_ so that motion at the forcing frequencies is

@@ -24,21 +24,11 @@ _AT_LIMIT = 1.0 - 1e-9  # force at the friction limit but for rounding, relative
 
 @dataclass(frozen=True, eq=False)
 class ContactStates:
-    """State of each contact (element), which may have several contact DOFs.
+    """State of each contact (element), which may have several contact DOFs; all (n, elements)."""
 
-    Attributes
-    ----------
-    state : (n, elements) ndarray of int
-        STUCK, SLIPPING or OPEN.
-    normal_force : (n, elements) ndarray
-        N with the preload [N]; NaN if the law has none.
-    gap : (n, elements) ndarray
-        Clearance, 0 if the contact touches [m]; NaN if the law has none.
-    """
-
-    state: NDArray[np.int8]
-    normal_force: Floats
-    gap: Floats
+    state: NDArray[np.int8]  # STUCK, SLIPPING or OPEN
+    normal_force: Floats  # N with the preload [N]; NaN if the law has none
+    gap: Floats  # clearance, 0 if the contact touches [m]; NaN if the law has none
 
     __repr__ = short_repr
 

@@ -158,10 +158,7 @@ class ForceResponse:
 
     @classmethod
     def of(
-        cls,
-        reduced: Reduced,
-        patterns: ForcePatterns,
-        structure: Structure | None = None,
+        cls, reduced: Reduced, patterns: ForcePatterns, structure: Structure | None = None
     ) -> Self:
         """Return the response to force patterns, in any scale, on the structure that was reduced.
 
@@ -241,13 +238,9 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     So the contact problem can include the force on the contacts without the part that the shift
     has, residual_j F_j / 2: it changes the coupling L_j, and the reaction to P_j.
 
-    Returns
-    -------
-    (modes, N_c) complex ndarray
-        0 without `force_patterns`, and for a mode whose force moves the contacts about as much
-        directly as through the mode: its amplitude does not determine the force then.
-    (modes,) complex ndarray
-        D_j, with the damping that returns from other modes [rad^2/s^2].
+    The force (modes, N_c) is 0 without `force_patterns`, and for a mode whose force moves the
+    contacts about as much directly as through the mode: its amplitude does not determine the
+    force. D_j (modes,) includes the damping that returns from other modes [rad^2/s^2].
     """
     modes = np.arange(len(reduced.modes))
     D = reduced.modal_stiffness(reduced.carrier)[modes, modes, modes] + reduced.indirect_damping

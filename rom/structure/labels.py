@@ -74,8 +74,7 @@ class Labels:
     def places(self, others: Labels) -> NDArray[np.int64]:
         """Return the place of each DOF of `others` among these DOFs, -1 if it is not there."""
         return np.array(
-            [self._index.get((int(node), int(k)), -1) for node, k in others.table],
-            dtype=np.int64,
+            [self._index.get((int(node), int(k)), -1) for node, k in others.table], dtype=np.int64
         )
 
     def directions(self, contacts: Sequence[Sequence[Any]]) -> Any:

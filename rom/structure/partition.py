@@ -31,30 +31,15 @@ class Partition:
     """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
 
     x = E x_e + R x_c with W^T E = 0 and W^T R = I, so x_c = 0 is the bonded structure. With
-    contact DOFs given by index, E and R are plain selections and the blocks are Eq. (3)'s.
-
-    Attributes
-    ----------
-    E : (n, n_e) matrix
-        Motion that leaves every contact displacement at zero. Sparse if the structure is.
-    R : (n, N_c) matrix
-        Motion by a unit contact displacement with x_e = 0. Sparse if the structure is.
-    elastic_dofs : (n_e,) ndarray of int
-        The DOFs that serve as x_e, ascending.
-    mass, damping, stiffness : (n, n) matrix
-        M, C and K of the structure.
-    M_ee, C_ee, K_ee : (n_e, n_e) matrix
-        E^T M E, ...; dense or CSC like the structure. Blocks are computed on first access.
-    M_ec, C_ec, K_ec : (n_e, N_c) ndarray
-        E^T M R, ...; the ce blocks are their transposes.
-    M_cc, C_cc, K_cc : (N_c, N_c) ndarray
-        R^T M R, ...
+    contact DOFs given by index, E and R are plain selections and the blocks are those of Eq. (3):
+    M_ee = E^T M E (n_e, n_e), dense or CSC like the structure; M_ec = E^T M R (n_e, N_c) and
+    M_cc = R^T M R (N_c, N_c), dense; C and K likewise. They are computed on first access.
     """
 
-    E: Matrix
-    R: Matrix
-    elastic_dofs: Indices
-    mass: Matrix
+    E: Matrix  # (n, n_e), motion with contact displacements 0; sparse if the structure is
+    R: Matrix  # (n, N_c), motion by unit contact displacements with x_e = 0; likewise
+    elastic_dofs: Indices  # (n_e,), the DOFs that serve as x_e, ascending
+    mass: Matrix  # (n, n), and so are damping and stiffness
     damping: Matrix
     stiffness: Matrix
 

@@ -20,13 +20,7 @@ from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.formats import READERS
 from slipmode.rom.structure.labels import Labels
-from slipmode.rom.structure.matrices import (
-    Matrix,
-    MatrixLike,
-    as_csc,
-    as_dense,
-    as_symmetric,
-)
+from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
 from slipmode.rom.structure.partition import Partition, contact_directions
 from slipmode.rom.structure.solvers.mass import is_positive_mass, is_positive_semidefinite
 
@@ -100,16 +94,15 @@ class Structure:
         W = contact_directions(contact, M.shape[0])
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
-        fields = {
-            "mass": store(M),
-            "stiffness": store(K),
-            "beta": C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
-            "directions": store(W),
-            "labels": labels,
-            "_damping": C if isinstance(C, Rayleigh) else store(C),
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        _set(
+            self,
+            mass=store(M),
+            stiffness=store(K),
+            beta=C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
+            directions=store(W),
+            labels=labels,
+            _damping=C if isinstance(C, Rayleigh) else store(C),
+        )
 
     def __repr__(self) -> str:
         storage = "dense" if isinstance(self.mass, np.ndarray) else "sparse"
@@ -130,16 +123,15 @@ class Structure:
 
         K and C are symmetric; unlike those of a structure they may feed energy in.
         """
-        changed = {
-            "mass": _read_only(self.mass),
-            "stiffness": _read_only(as_dense(self.stiffness) + stiffness),
-            "_damping": _read_only(as_dense(self.damping) + damping),
-            "directions": _read_only(self.directions),
-            "beta": None,
-        }
         other = copy(self)
-        for name, value in changed.items():
-            object.__setattr__(other, name, value)
+        _set(
+            other,
+            mass=_read_only(self.mass),
+            stiffness=_read_only(as_dense(self.stiffness) + stiffness),
+            _damping=_read_only(as_dense(self.damping) + damping),
+            directions=_read_only(self.directions),
+            beta=None,
+        )
         return other
 
     @property
@@ -289,6 +281,12 @@ def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matri
     if not is_positive_semidefinite(C):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
     return C
+
+
+def _set(structure: Structure, **fields: Any) -> None:
+    """Set fields of a frozen structure."""
+    for name, value in fields.items():
+        object.__setattr__(structure, name, value)
 
 
 def _read_only(matrix: Matrix) -> Floats:

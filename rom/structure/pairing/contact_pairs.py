@@ -81,8 +81,10 @@ def contact_pairs(
     SlipmodeError
         Naming the argument and the node or facet at fault; if no node meets the target.
 
-    Notes ----- A rigid motion of both bodies together moves no contact on a facet, also across a
-    gap. A contact between two nodes is moved by a rotation if the nodes do not coincide.
+    Notes
+    -----
+    A rigid motion of both bodies together moves no contact on a facet, also across a gap. A
+    contact between two nodes is moved by a rotation if the nodes do not coincide.
 
     Areas are integrals of the shape functions over the facets of the surface, as for a pressure.
     They are not cut at the border of a smaller target.

@@ -20,11 +20,7 @@ from slipmode.rom.structure.matrices import (
     as_dense,
     largest_entry,
 )
-from slipmode.rom.structure.solvers.factorisation import (
-    SMALL,
-    NotPositiveDefiniteError,
-    factorise,
-)
+from slipmode.rom.structure.solvers.factorisation import SMALL, NotPositiveDefiniteError, factorise
 
 _ENERGY_ACCURACY = 1e-15  # last gain of energy of conjugate gradients, relative to all gains
 _MOST_PASSES = 500
