@@ -108,7 +108,7 @@ class ModeTable:
         lines.append(
             f"pairs worth choosing: {named}"
             if named
-            else "no pair of modes is apart from its neighbours and touched by friction"
+            else "no pair of modes is separated from its neighbours and affected by friction"
         )
         return "\n".join(lines)
 

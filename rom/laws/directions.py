@@ -31,8 +31,8 @@ _MOST_VALUES = 8  # of one parameter that are listed
 # Cosine of the angle between directions of a contact, and relative difference of their lengths.
 _SKEWED = 0.01
 _OF_ONE_CONTACT = (
-    " (columns of W): those of one contact should be at right angles and equally long; they need "
-    "not where DOFs are rotations or modal coordinates"
+    " (columns of W): directions of one contact should be at right angles and equally long, "
+    "unless DOFs are rotations or modal coordinates"
 )
 
 

@@ -105,7 +105,7 @@ def reduce(
         if refused := [key for key, value in given.items() if value is not None]:
             raise SlipmodeError(f"{refused[0]}: formulation must be 'consistent'")
     if law is not None and not isinstance(law, Elastic):
-        raise SlipmodeError("law: is that of elastic contacts; leave it out for rigid ones")
+        raise SlipmodeError("law: must be an elastic law; leave it out for rigid friction")
     if law is not None and warned and (skewed := skewed_directions(structure.directions, law)):
         warnings.warn(f"contacts: {skewed}", ValidityWarning, stacklevel=2)
     with phases("reduction", shown=progress):

@@ -40,7 +40,9 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
     for j in np.flatnonzero(forced):
         check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
-        raise SlipmodeError("frequency: those of modes A and B must differ at each point")
+        raise SlipmodeError(
+            "frequency: the frequencies of modes A and B must differ at each point"
+        )
 
 
 def check_carriers_along(reduced: Reduced, ends: Floats, forced: Flags) -> None:
@@ -48,7 +50,8 @@ def check_carriers_along(reduced: Reduced, ends: Floats, forced: Flags) -> None:
     check_carriers(reduced, ends, forced)
     if np.count_nonzero(forced) == 2 and carriers_meet(ends):
         raise SlipmodeError(
-            "frequency: those of modes A and B must differ all along, the same one staying above"
+            "frequency: the frequencies of modes A and B must differ all along the line, and must "
+            "not cross"
         )
 
 
@@ -66,7 +69,7 @@ def carriers_meet(frequency: Floats) -> Flags:
 
 def meeting_refusal(keys: str) -> str:
     """Return why forcing frequencies with these keys are refused that meet."""
-    return f"{keys}: must differ at all times, the same one staying above"
+    return f"{keys}: must differ at all times, and must not cross"
 
 
 def model_findings(
@@ -116,7 +119,7 @@ def contact_findings(
     found = []
     for mode, share in zip(names, shares, strict=False):
         if share < _TOUCH:
-            reason = f"{share:.1e} of its stiffness is at stake there: friction does not see it"
+            reason = f"contacts are {share:.1e} of its stiffness: friction does not affect it"
             found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
     if reduced.contacts is not None:
         return found
@@ -143,16 +146,16 @@ def detuning_findings(
         if off <= 1e-9:  # rounding
             return []
         reason = (
-            f"forcing is up to {off:.1%} from those of the friction table, which was not to "
-            "follow it: how far friction is off there is not known; tabulate with detuning=True"
+            f"forcing is up to {off:.1%} from the carriers of the friction table, whose error "
+            "there is not known; tabulate with detuning=True"
         )
         return [Finding("carriers", "left", reason, "warning")]
     error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
     if error <= tolerance:
         return []
     reason = (
-        f"forcing is up to {off:.1%} from those of the friction table, which is off by about "
-        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {tolerance:g}; "
+        f"forcing is up to {off:.1%} from the carriers of the friction table, whose error there "
+        f"is about {min(error, 1.0):.1g} of its largest value, above the tolerance {tolerance:g}; "
         "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
     )
     return [Finding("carriers", "left", reason, "warning")]
@@ -191,8 +194,8 @@ def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[
     directly = acting * reduced.frequency**2 > _DIRECT * through
     known = (steady_force(reduced)[0] != 0.0).any(axis=1)
     reason = (
-        "it moves the contacts directly about as much as through its mode: no friction table has "
-        'that; model.table = "none" or rom.steady_state does'
+        "it moves the contacts directly about as much as through its mode, which no friction "
+        'table includes; use model.table = "none" or rom.steady_state'
     )
     return [
         Finding(f"force {mode}", "acts on contacts", reason, "warning")

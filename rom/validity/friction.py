@@ -50,8 +50,8 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
         and not _creeps(reduced, law, amplitude)
     ):
         reason = (
-            f"no contact slips or opens: the largest load on a contact is {load:.3g} of what it "
-            f"holds, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
+            f"no contact slips or opens: the largest load on a contact is {load:.3g} of its "
+            f"limit, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
             "the force or the amplitude too small, or the limit in another unit?"
         )
         found.append(Finding("friction", "does nothing", reason, "warning"))

@@ -78,20 +78,19 @@ def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> 
     motion = _relative(pairs, shapes)
     patch = np.zeros(len(pairs.area), dtype=np.intp)
     parts, count = [np.arange(len(patch))], 0
+    deviation = np.empty((len(patch), motion.shape[2]))  # from the mean of the patch by area
     while parts:
         own = parts.pop()
-        off = _deviation(motion[own], pairs.area[own])
-        if off.max() <= tolerance:
+        area = pairs.area[own]
+        mean = np.tensordot(area / area.sum(), motion[own], axes=1)
+        deviation[own] = np.linalg.norm(motion[own] - mean, axis=1)
+        if deviation[own].max() <= tolerance:
             patch[own], count = count, count + 1
         else:
             parts += _bisected(own, motion, pairs)
-    off = np.empty((len(patch), motion.shape[2]))
-    for k in range(count):
-        own = np.flatnonzero(patch == k)
-        off[own] = _deviation(motion[own], pairs.area[own])
     square = np.sum(motion**2, axis=1)
-    error = np.sqrt(pairs.area @ off**2 / (pairs.area @ square))
-    return MotionPatches(patch, off.max(axis=0), error)
+    error = np.sqrt(pairs.area @ deviation**2 / (pairs.area @ square))
+    return MotionPatches(patch, deviation.max(axis=0), error)
 
 
 def _relative(pairs: ContactPairs, shapes: ArrayLike) -> Floats:
@@ -106,12 +105,6 @@ def _relative(pairs: ContactPairs, shapes: ArrayLike) -> Floats:
     if not np.all(largest > 0.0):
         raise SlipmodeError(f"shapes: motion {np.argmin(largest)} moves no contact")
     return np.asarray(motion / largest)
-
-
-def _deviation(motion: Floats, area: Floats) -> Floats:
-    """Return the deviation of each contact from the mean by area, (contacts, motions)."""
-    mean = np.tensordot(area / area.sum(), motion, axes=1)
-    return np.asarray(np.linalg.norm(motion - mean, axis=1))
 
 
 def _bisected(

@@ -32,7 +32,7 @@ _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
 _SINGULAR = (
     "mass, stiffness: must be positive definite with bonded contacts, also to rounding: "
-    "what is stiffer or heavier than the rest by 1e15 should be modelled as rigid"
+    "parts that are stiffer or heavier than others by 1e15 should be modelled as rigid"
 )
 
 
