@@ -102,7 +102,7 @@ def _reduce_consistent(
 
 def _check_stiffness(stiffness: Floats) -> None:
     """Refuse contacts that nothing but friction holds, (N_c, N_c)."""
-    if not is_positive_definite(stiffness):
+    if not is_positive_definite(stiffness, "stiffness"):
         raise SlipmodeError(
             "stiffness: must be positive definite for motion of the contacts, or they slip away"
         )

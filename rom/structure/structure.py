@@ -278,7 +278,7 @@ def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matri
     if isinstance(damping, float | int | np.floating):
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
-    if not is_positive_semidefinite(C):
+    if not is_positive_semidefinite(C, "damping"):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
     return C
 

@@ -60,15 +60,15 @@ def factorise(matrix: Matrix, name: str = "stiffness") -> Factorisation:
     if not np.all(diagonal > 0):
         raise NotPositiveDefiniteError
     if isinstance(matrix, np.ndarray) or matrix.shape[0] <= SMALL:
-        return _Cholesky(as_dense(matrix))
+        return Cholesky(as_dense(matrix))
     purpose = f"factorising {name} ({matrix.shape[0]} DOFs)"
     large_phase(matrix.shape[0], f"ordering {name} ({matrix.shape[0]} DOFs)")
     if importlib.util.find_spec("pypardiso") is not None:
-        return _Pardiso(matrix, purpose)
-    return _SuperLU(matrix, purpose)
+        return Pardiso(matrix, purpose)
+    return SuperLU(matrix, purpose)
 
 
-class _Cholesky:
+class Cholesky:
     """LAPACK, with rows and columns scaled so that their units do not matter."""
 
     def __init__(self, matrix: Floats) -> None:
@@ -89,7 +89,7 @@ class _Cholesky:
         return np.asarray(unit * scipy.linalg.cho_solve(self._factor, unit * right))
 
 
-class _Pardiso:
+class Pardiso:
     """Intel's PARDISO, by pypardiso; its analysis states the memory that it will need."""
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:
@@ -125,7 +125,7 @@ class _Pardiso:
         return np.asarray(self._solver._call_pardiso(self._upper, np.asfortranarray(right)))
 
 
-class _SuperLU:
+class SuperLU:
     """scipy's LU with diagonal pivots only: L D L^T, D = diag(U)."""
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:

@@ -26,21 +26,16 @@ _ENERGY_ACCURACY = 1e-15  # last gain of energy of conjugate gradients, relative
 _MOST_PASSES = 500
 
 
-def is_positive_definite(matrix: Matrix) -> bool:
-    """Return whether a symmetric matrix is positive definite, from one factorisation."""
-    if not (matrix.diagonal() > 0).all():
-        return False
+def is_positive_definite(matrix: Matrix, name: str) -> bool:
+    """Return whether a symmetric matrix, which messages call `name`, can be factorised."""
     try:
-        if isinstance(matrix, np.ndarray) or matrix.shape[0] <= SMALL:
-            np.linalg.cholesky(as_dense(matrix))
-        else:
-            factorise(matrix, "damping")
-    except (np.linalg.LinAlgError, NotPositiveDefiniteError):
+        factorise(matrix, name)
+    except NotPositiveDefiniteError:
         return False
     return True
 
 
-def is_positive_semidefinite(matrix: Matrix) -> bool:
+def is_positive_semidefinite(matrix: Matrix, name: str) -> bool:
     """Return whether no eigenvalue of a symmetric matrix is negative beyond rounding.
 
     The rounding allowance is added to the diagonal, so that a singular matrix can be factorised.
@@ -48,8 +43,8 @@ def is_positive_semidefinite(matrix: Matrix) -> bool:
     shift = TOLERANCE * (largest_entry(matrix) or 1.0)
     size = matrix.shape[0]
     if isinstance(matrix, np.ndarray):
-        return is_positive_definite(matrix + shift * np.eye(size))
-    return is_positive_definite(as_csc(matrix + shift * scipy.sparse.eye_array(size)))
+        return is_positive_definite(matrix + shift * np.eye(size), name)
+    return is_positive_definite(as_csc(matrix + shift * scipy.sparse.eye_array(size)), name)
 
 
 def is_positive_mass(mass: Matrix) -> bool:
@@ -59,7 +54,7 @@ def is_positive_mass(mass: Matrix) -> bool:
     """
     diagonal = mass.diagonal()
     if isinstance(mass, np.ndarray) or mass.shape[0] <= SMALL or not (diagonal > 0).all():
-        return is_positive_definite(mass)
+        return is_positive_definite(mass, "mass")
     if mass.nnz == mass.shape[0]:
         return True
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
@@ -81,7 +76,7 @@ def is_positive_mass(mass: Matrix) -> bool:
             return_eigenvectors=False,
         )
     except ArpackNoConvergence:
-        return is_positive_definite(mass)
+        return is_positive_definite(mass, "mass")
     return bool(lowest[0] > TOLERANCE)
 
 
