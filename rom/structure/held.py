@@ -263,7 +263,8 @@ class Held:
             step -= R @ (inertia.T @ step)
             displacement += step
             before, change = change, float(np.linalg.norm(step))
-            if change <= _ACCURACY * np.linalg.norm(displacement) or change > 0.5 * before:
+            converged = change <= _ACCURACY * np.linalg.norm(displacement)
+            if converged or not change <= 0.5 * before:
                 return displacement
             residual = load - inertia @ (R.T @ load) - as_dense(self._stiffness @ displacement)
             residual -= inertia @ (R.T @ residual)

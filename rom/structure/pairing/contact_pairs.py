@@ -136,7 +136,7 @@ def _areas_and_normals(
     """Return the area (nodes,) and, if known, unit normal (nodes, 3) of each node."""
     if surface.facets is not None:
         if area is not None:
-            raise SlipmodeError("area: must be left out if surface has facets, which determine it")
+            raise SlipmodeError("area: leave it out if surface has facets, which determine it")
         return surface.areas_and_normals()
     if area is None:
         raise SlipmodeError(
