@@ -94,11 +94,6 @@ def component_modes(
         Of that bound. Signals change far less if high harmonics are weak: compare with half as
         many modes.
 
-    Raises
-    ------
-    SlipmodeError
-        If an argument does not fit.
-
     References
     ----------
     R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6

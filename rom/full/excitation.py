@@ -35,11 +35,6 @@ class Excitation:
         At the start of each segment: [N] if a pattern is a unit force; [rad/s], > 0; [rad].
     amplitude_rate, frequency_rate, phase_rate : (segments, modes) ndarray
         Their rates during the segment, per second.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the argument.
     """
 
     patterns: Floats

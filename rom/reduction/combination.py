@@ -113,11 +113,6 @@ def combination_resonances(
     -------
     tuple of CombinationResonance
         Lowest orders first, at most 8; empty for one mode.
-
-    Raises
-    ------
-    SlipmodeError
-        If the frequencies are not finite numbers > 0 of one or two modes.
     """
     start = np.atleast_2d(as_floats("frequencies", frequencies))
     end = start if until is None else np.atleast_2d(as_floats("until", until))

@@ -59,11 +59,6 @@ class Structure:
         W, dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
-
-    Raises
-    ------
-    SlipmodeError
-        If an argument is not allowed. The message names it.
     """
 
     mass: Matrix
@@ -192,11 +187,6 @@ def load_structure(
     contact : as of Structure, or sequence of (node, direction) or (node, node, direction)
         Replaces the stored contacts. Nodes have the numbers of the other program, directions are
         "x", "y", "z", "rx", "ry", "rz"; two nodes stand for their relative motion.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the part that is missing, unreadable or refused.
     """
     file = as_path("path", path)
     if file.is_dir() or file.suffix not in READERS:

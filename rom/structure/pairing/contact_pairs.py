@@ -76,11 +76,6 @@ def contact_pairs(
     n_dofs : int, optional
         Number of DOFs of the structure, if it is larger than `dofs` shows.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the argument and the node or facet at fault; if no node meets the target.
-
     Notes
     -----
     A rigid motion of both bodies together moves no contact on a facet, also across a gap. A

@@ -62,11 +62,6 @@ def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> 
         Largest variation of each motion within a patch, relative to its largest relative
         displacement, 0 to 1.
 
-    Raises
-    ------
-    SlipmodeError
-        If a motion moves no contact, or arguments do not fit.
-
     Notes
     -----
     Other motions are not considered: a patch may rotate against its target, so one or two patches
