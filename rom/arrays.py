@@ -1,4 +1,4 @@
-"""Types of the arrays that go from room to room, and the check of arrays that users give."""
+"""Array types, and the check of arrays that users give."""
 
 import reprlib
 from typing import Any, TypeAlias
@@ -14,12 +14,9 @@ Flags: TypeAlias = NDArray[np.bool_]
 
 
 def as_floats(key: str, given: Any) -> Floats:
-    """Return what a user gives as an array of floats; NaN and infinity are not refused.
+    """Return a user's numbers as an array of floats; refuse, naming `key`, what is no real number.
 
-    Raises
-    ------
-    SlipmodeError
-        If an entry is not a real number, or rows have different lengths. The message names `key`.
+    NaN and infinity are allowed.
     """
     try:
         array = np.asarray(given)

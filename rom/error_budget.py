@@ -1,18 +1,18 @@
-"""Which share of a model's tolerance each source of error may take."""
+"""Shares of a model's tolerance for each source of error."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: Relative error per internal step of the slow flow, where a user does not say: errors of the
-#: steps add up over some ten relaxation times, and stay far below those of any table.
+#: Default relative error per internal step of the slow flow. Errors of the steps add up over about
+#: ten relaxation times, and stay far below the errors of tables.
 SLOW_FLOW = 1e-6
 
 LARGEST_TOLERANCE = 0.1  # of a table
 
 
 def within_reach(tolerance: float) -> str:
-    """What a refusal says of a tolerance that was reached."""
+    """Return the advice of a refusal that found this tolerance to be possible."""
     if tolerance <= LARGEST_TOLERANCE:
         return f"a tolerance of {tolerance:g} is within reach"
     return "no tolerance that is allowed is within reach: use time integration (rom.full)"
@@ -22,53 +22,53 @@ def within_reach(tolerance: float) -> str:
 class ErrorBudget:
     """Shares of the tolerance of S_j, each relative to `ErrorNorm`.
 
-    The tolerance is that of what is measured in the end, the interpolation between exact samples;
-    samples are kept exact enough not to disturb that measurement.
+    A table measures its interpolation error against exact samples; the errors of the samples are
+    small against it.
 
     Attributes
     ----------
     tolerance : float
-        Of the finished table.
+        Tolerance of the finished table.
     """
 
     tolerance: float
 
     @property
     def interpolation(self) -> float:
-        """Of the surface between its nodes."""
+        """Error of the surface between its nodes."""
         return self.tolerance
 
     @property
     def resolution(self) -> float:
-        """Of samples, by the steps and phase lines of the contact problem."""
+        """Error of samples due to the steps and phase lines of the contact problem."""
         return 0.5 * self.tolerance
 
     @property
     def steps(self) -> float:
-        """Of samples, by the steps, or by phase lines that drift: nodes differ by all of that."""
+        """Error of samples due to the steps, or to phase lines that drift."""
         return 0.5 * self.resolution
 
     @property
     def closed_lines(self) -> float:
-        """Of samples, by phase lines that close; steps may take what these leave."""
+        """Error of samples due to phase lines that close; steps may take the rest."""
         return 0.6 * self.resolution
 
     @property
     def response(self) -> float:
-        """Of the contacts' motion, by a harmonic that modes are not taken to respond to."""
+        """Error of the contact motion due to a harmonic to which no mode responds in the model."""
         return 0.1 * self.tolerance
 
     @property
     def modes(self) -> float:
-        """Of S_j, by modes that a table neglects."""
+        """Error of S_j due to modes that a table neglects."""
         return 0.1 * self.tolerance
 
     @property
     def march(self) -> float:
-        """Of samples, by contact motion that is not yet periodic."""
+        """Error of samples due to contact motion that is not yet periodic."""
         return 0.1 * self.tolerance
 
     @property
     def trial_march(self) -> float:
-        """The same while resolutions are compared."""
+        """`march` while resolutions are compared."""
         return 0.1 * self.resolution

@@ -1,4 +1,4 @@
-"""The exceptions, warnings and findings that users of slipmode are meant to see."""
+"""Exceptions, warnings and findings for users."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ Level = Literal["info", "warning", "error"]
 class SlipmodeError(ValueError):
     """Input or a state that slipmode refuses.
 
-    The message is one line that names the key, variable or file at fault and says what is
-    allowed or what to do next. The command line prints it as it is.
+    The message is one line that names the key, variable or file, and says what is allowed or what
+    to do. The command line prints it unchanged.
     """
 
 
 class ValidityWarning(UserWarning):
-    """An assumption of the method is strained; the message holds the measured indicator."""
+    """A violated assumption of the method; the message states the measured indicator."""
 
 
 class OutsideTableError(SlipmodeError):
-    """Amplitudes outside a friction table; a larger one helps."""
+    """Amplitudes outside the range of a friction table."""
 
 
 class UnknownChannelError(SlipmodeError, KeyError):
-    """A topic that a recording does not have."""
+    """A topic that is not in a recording."""
 
     __str__ = Exception.__str__  # without the quotes of KeyError
 
 
 class UnsettledError(SlipmodeError):
-    """A contact problem whose search has found no periodic motion."""
+    """A contact problem without a periodic motion that was found."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is, or is not, modelled; or an assumption that is strained."""
+    """A modelling decision, or a violated assumption of the method, with its reason."""
 
     subject: str
     choice: str

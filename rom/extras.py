@@ -1,4 +1,4 @@
-"""Packages that only some commands need: imported when they are wanted."""
+"""Packages of extras, imported when a command needs them."""
 
 from __future__ import annotations
 
@@ -10,20 +10,7 @@ from slipmode.rom.errors import SlipmodeError
 
 
 def extra(module: str, name: str) -> Any:
-    """Import a module of a package that comes with an extra of slipmode.
-
-    Parameters
-    ----------
-    module : str
-        Like "fmpy" or "matplotlib.figure".
-    name : str
-        Of the extra.
-
-    Raises
-    ------
-    SlipmodeError
-        If the package is not installed: what to install.
-    """
+    """Return a module of a package in the extra `name`; refuse if it is not installed."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
@@ -34,5 +21,5 @@ def extra(module: str, name: str) -> Any:
 
 
 def dataframe(columns: Mapping[str, object]) -> Any:
-    """A pandas DataFrame of columns by name."""
+    """Return a pandas DataFrame of columns by name."""
     return extra("pandas", "pandas").DataFrame(columns)

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,17 +12,11 @@ from typing import BinaryIO
 from slipmode.rom.arrays import in_one_line
 from slipmode.rom.errors import SlipmodeError
 
-PART = ".part"  # how the name of an unfinished file ends
+PART = ".part"  # ending of unfinished files
 
 
 def as_path(key: str, given: str | os.PathLike[str]) -> Path:
-    """Return a path that a user gives.
-
-    Raises
-    ------
-    SlipmodeError
-        If it is neither a string nor a path. The message names `key`.
-    """
+    """Return a user's path; refuse, naming `key`, what is neither a string nor a path."""
     if not isinstance(given, str | os.PathLike):
         raise SlipmodeError(f"{key}: must be a string or a path, got {in_one_line(given)}")
     return Path(given)
@@ -30,16 +24,11 @@ def as_path(key: str, given: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """A new file, to be filled in the context, that takes the place of `path` at its end.
+    """Open a new file to fill in the context; it replaces `path` at the end of the context.
 
-    Whoever opens `path` meanwhile finds what was there before. If the context ends in an
-    exception, nothing has happened. Every call has an unfinished file of its own, so threads and
-    processes may write the same path: the last one stays.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written; it names `path`.
+    Until then, or if the context ends in an exception, `path` is unchanged. Threads and processes
+    may write the same path, because every call has its own unfinished file: the last one stays.
+    An OSError names `path`.
     """
     target = Path(path)
     unfinished = target.with_name(f".slipmode-{secrets.token_hex(8)}{PART}")

@@ -1,4 +1,4 @@
-"""Frequencies of modes and of forcing: which are refused, which are reported as implausible."""
+"""Limits of the frequencies of modes and forcing: refused, or reported as implausible."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from slipmode.rom.representable import round_down, round_up
 FrequencyUnit = Literal["rad/s", "Hz"]
 PER_UNIT: dict[FrequencyUnit, float] = {"rad/s": 1.0, "Hz": 2.0 * pi}  # [rad/s]
 
-# Forcing frequencies relative to the natural one. A free vibration of mode j beats against the
-# carrier with x = omega^2 / Omega^2 - 1; expanded to second order its growth rate is
-# gamma (3 x^2 / 16 - 1 / 2), > 0 where Omega < 0.617 omega.
+# Allowed forcing frequencies relative to the natural frequency. A free vibration of mode j beats
+# against the carrier with x = omega^2 / Omega^2 - 1; to second order its growth rate is
+# gamma (3 x^2 / 16 - 1 / 2), > 0 for Omega < 0.617 omega.
 LOWEST_CARRIER, HIGHEST_CARRIER = 0.62, 10.0
 # Ratio of forcing and natural frequency, or its inverse, beyond which forcing is not resonant.
 FARTHEST_FORCING = 1.5
-_NEAR_TWO_PI = 0.25  # relative distance of a ratio of frequencies from 2 pi that hints at a unit
+_NEAR_TWO_PI = 0.25  # relative distance of a ratio of frequencies from 2 pi that suggests a unit
 _LOWEST_MODE, _HIGHEST_MODE = 1e-3, 1e6  # natural frequencies of plausible structures [Hz]
 
 
 def carrier_range(omega: float) -> tuple[float, float]:
-    """Return the forcing frequencies that a mode of natural frequency omega can follow [rad/s]."""
+    """Return the range of forcing frequencies that a mode at omega can follow [rad/s]."""
     return LOWEST_CARRIER * omega, HIGHEST_CARRIER * omega
 
 
@@ -62,50 +62,25 @@ def carrier_refusal(
 def check_carrier(
     key: str, mode: str, omega: float, frequencies: Floats, unit: FrequencyUnit = "rad/s"
 ) -> None:
-    """Refuse forcing frequencies [rad/s] that the slow flow of a mode cannot follow.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the key and what it may be.
-    """
+    """Refuse forcing frequencies [rad/s] that the slow flow of a mode cannot follow."""
     for value in (frequencies.min(), frequencies.max()):
         if refusal := carrier_refusal(key, mode, omega, float(value), unit):
             raise SlipmodeError(refusal)
 
 
 def check_table_carriers(omega: Floats, carrier: Floats) -> None:
-    """Refuse carriers (modes,) of a contact problem [rad/s] that no slow flow of it can follow.
-
-    Raises
-    ------
-    SlipmodeError
-    """
+    """Refuse carriers (modes,) of a contact problem [rad/s] that no slow flow can follow."""
     for mode, own, given in zip("AB", omega.tolist(), carrier, strict=False):
         check_carrier("carrier", mode, own, given)
 
 
 def carrier_findings(
-    key: str,
-    names: Sequence[str],
-    omega: Floats,
-    frequency: Floats,
-    unit: FrequencyUnit = "rad/s",
+    key: str, names: Sequence[str], omega: Floats, frequency: Floats, unit: FrequencyUnit = "rad/s"
 ) -> list[Finding]:
-    """Report carrier frequencies that are far from the natural frequency of their mode.
+    """Report forcing frequencies (..., modes) [rad/s] far from the natural frequencies (modes,).
 
-    Parameters
-    ----------
-    key : str
-        What the user gave, with {} where the name of the mode stands.
-    names : sequence of str
-        Of the modes.
-    omega : (modes,) ndarray
-        Natural frequencies [rad/s].
-    frequency : (..., modes) ndarray
-        Forcing frequencies [rad/s]; the farthest of each mode is reported.
-    unit : {"rad/s", "Hz"}
-        In which the user gave them.
+    The farthest of each mode is reported, in the user's unit; `key` is the user's key, with {} in
+    place of the name of the mode.
     """
     found = []
     for j, (name, own) in enumerate(zip(names, omega.tolist(), strict=False)):
@@ -125,11 +100,9 @@ def carrier_findings(
 
 
 def _unit_hint(omega: float, frequency: float, unit: FrequencyUnit) -> str:
-    """Return what to give where a factor 2 pi explains the distance; "" where it does not."""
+    """Return the advice if a factor 2 pi explains the distance, else ""."""
     given = frequency / PER_UNIT[unit]
-    meant: dict[FrequencyUnit, tuple[float, FrequencyUnit]]
-    meant = {"rad/s": (2.0 * pi, "Hz"), "Hz": (0.5 / pi, "rad/s")}
-    factor, other = meant[unit]
+    factor, other = (2.0 * pi, "Hz") if unit == "rad/s" else (0.5 / pi, "rad/s")
     if abs(factor * frequency / omega - 1.0) < _NEAR_TWO_PI:
         return f"; if that is in {other}, give {factor * given:.4g} {unit}"
     if abs(frequency / (factor * omega) - 1.0) < _NEAR_TWO_PI:
@@ -139,17 +112,12 @@ def _unit_hint(omega: float, frequency: float, unit: FrequencyUnit) -> str:
 
 def mode_frequency_findings(names: Sequence[str], omega: Floats) -> list[Finding]:
     """Report natural frequencies (modes,) [rad/s] that no structure has."""
-    reason = (
-        "{:.3g} Hz, outside {:g} to {:g} Hz: are mass and stiffness swapped, or in units other "
-        "than kg and N/m?"
-    )
-    return [
-        Finding(
-            f"mode {name}",
-            "implausible frequency",
-            reason.format(hertz, _LOWEST_MODE, _HIGHEST_MODE),
-            "warning",
-        )
-        for name, hertz in zip(names, (omega / (2.0 * pi)).tolist(), strict=False)
-        if not _LOWEST_MODE <= hertz <= _HIGHEST_MODE
-    ]
+    found = []
+    for name, hertz in zip(names, (omega / (2.0 * pi)).tolist(), strict=False):
+        if not _LOWEST_MODE <= hertz <= _HIGHEST_MODE:
+            reason = (
+                f"{hertz:.3g} Hz, outside {_LOWEST_MODE:g} to {_HIGHEST_MODE:g} Hz: are mass and "
+                "stiffness swapped, or in units other than kg and N/m?"
+            )
+            found.append(Finding(f"mode {name}", "implausible frequency", reason, "warning"))
+    return found

@@ -1,4 +1,4 @@
-"""Modes to choose from: free, stuck and bonded, and what each has to do with the contacts."""
+"""Modes to choose from, with free, stuck and bonded contacts, and their contact motion."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
-_SEPARATION = 0.05  # of modes that have a slow flow of their own from their neighbours
-_AT_STAKE = 1e-3  # share of a mode's stiffness that friction has to be able to take away
-_PAIRS = 3
+_SEPARATION = 0.05  # least relative distance of a mode in a pair from its neighbours
+_AT_STAKE = 1e-3  # least share of stiffness due to contacts of a mode in a pair
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +36,9 @@ class ModeSet:
     shapes : (n, count) ndarray
         Mass-normalised [kg^-1/2].
     contact : (count, N_c) ndarray
-        How far each mode moves each contact, W^T phi [kg^-1/2]: 0 if they are bonded.
+        Contact displacement per modal amplitude, W^T phi [kg^-1/2]; 0 if they are bonded.
     effective_mass : (count, 3) ndarray or None
-        Share of the mass that moves along in x, y, z [-]; None without labels.
+        Effective modal mass in x, y, z, relative to the mass [-]; None without labels.
     """
 
     frequency: Floats
@@ -58,24 +57,24 @@ class ModeSet:
 
 @dataclass(frozen=True, eq=False)
 class ModeTable:
-    """Modes in the states of the contacts; `print` shows it as a table.
+    """Modes for each state of the contacts; `print` shows a table.
 
     Attributes
     ----------
     states : mapping of "free", "stuck", "bonded" to ModeSet
-        "stuck" where a law was given.
+        "stuck" only with a law.
     reference : {"stuck", "bonded"}
         The state whose modes `reduce` numbers.
     free_mode : (count,) ndarray of int
-        The free mode that is most like each reference mode.
+        The free mode that is most similar to each reference mode.
     at_stake : (count,) ndarray
-        Share of each reference mode's stiffness that is lost when its contacts slip freely [-].
+        Share of stiffness due to contacts of each reference mode: lost if they slip freely [-].
     contact : (count, N_c) ndarray
-        How far each reference mode moves the contacts [kg^-1/2]; of bonded contacts, how far the
-        free mode does. Printed relative to the largest of all.
+        Contact displacement of each reference mode [kg^-1/2]; for bonded contacts, of the free
+        mode. Printed relative to the largest.
     pairs : tuple of (int, int)
-        Modes worth choosing as A and B, best first: friction acts on both, at the same contacts,
-        and they are well apart from their neighbours.
+        Suitable modes A and B, best first: friction acts on both, at the same contacts, and they
+        are well separated from their neighbours.
     """
 
     states: Mapping[str, ModeSet]
@@ -101,13 +100,15 @@ class ModeTable:
             line += f"{chosen.frequency[k]:14.5g} {chosen.damping[k]:8.2%}"
             if chosen.effective_mass is not None:
                 line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
-            line += f"  {self.at_stake[k]:8.2%}  {_moved(self.contact[k] / largest)}"
-            lines.append(line)
+            motion = self.contact[k] / largest
+            most_moved = np.argsort(-np.abs(motion), kind="stable")[:3]
+            line += f"  {self.at_stake[k]:8.2%}  "
+            lines.append(line + ", ".join(f"{c}: {motion[c]:.2f}" for c in most_moved))
         named = ", ".join(f"{a} and {b}" for a, b in self.pairs)
         lines.append(
             f"pairs worth choosing: {named}"
             if named
-            else "no pair of modes is apart from its neighbours and touched by friction"
+            else "no pair of modes is separated from its neighbours and affected by friction"
         )
         return "\n".join(lines)
 
@@ -115,17 +116,17 @@ class ModeTable:
 def modes(
     structure: Structure, law: Elastic | None = None, n: int = 10, progress: bool = False
 ) -> ModeTable:
-    """Lowest modes with free, stuck and bonded contacts.
+    """Return the lowest modes with free, stuck and bonded contacts.
 
     Parameters
     ----------
     structure : Structure
     law : elastic law, optional
-        Whose springs the stuck contacts are; without it the reference state is bonded.
+        Stuck contacts are its springs; without it the reference state is bonded.
     n : int, default 10
-        How many modes of each state.
+        Number of modes of each state.
     progress : bool, default False
-        Whether to say on standard error what a large structure is at.
+        Show on standard error the phases of the work on a large structure.
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise SlipmodeError(f"n: must be an integer of at least 1, got {n!r}")
@@ -138,22 +139,19 @@ def modes(
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
         fixed = _mode_set(structure, bonded(structure, may_float=True), count)
         states = {"free": free, "bonded": fixed}
-        if law is not None:  # last: what is factorised for the reference is kept for reduce
+        if law is not None:  # last, for `reduce` to find this factorisation
             reference = law.elements(structure.n_contacts).reference
             held = _mode_set(structure, stuck(structure, reference), count)
             states = {"free": free, "stuck": held, "bonded": fixed}
     name = "bonded" if law is None else "stuck"
     chosen = states[name]
-    likeness = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
-    alike = np.argmax(likeness, axis=1)
-    left = np.divide(
-        free.frequency[alike], chosen.frequency, out=np.ones(count), where=chosen.frequency > 0
-    )
-    at_stake = np.clip(1.0 - left**2, 0.0, 1.0)
-    contact = free.contact[alike] if law is None else chosen.contact
-    return ModeTable(
-        states, name, alike, at_stake, contact, _pairs(chosen.frequency, at_stake, contact)
-    )
+    similarity = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
+    similar = np.argmax(similarity, axis=1)
+    omega = chosen.frequency
+    ratio = np.divide(free.frequency[similar], omega, out=np.ones(count), where=omega > 0)
+    at_stake = np.clip(1.0 - ratio**2, 0.0, 1.0)
+    contact = free.contact[similar] if law is None else chosen.contact
+    return ModeTable(states, name, similar, at_stake, contact, _pairs(omega, at_stake, contact))
 
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
@@ -165,7 +163,7 @@ def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
 
 
 def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
-    """(phi^T M r)^2 / r^T M r for unit motion r in x, y, z."""
+    """Return (phi^T M r)^2 / r^T M r for unit motion r in x, y, z; None without labels."""
     if structure.labels is None:
         return None
     unit = (structure.labels.direction[:, np.newaxis] == np.arange(1, 4)).astype(float)
@@ -176,21 +174,17 @@ def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
 
 
 def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[int, int], ...]:
-    """Pairs by what friction can do to both at the contacts that both move."""
-    apart = np.abs(frequency[:, np.newaxis] / np.maximum(frequency, 1e-300) - 1.0)
-    np.fill_diagonal(apart, np.inf)
-    apart[:, frequency == 0.0] = np.inf
-    fit = (apart.min(axis=1) >= _SEPARATION) & (at_stake >= _AT_STAKE) & (frequency > 0)
+    """Return the pairs with the largest effect of friction at contacts that both modes move."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = np.abs(frequency[:, np.newaxis] / frequency - 1.0)
+    np.fill_diagonal(distance, np.inf)
+    distance[:, frequency == 0.0] = np.inf
+    fit = (distance.min(axis=1) >= _SEPARATION) & (at_stake >= _AT_STAKE) & (frequency > 0)
     share = np.abs(contact)
-    share = share / np.maximum(np.linalg.norm(share, axis=1, keepdims=True), 1e-300)
-    worth = {
+    length = np.linalg.norm(share, axis=1, keepdims=True)
+    share = np.divide(share, length, out=np.zeros_like(share), where=length > 0)
+    effect = {
         (a, b): float(share[a] @ share[b] * np.sqrt(at_stake[a] * at_stake[b]))
         for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
     }
-    return tuple(sorted(worth, key=lambda pair: -worth[pair])[:_PAIRS])
-
-
-def _moved(motion: Floats) -> str:
-    """The contacts that a mode moves most."""
-    order = np.argsort(-np.abs(motion), kind="stable")[:3]
-    return ", ".join(f"{c}: {motion[c]:.2f}" for c in order)
+    return tuple(sorted(effect, key=lambda pair: -effect[pair])[:3])

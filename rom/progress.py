@@ -1,4 +1,4 @@
-"""What a long computation is at: one line for people, changed by whatever room is at work."""
+"""A progress line on standard error that names the phase of a long computation."""
 
 from __future__ import annotations
 
@@ -9,34 +9,39 @@ from typing import Any
 
 from tqdm import tqdm
 
-_FORMAT = "{desc} [{elapsed}]"
 
-_title: ContextVar[str | None] = ContextVar("title", default=None)
-_line: ContextVar[list[tqdm[Any]] | None] = ContextVar("line", default=None)
+class _Line:
+    """The progress line of a context; it appears with the first phase."""
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.bar: tqdm[Any] | None = None
+
+
+_line: ContextVar[_Line | None] = ContextVar("line", default=None)
 
 
 @contextmanager
 def phases(title: str, *, shown: bool) -> Iterator[None]:
-    """Show the phases that the context is told of, behind a title; the line ends with it.
+    """Show the phases of the computation in the context after a title; remove the line at its end.
 
-    There is no line before the first phase: computations of less than a second tell of none.
+    Computations of less than a second name no phase and show no line.
     """
-    lines: list[tqdm[Any]] = []
-    tokens = _title.set(title), _line.set(lines if shown else None)
+    line = _Line(title)
+    token = _line.set(line if shown else None)
     try:
         yield
     finally:
-        _title.reset(tokens[0])
-        _line.reset(tokens[1])
-        for line in lines:
-            line.close()
+        _line.reset(token)
+        if line.bar is not None:
+            line.bar.close()
 
 
 def phase(text: str) -> None:
-    """Tell what begins now: "factorising stiffness, about 1.2 GiB"."""
-    lines = _line.get()
-    if lines is None:
+    """Show the phase that begins now: "factorising stiffness, about 1.2 GiB"."""
+    line = _line.get()
+    if line is None:
         return
-    if not lines:
-        lines.append(tqdm(bar_format=_FORMAT))
-    lines[0].set_description_str(f"{_title.get()}: {text}")
+    if line.bar is None:
+        line.bar = tqdm(bar_format="{desc} [{elapsed}]")
+    line.bar.set_description_str(f"{line.title}: {text}")

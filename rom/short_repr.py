@@ -1,4 +1,4 @@
-"""Short representations: one line for objects that hold arrays, however large these are."""
+"""Representations in one line, for objects with arrays of any size."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-_MOST = 60  # characters of a value that is shown as it is
+_MOST = 60  # characters of a value that is shown in full
 _MOST_WORDS = 8
 
 
 def short_repr(self: object) -> str:
-    """Fields of a dataclass or named tuple: small ones as they are, of large ones the size.
+    """Return the fields of a dataclass or named tuple: small values in full, large ones by size.
 
     For the body of a dataclass: ``__repr__ = short_repr``.
     """
@@ -22,7 +22,7 @@ def short_repr(self: object) -> str:
 
 
 def short_list(words: Iterable[str]) -> str:
-    """The first of several words, and how many there are besides."""
+    """Return the first 8 words and the number of the others."""
     listed = list(words)
     shown = ", ".join(listed[:_MOST_WORDS])
     more = len(listed) - _MOST_WORDS
@@ -43,10 +43,8 @@ def _short(value: Any) -> str:
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key!r}: {_short(item)}" for key, item in value.items()) + "}"
     shown = repr(value)
-    return shown if len(shown) <= _MOST and "\n" not in shown else _abridged(value, shown)
-
-
-def _abridged(value: Any, shown: str) -> str:
+    if len(shown) <= _MOST and "\n" not in shown:
+        return shown
     if isinstance(value, str):
         return f"{value[: _MOST // 2]!r}..."
     if isinstance(value, Sized) and not _names(value):

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.terms import ContactTerms
-from slipmode.rom.reduction.coupling import coupling_factor
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 
 # Largest distance from the carriers, relative to them; the core keeps S_j constant beyond.

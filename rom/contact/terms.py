@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.reduction.internal_resonance import strongest_resonance
+from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.short_repr import short_repr
 
 if TYPE_CHECKING:

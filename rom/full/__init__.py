@@ -6,20 +6,23 @@ motion = full.integrate(structure, law, excitation, times=600.0)
 reference = full.converged(structure, law, excitation, times=600.0)
 steady = full.steady_amplitude(structure, law, excitation, outputs=(0, 1))
 
-excitation.py is Eq. (2), integration.py the march (its steps: rom/kernel/full/esdirk4.h, and
-rom/kernel/full/elastic_step.h for elastic contacts), bases/ what large structures run on;
-convergence.py says how exact it is, steady.py takes carrier amplitudes out of it, by window.py;
-harmonic_fit.py takes all harmonics out of a few periods of it;
-aeroelastic.py gives a structure the aerodynamic forces that its reduction has.
+integration.py        integrate: the march; its steps are in rom/kernel/full. Start here.
+excitation.py         Eq. (2); motion.py: states and motions
+coordinates.py        the modes in which a step is solved; time_steps.py: which steps
+convergence.py        motions with their own error estimate
+steady.py, window.py  carrier amplitudes of steady motions
+harmonic_fit.py       all harmonics from a few periods
+component_modes.py    Craig-Bampton or stuck modes of large structures
+structures.py         projected, reduced and aeroelastic structures
 """
 
-from slipmode.rom.full.aeroelastic import aeroelastic
-from slipmode.rom.full.bases.component_modes import ComponentModes, component_modes
+from slipmode.rom.full.component_modes import ComponentModes, component_modes
 from slipmode.rom.full.convergence import Converged, converged
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import integrate
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.steady import SteadyAmplitude, steady_amplitude
+from slipmode.rom.full.structures import aeroelastic
 
 __all__ = [
     "ComponentModes",

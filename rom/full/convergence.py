@@ -1,4 +1,4 @@
-"""A reference that states its own error: the same motion at a step and at half of it."""
+"""Motions with an error estimate, from a time step and half of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from slipmode.rom.structure.structure import Structure
 
 @dataclass(frozen=True, eq=False)
 class Converged:
-    """The motion at half the step, and how far the two motions lie apart.
+    """The motion at half the step, and its difference from the motion at the step.
 
     Attributes
     ----------
@@ -28,8 +28,8 @@ class Converged:
         Of the finer run.
     displacement_error, velocity_error : (outputs,) ndarray
         RMS of the difference relative to the RMS of the signal. It bounds the error of the finer
-        run wherever halving the step halves the error at least; on a motion that is smooth over
-        a step it is about 15 times too large.
+        run if halving the step halves the error at least; for a motion that is smooth over a step
+        it is about 15 times too large.
     contact_displacement_error, contact_velocity_error : (N_c,) ndarray
     """
 
@@ -58,26 +58,23 @@ def converged(
     Parameters
     ----------
     structure, law, excitation, times, outputs, start
-        As for `integrate`; samples at every step are those of the coarser run.
+        As for `integrate`; samples at every step are at the steps of the coarser run.
     steps_per_period, step
         Of the coarser run.
     """
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     coarse = integrator.run(times, start)
     fine = integrator.run(times, start, refine=2)
-    return Converged(
-        motion=fine,
-        displacement_error=relative_rms(coarse.displacement, fine.displacement),
-        velocity_error=relative_rms(coarse.velocity, fine.velocity),
-        contact_displacement_error=relative_rms(
-            coarse.contact_displacement, fine.contact_displacement
-        ),
-        contact_velocity_error=relative_rms(coarse.contact_velocity, fine.contact_velocity),
-    )
+    signals = ("displacement", "velocity", "contact_displacement", "contact_velocity")
+    errors = {
+        f"{name}_error": relative_rms(getattr(coarse, name), getattr(fine, name))
+        for name in signals
+    }
+    return Converged(fine, **errors)
 
 
 def relative_rms(signal: Floats, reference: Floats) -> Floats:
-    """RMS of the difference over the RMS of the reference, per column; 0 if both vanish."""
+    """Return the RMS difference relative to the RMS of the reference, per column; 0 if equal."""
     difference = np.linalg.norm(signal - reference, axis=0)
     size = np.linalg.norm(reference, axis=0)
     error = np.divide(difference, size, out=np.full(size.shape, np.inf), where=size > 0)

@@ -1,4 +1,4 @@
-"""Coordinates in which the linear part of a time step costs O(n): the modes of (M, K)."""
+"""Modal coordinates of (M, K), in which the linear part of a time step costs O(n)."""
 
 from __future__ import annotations
 
@@ -17,41 +17,27 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
-_GAMMA = 0.25  # SM_FULL_GAMMA
-_ELASTIC = 2  # SM_ELASTIC
-_ROUNDING = 1e-12  # of a squared natural frequency, relative to the largest
-_UNCOUPLED = 1e-9  # largest damping between two modes, relative to their own, that is rounding
+_GAMMA = 0.25  # SM_FULL_GAMMA of the core
+_ELASTIC = 2  # SM_ELASTIC of the core
+_ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
+_UNCOUPLED = 1e-9  # damping between two modes that is rounding, relative to their own
 
 
 @dataclass(frozen=True, eq=False)
 class ModalCoordinates:
-    """x = shapes q: the identity as mass, a diagonal stiffness.
+    """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
 
-    Attributes
-    ----------
-    shapes : (n, n) ndarray
-        Modes with free contacts, mass-normalised columns [kg^-1/2].
-    squares : (n,) ndarray
-        Squared natural frequencies [rad^2/s^2]; 0 of rigid-body modes, to rounding.
-    damping : (n,) or (n, n) ndarray
-        [1/s]; (n,) if the modes diagonalise it.
-    directions : (N_c, n) ndarray
-        Contact displacement per modal displacement, W^T shapes.
-    to_modal : (n, n) ndarray
-        q = to_modal x.
-    """
-
-    shapes: Floats
-    squares: Floats
-    damping: Floats
-    directions: Floats
-    to_modal: Floats
+    shapes: Floats  # (n, n), mass-normalised modes with free contacts in columns [kg^-1/2]
+    squares: Floats  # (n,), squared natural frequencies [rad^2/s^2]
+    damping: Floats  # (n,) if the modes diagonalise it, else (n, n) [1/s]
+    directions: Floats  # (N_c, n), contact displacement per modal displacement, W^T shapes
+    to_modal: Floats  # (n, n), q = to_modal x
 
     __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure) -> Self:
-        """The modes of a structure, damping diagonal wherever it can be."""
+        """Return the modes of a structure, with diagonal damping if that is exact to rounding."""
         mass = as_dense(structure.mass)
         squares, shapes = scipy.linalg.eigh(as_dense(structure.stiffness), mass)
         rounding = _ROUNDING * squares.max()
@@ -69,49 +55,41 @@ class ModalCoordinates:
         )
 
     def inverse(self, own: Floats | float) -> Floats:
-        """A^-1 with A = I / g + C + g K, in the shape of the damping; `own` is g."""
+        """Return A^-1, A = I / g + C + g K, in the shape of the damping; `own` is g [s]."""
         diagonal = 1.0 / own + own * self.squares
         if self.damping.ndim == 1:
             return np.asarray(1.0 / (diagonal + self.damping))
         inverse = scipy.linalg.inv(np.diag(diagonal) + self.damping)
         return np.asarray(0.5 * (inverse + inverse.T))
 
-    def compliance(self, inverse: Floats) -> Floats:
-        """W^T A^-1 W: velocity of the contacts per unit of force on them."""
-        return np.asarray(self.directions @ self._response(inverse))
-
     def _response(self, inverse: Floats) -> Floats:
+        """Return A^-1 W (n, N_c): modal velocity per unit of force on the contacts."""
         W = self.directions.T
         return np.asarray(inverse[:, np.newaxis] * W if inverse.ndim == 1 else inverse @ W)
 
     def resistance(self, inverse: Floats) -> Floats:
-        """S = (W^T A^-1 W)^-1: force on the contacts per unit of velocity it takes away."""
-        S = scipy.linalg.inv(self.compliance(inverse))
+        """Return S = (W^T A^-1 W)^-1, force on the contacts per unit of their velocity."""
+        S = scipy.linalg.inv(self.directions @ self._response(inverse))
         return np.asarray(0.5 * (S + S.T))
 
     def flexibility(self, inverse: Floats, own: Floats, reference: Floats) -> Floats:
-        """R = D (I + k_ref D)^-1, D = W^T g A^-1 W: of a step with stuck contacts."""
+        """Return R = D (I + k_ref D)^-1, D = W^T g A^-1 W, of a step with stuck contacts."""
         D = (self.directions * own) @ self._response(inverse)
         held = np.eye(len(D)) + reference[:, np.newaxis] * D
         return np.asarray(scipy.linalg.solve(held.T, D.T).T)
 
     def weights(self, step: float, carriers: Floats) -> tuple[Floats, Floats]:
-        """Of velocity and acceleration at the end and at the start of a step, g and b (n,) [s].
+        """Return weights g, b (n,) [s] of the rates at the end and at the start of a step.
 
-        The trapezoidal rule takes motion at Omega for one at 2 / h tan(Omega h / 2). A mode's own
-        step, longer by as much, makes that right at one frequency (prewarping, of filters): the
-        carrier next to its own. What a resonance does, and contacts near it, is exact then but
-        for harmonics. Modes that turn by more than 1 rad in a step follow statically, by
-        backward Euler, which lets them not ring.
-
-        Parameters
-        ----------
-        carriers : (modes,) ndarray
-            Forcing frequencies [rad/s].
+        The trapezoidal rule changes a frequency Omega to 2 / h tan(Omega h / 2). A longer step of
+        each mode (prewarping, as for filters) makes the rule exact at the carrier nearest to its
+        frequency, so that resonances are exact but for harmonics. Modes that turn by more than 1
+        rad in a step follow statically, by backward Euler, and do not ring. `carriers` (modes,)
+        are the forcing frequencies [rad/s].
         """
         omega = np.sqrt(np.maximum(self.squares, 0.0))
-        apart = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
-        near = np.minimum(carriers[apart.argmin(axis=1)], 1.0 / step)
+        distance = np.abs(np.log(np.maximum(omega, _ROUNDING)[:, np.newaxis] / carriers))
+        near = np.minimum(carriers[distance.argmin(axis=1)], 1.0 / step)
         half = np.tan(0.5 * near * step) / near
         moves = omega * step <= 1.0
         return np.where(moves, half, step), np.where(moves, half, 0.0)
@@ -124,16 +102,10 @@ class ModalCoordinates:
         step: float,
         carriers: Floats,
     ) -> kernel.Full:
-        """The problem as the core reads it, for one size of the time step.
+        """Return the problem as the core reads it, for one size of the time step.
 
-        Parameters
-        ----------
-        patterns : (modes, n) ndarray
-            Forces on the DOFs of the structure.
-        output : (outputs, n) ndarray
-            Displacements wanted, as rows that act on the DOFs of the structure.
-        carriers : (modes,) ndarray
-            Forcing frequencies [rad/s].
+        Forces have patterns (modes, n) and frequencies `carriers` (modes,) [rad/s]; outputs are
+        rows (outputs, n) that combine the DOFs.
         """
         contacts = len(self.directions)
         elastic, code, alpha = None, _ELASTIC, 0.0
@@ -174,7 +146,7 @@ class ModalCoordinates:
 
 
 def _diagonal_if_possible(damping: Floats) -> Floats:
-    """The diagonal (n,) of a matrix that couples no modes beyond rounding, else the matrix."""
+    """Return the diagonal (n,) if it is the matrix but for rounding, else the matrix."""
     own = np.sqrt(np.abs(np.diag(damping)))
     coupling = np.abs(damping - np.diag(np.diag(damping)))
     if np.all(coupling <= _UNCOUPLED * np.outer(own, own)):

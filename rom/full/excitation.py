@@ -1,4 +1,4 @@
-"""One or two harmonic forces, straight lines in time between given instants."""
+"""One or two harmonic forces whose parameters are piecewise linear in time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.reduction import force_vector
+from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
@@ -22,8 +22,8 @@ class Excitation:
     """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
     theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency
-    and phase are straight lines on each segment and may jump from one to the next; the last
-    segment has no end.
+    and phase are linear in time on each segment and may jump between segments; the last segment
+    has no end.
 
     Attributes
     ----------
@@ -32,14 +32,9 @@ class Excitation:
     start : (segments,) ndarray
         Increasing times at which the segments start [s].
     amplitude, frequency, phase : (segments, modes) ndarray
-        At the start of each segment: [N] where a pattern is a unit force; [rad/s], > 0; [rad].
+        At the start of each segment: [N] if a pattern is a unit force; [rad/s], > 0; [rad].
     amplitude_rate, frequency_rate, phase_rate : (segments, modes) ndarray
         Their rates during the segment, per second.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the argument that is refused and what it may be.
     """
 
     patterns: Floats
@@ -68,10 +63,9 @@ class Excitation:
             for name in (quantity, f"{quantity}_rate"):
                 if getattr(self, name).shape != shape:
                     raise SlipmodeError(f"{name}: must have shape {shape} (segments, modes)")
-        lasting = np.append(np.diff(self.start), 0.0)[:, np.newaxis]
-        if np.any(self.frequency <= 0) or np.any(
-            self.frequency + lasting * self.frequency_rate <= 0
-        ):
+        duration = np.append(np.diff(self.start), 0.0)[:, np.newaxis]
+        last = self.frequency + duration * self.frequency_rate
+        if np.any(self.frequency <= 0) or np.any(last <= 0):
             raise SlipmodeError("frequency: must stay > 0 [rad/s]")
 
     @classmethod
@@ -82,7 +76,7 @@ class Excitation:
         frequency: ArrayLike,
         phase: ArrayLike = 0.0,
     ) -> Self:
-        """Constant forcing from t = 0.
+        """Return constant forcing from t = 0.
 
         Parameters
         ----------
@@ -133,15 +127,14 @@ class Excitation:
         return self.start.size == 1 and not any(np.any(rate) for rate in rates)
 
     def fastest(self, until: float) -> float:
-        """The largest frequency up to a time, not before the start [rad/s]."""
+        """Return the largest frequency [rad/s] up to a time, which is not before the start."""
         end = np.minimum(np.append(self.start[1:], until), until)
-        lasting = np.clip(end - self.start, 0.0, None)[:, np.newaxis]
-        begun = self.start <= until
-        reached = np.maximum(self.frequency, self.frequency + lasting * self.frequency_rate)
-        return float(reached[begun].max())
+        duration = np.clip(end - self.start, 0.0, None)[:, np.newaxis]
+        reached = np.maximum(self.frequency, self.frequency + duration * self.frequency_rate)
+        return float(reached[self.start <= until].max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Angles and frequencies of the carriers, and forces, right of jumps; each (n, modes)."""
+        """Return carrier angles and frequencies and the forces, after jumps; each (n, modes)."""
         k = np.maximum(np.searchsorted(self.start, times, side="right") - 1, 0)
         since = (times - self.start[k])[:, np.newaxis]
         frequency = self.frequency[k] + since * self.frequency_rate[k]
@@ -152,9 +145,9 @@ class Excitation:
         return angle, frequency, amplitude * np.cos(angle + phase)
 
     def inputs(self) -> np.ndarray:
-        """The segments as the core reads them, (segments,)."""
-        lasting = np.diff(self.start)[:, np.newaxis]
-        turned = lasting * (self.frequency[:-1] + 0.5 * lasting * self.frequency_rate[:-1])
+        """Return the segments as the core reads them, (segments,)."""
+        duration = np.diff(self.start)[:, np.newaxis]
+        turned = duration * (self.frequency[:-1] + 0.5 * duration * self.frequency_rate[:-1])
         inputs = kernel.inputs(self.start.size)
         modes = slice(0, self.modes)
         inputs["force"][:, modes] = self.amplitude

@@ -13,13 +13,13 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.coordinates import ModalCoordinates
 from slipmode.rom.full.excitation import Excitation
-from slipmode.rom.full.motion import FullMotion, Record, State
+from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.time_steps import Run, Schedule, checked_times
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.structure.structure import Structure
 
-_SUBSTEPS = 4  # of one stage each, where contacts are elastic
+_SUBSTEPS = 4  # of one stage each, per step with elastic contacts
 
 
 def integrate(
@@ -40,44 +40,40 @@ def integrate(
     structure : Structure
     law : Tanh or Coulomb, or an elastic law
         Jenkins, Iwan, Sliders, FrictionalContact or Contacts, on the structure with free contacts:
-        their stiffness is not to be in the structure's.
+        the stiffness of the structure does not include theirs.
     excitation : Excitation
     times : (samples,) array_like or float
-        Increasing times of the samples, from the start on [s]; or the end, for a sample at every
-        step. Evenly spaced times are the fastest.
+        Increasing times of the samples [s]; or the end, for a sample at every step. Evenly spaced
+        times are the fastest.
     steps_per_period : float, default 64
         Least number of steps per period of the fastest forcing. On the two-mass structure with
         both modes slipping, 20 give the elastic displacements to 1e-3, those of the contacts to
         1e-2 and their velocities to 0.2; 64 give 5e-5, 1e-3 and 3e-2. Elastic contacts: 24 give
         the displacements of a blade with 12 Jenkins contacts to 5e-4, 64 to 1e-4.
     step : float, optional
-        Largest time step [s], instead of `steps_per_period`. The steps are the longest ones not
-        above it that fit between samples and starts of segments.
+        Largest time step [s], instead of `steps_per_period`. Steps are the longest that fit
+        between samples and starts of segments.
     outputs : sequence of int, or (outputs, n) array_like, optional
-        DOFs whose displacement is wanted, or rows that combine them; all DOFs by default.
+        DOFs whose displacement is returned, or rows that combine them; all DOFs by default.
     start : State, optional
-        Default: at rest, undeformed, where the excitation starts.
+        Default: at rest, undeformed, when the excitation starts.
 
     Raises
     ------
     SlipmodeError
-        If an argument does not fit, or the motion grows beyond all bounds.
+        If an argument does not fit, or the motion grows without bound.
 
     Notes
     -----
-    The six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_: L-stable and of fourth order
-    where the friction is smooth over a step; about second order under exact Coulomb friction,
-    where a step may hold a transition from stick to slip. Each stage is a convex minimisation
-    over the contact velocities, so that a step cannot fail. The linear part is solved in modal
-    coordinates: O(n N_c) a stage where the damping is modal, O(n^2) otherwise.
+    Rigid friction: the six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_, L-stable, of
+    fourth order for friction that is smooth over a step, of about second order for exact Coulomb
+    friction. Each stage is a convex minimisation over the contact velocities, so that a step
+    cannot fail. A stage costs O(n N_c) with modal damping, O(n^2) otherwise.
 
-    Elastic contacts are return maps from what they remember at the start of a step to the
-    displacement at its end. Each step consists of four of the trapezoidal rule (Newmark's average
-    acceleration), one implicit solution each, O(n N_c); modes that turn by more than 1 rad in
-    such a part follow by backward Euler and do not ring. The rule is prewarped [2]_: motion at
-    the forcing frequencies is exact at any step, so that resonances do not move. Second order:
-    by harmonics, and a step may hold a transition between stick, slip and gap. Sliders take
-    energy at any step.
+    Elastic contacts are return maps. Each step consists of four steps of the trapezoidal rule
+    (Newmark's average acceleration), prewarped [2]_ so that motion at the forcing frequencies is
+    exact at any step, of second order otherwise, O(n N_c). Modes that turn by more than 1 rad in
+    such a part follow by backward Euler and do not ring.
 
     References
     ----------
@@ -91,7 +87,7 @@ def integrate(
 
 
 class Integrator:
-    """What several runs of one problem share; the parameters are those of `integrate`."""
+    """One problem for several runs; the parameters are those of `integrate`."""
 
     def __init__(
         self,
@@ -113,118 +109,136 @@ class Integrator:
         self.excitation = excitation
         self._structure = structure
         self._law = law
+        self._elastic: kernel.Elastic | None = None
+        self._memory_size, self._substeps = 0, 1
         if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()
-            self._remembered = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
+            self._memory_size = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
             self._substeps = _SUBSTEPS
         else:
-            self._limit = limits(law, structure.n_contacts)
-            self._remembered, self._substeps = 0, 1
+            limits(law, structure.n_contacts)  # refuses a wrong number of limits
         self._output = _output_rows(outputs, structure.n_dofs)
         self._coordinates = ModalCoordinates.of(structure)
         self._inputs = excitation.inputs()
         self._steps_per_period = steps_per_period
         self._step = step
 
+    def at_rest(self) -> State:
+        """Return the undeformed state when the excitation starts."""
+        zero = np.zeros(self._structure.n_dofs)
+        return State(float(self.excitation.start[0]), zero, zero)
+
     def run(self, times: ArrayLike, start: State | None = None, refine: int = 1) -> FullMotion:
         """Integrate, every step divided by `refine`."""
-        first = self._at_rest() if start is None else start
+        first = self.at_rest() if start is None else start
         time = checked_times(times, first.time, float(self.excitation.start[0]))
-        longest = self._longest_step(float(time.max()))
+        longest = self._step
+        if longest is None:
+            fastest = self.excitation.fastest(float(time.max()))
+            longest = 2 * np.pi / (fastest * self._steps_per_period)
         refine *= self._substeps
         schedule = Schedule.plan(time, first.time, longest, self.excitation.start, refine)
         state = self._pack(first)
-        record = Record.empty(schedule.time.size, len(self._output), self._structure.n_contacts)
+        samples, outputs = schedule.time.size, len(self._output)
+        n, contacts = self._structure.n_dofs, self._structure.n_contacts
+        displacement, velocity = np.empty((2, samples, outputs))
+        contact, dissipated = np.empty((samples, 3, contacts)), np.empty(samples)
+        record = (displacement, velocity, contact, dissipated)
         row = 0
         if schedule.samples_start:
-            self._sample_start(first, state, record)
+            displacement[0] = self._output @ first.displacement
+            velocity[0] = self._output @ first.velocity
+            contact[0] = state[2 * n : 2 * n + 3 * contacts].reshape(3, -1)
+            dissipated[0] = 0.0
             row = 1
         for run in schedule.runs:
-            kept = record.rows(row, run.samples)
-            self._march(run, state, kept if run.sampled else record.scratch())
+            rows = slice(row, row + run.samples)
+            unread = [np.empty_like(each[:1]) for each in record]
+            self._march(run, state, [each[rows] for each in record] if run.sampled else unread)
             row += run.samples * run.sampled
         return FullMotion(
             time=schedule.time,
-            displacement=record.displacement,
-            velocity=record.velocity,
-            contact_displacement=record.contact[:, 0],
-            contact_velocity=record.contact[:, 1],
-            contact_force=record.contact[:, 2],
-            dissipated=record.dissipated,
+            displacement=displacement,
+            velocity=velocity,
+            contact_displacement=contact[:, 0],
+            contact_velocity=contact[:, 1],
+            contact_force=contact[:, 2],
+            dissipated=dissipated,
             end=self._unpack(float(schedule.time[-1]), state),
             steps=sum(run.samples * run.every for run in schedule.runs),
         )
 
-    def _longest_step(self, end: float) -> float:
-        if self._step is not None:
-            return self._step
-        return 2 * np.pi / (self.excitation.fastest(end) * self._steps_per_period)
-
-    def _at_rest(self) -> State:
-        zero = np.zeros(self._structure.n_dofs)
-        return State(float(self.excitation.start[0]), zero, zero)
-
-    def _march(self, run: Run, state: Floats, record: Record) -> None:
+    def _march(self, run: Run, state: Floats, record: list[Floats]) -> None:
+        """Advance the state through a run; the core writes its samples into the record."""
+        segment = run.segment
         problem = self._coordinates.kernel(
-            *(self._law, self.excitation.patterns, self._output, run.step),
-            carriers=self.excitation.frequency[run.segment],
+            self._law,
+            self.excitation.patterns,
+            self._output,
+            run.step,
+            self.excitation.frequency[segment],
         )
         status = kernel.lib.sm_full_march(
-            *(ctypes.byref(problem), self._inputs[run.segment :].ctypes.data),
-            *(run.begin - self.excitation.start[run.segment], run.samples, run.every),
-            *(state.ctypes.data, *record.addresses()),
+            ctypes.byref(problem),
+            self._inputs[segment:].ctypes.data,
+            run.begin - self.excitation.start[segment],
+            run.samples,
+            run.every,
+            state.ctypes.data,
+            *[each.ctypes.data for each in record],
         )
         kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:
-        """Modal state, contact motion and dissipated energy as the core reads them."""
-        x, v = (
-            _state_vector(name, value, self._structure.n_dofs)
-            for name, value in (("displacement", start.displacement), ("velocity", start.velocity))
-        )
+        """Return modal state, contact motion and force, dissipated energy and contact memory."""
+        n = self._structure.n_dofs
+        x = _state_vector("displacement", start.displacement, n)
+        v = _state_vector("velocity", start.velocity, n)
         W = self._structure.directions.T
         x_c, v_c = np.asarray(W @ x), np.asarray(W @ v)
-        force, memory = self._contacts_at(start, x_c, v_c)
-        to_modal = self._coordinates.to_modal
-        return np.concatenate([to_modal @ x, to_modal @ v, x_c, v_c, force, [0.0], memory])
-
-    def _contacts_at(self, start: State, x_c: Floats, v_c: Floats) -> tuple[Floats, Floats]:
-        """Force on the contacts, and what they remember."""
-        contacts = self._structure.n_contacts
-        memory = np.zeros(self._remembered)
-        if isinstance(self._law, Elastic):
+        memory = np.zeros(self._memory_size)
+        if self._elastic is None:
+            force = self._friction(start, v_c)
+        else:
             if start.contact_memory is not None:
                 given = _state_vector("contact_memory", start.contact_memory, memory.size)
                 memory = given.copy()
-            x_c, force = kernel.contiguous(x_c), np.empty(contacts)
-            status = kernel.lib.sm_elastic_force(
-                *(ctypes.byref(self._elastic), contacts, x_c.ctypes.data),
-                *(memory.ctypes.data, force.ctypes.data),
-            )
-            kernel.check(status, "forces on the contacts")
-            return force, memory
+            force = self._elastic_force(x_c, memory)
+        to_modal = self._coordinates.to_modal
+        return np.concatenate([to_modal @ x, to_modal @ v, x_c, v_c, force, [0.0], memory])
+
+    def _friction(self, start: State, v_c: Floats) -> Floats:
+        """Return the given force of rigid friction, or the law's force at velocities v_c."""
         if start.contact_force is not None:
-            return _state_vector("contact_force", start.contact_force, contacts), memory
-        slope = self._law.alpha
-        return self._limit * (np.tanh(v_c / slope) if slope > 0 else np.sign(v_c)), memory
+            return _state_vector("contact_force", start.contact_force, v_c.size)
+        assert not isinstance(self._law, Elastic)
+        alpha = self._law.alpha
+        return limits(self._law, v_c.size) * (np.tanh(v_c / alpha) if alpha > 0 else np.sign(v_c))
+
+    def _elastic_force(self, x_c: Floats, memory: Floats) -> Floats:
+        """Return the force of elastic contacts at displacements x_c."""
+        assert self._elastic is not None
+        x_c, force = kernel.contiguous(x_c), np.empty(x_c.size)
+        status = kernel.lib.sm_elastic_force(
+            ctypes.byref(self._elastic),
+            x_c.size,
+            x_c.ctypes.data,
+            memory.ctypes.data,
+            force.ctypes.data,
+        )
+        kernel.check(status, "forces on the contacts")
+        return force
 
     def _unpack(self, time: float, state: Floats) -> State:
         n, contacts = self._structure.n_dofs, self._structure.n_contacts
         shapes = self._coordinates.shapes
         q, v, _, force, _, memory = np.split(state, np.cumsum([n, n, 2 * contacts, contacts, 1]))
-        remembered = memory.copy() if isinstance(self._law, Elastic) else None
-        return State(time, shapes @ q, shapes @ v, force.copy(), remembered)
-
-    def _sample_start(self, start: State, state: Floats, record: Record) -> None:
-        record.displacement[0] = self._output @ start.displacement
-        record.velocity[0] = self._output @ start.velocity
-        n, contacts = self._structure.n_dofs, self._structure.n_contacts
-        record.contact[0] = state[2 * n : 2 * n + 3 * contacts].reshape(3, -1)
-        record.dissipated[0] = 0.0
+        kept = None if self._elastic is None else memory.copy()
+        return State(time, shapes @ q, shapes @ v, force.copy(), kept)
 
 
 def _output_rows(outputs: Sequence[int] | ArrayLike | None, n_dofs: int) -> Floats:
-    """Rows (outputs, n) that act on the DOFs."""
+    """Return rows (outputs, n) that act on the DOFs."""
     if outputs is None:
         return np.eye(n_dofs)
     given = np.asarray(outputs)

@@ -1,10 +1,8 @@
-"""A full-order motion and the states that it starts from and ends in."""
+"""A full-order motion, and the states in which it starts and ends."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import short_repr
@@ -12,7 +10,7 @@ from slipmode.rom.short_repr import short_repr
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Where a motion starts or ends.
+    """The state in which a motion starts or ends.
 
     Attributes
     ----------
@@ -21,12 +19,11 @@ class State:
     displacement, velocity : (n,) ndarray
         Of every DOF of the structure [m], [m/s].
     contact_force : (N_c,) ndarray, optional
-        Friction force [N]; by default what the law says at this velocity, 0 for a contact at rest
-        under exact Coulomb friction, which the first step corrects. On elastic contacts it is
-        what the law says at this displacement.
+        Force of rigid friction [N]; by default the law's force at this velocity. For a contact at
+        rest under exact Coulomb friction that is 0, which the first step corrects.
     contact_memory : ndarray, optional
-        What elastic contacts remember [m], where they and their sliders were: that of an end
-        state. By default they came here straight from where everything is at rest.
+        Memory of elastic contacts and their sliders [m], of an end state. By default they moved
+        monotonically from rest to here.
     """
 
     time: float
@@ -40,7 +37,7 @@ class State:
 
 @dataclass(frozen=True, eq=False)
 class FullMotion:
-    """A motion at the times that were asked for.
+    """A motion at the sample times.
 
     Attributes
     ----------
@@ -51,8 +48,8 @@ class FullMotion:
     contact_displacement, contact_velocity, contact_force : (samples, N_c) ndarray
         x_c = W^T x [m], x_c' [m/s], friction force [N]; along a normal direction N - N0.
     dissipated : (samples,) ndarray
-        Work done on the contacts since the start [J]: energy lost to friction, and in elastic
-        contacts what their springs hold more than at the start. That is 0 over a cycle.
+        Work done on the contacts since the start [J]: energy lost to friction, and the change of
+        the energy in the springs of elastic contacts, which is 0 over a cycle.
     end : State
         From which `integrate` continues.
     steps : int
@@ -70,51 +67,3 @@ class FullMotion:
     steps: int
 
     __repr__ = short_repr
-
-
-@dataclass(frozen=True, eq=False)
-class Record:
-    """Samples as the core writes them.
-
-    Attributes
-    ----------
-    displacement, velocity : (samples, outputs) ndarray
-    contact : (samples, 3, N_c) ndarray
-        Displacement, velocity and friction force.
-    dissipated : (samples,) ndarray
-    """
-
-    displacement: Floats
-    velocity: Floats
-    contact: Floats
-    dissipated: Floats
-
-    __repr__ = short_repr
-
-    @classmethod
-    def empty(cls, samples: int, outputs: int, contacts: int) -> Record:
-        """Room for so many samples."""
-        return cls(
-            np.empty((samples, outputs)),
-            np.empty((samples, outputs)),
-            np.empty((samples, 3, contacts)),
-            np.empty(samples),
-        )
-
-    def rows(self, first: int, count: int) -> Record:
-        """A view of `count` samples."""
-        rows = slice(first, first + count)
-        return Record(
-            *(self.displacement[rows], self.velocity[rows]),
-            *(self.contact[rows], self.dissipated[rows]),
-        )
-
-    def scratch(self) -> Record:
-        """Room for a sample that nobody asked for."""
-        return Record.empty(1, self.displacement.shape[1], self.contact.shape[2])
-
-    def addresses(self) -> tuple[int, int, int, int]:
-        """Where the core writes them."""
-        arrays = (self.displacement, self.velocity, self.contact, self.dissipated)
-        a, b, c, d = (array.ctypes.data for array in arrays)
-        return a, b, c, d

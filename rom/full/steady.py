@@ -13,14 +13,14 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
-from slipmode.rom.full.window import Elsewhere, Window
+from slipmode.rom.full.window import Nonharmonic, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.structure import Structure
 
-OFF_LATTICE = 0.01  # RMS of the contacts' motion beside the harmonics: it is not periodic in them
-_REFINED, _LESS = (1, 2, 4), 0.8  # steps to look at that in, while it becomes so much less
+OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
+_REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction that they must give
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class SteadyAmplitude:
     amplitude : (modes, outputs) complex ndarray
         Of each carrier in each output [m].
     error : (modes, outputs) ndarray
-        Estimate: change on halving the time step, plus what is left of the transient [m].
+        Estimate: change on halving the time step, plus the change between the last windows [m].
     end : State
         A state on the steady motion.
     """
@@ -63,7 +63,7 @@ def steady_amplitude(
     ----------
     structure : Structure
     law : Friction or elastic law
-        Of its contacts.
+        Law of the contacts.
     excitation : Excitation
         Constant.
     outputs : sequence of int, or (outputs, n) array_like, optional
@@ -74,14 +74,13 @@ def steady_amplitude(
     steps_per_period, step
         Largest time step, as in `integrate`.
     start : State, optional
-        A state near the steady motion, with its time and so the angles theta_j, saves the
-        transient; by default at rest.
+        A state near the steady motion, with its time, shortens the transient; by default at rest.
     most_windows : int, default 100
-        Windows to try before giving up.
+        Windows per time step after which the call is refused.
     periods : float, optional
-        Length of a window in periods of the slowest carrier, instead of the one below. Strong
-        contacts draw lines of higher order than those: one close beside a carrier makes its
-        amplitude beat from window to window, until these are several beats long.
+        Length of a window in periods of the slowest carrier, instead of the length in the notes.
+        Strong contacts cause lines of higher order: a line close to a carrier makes its amplitude
+        beat from window to window, unless a window is several beats long.
 
     Raises
     ------
@@ -90,9 +89,9 @@ def steady_amplitude(
 
     Notes
     -----
-    A window is long enough for every line n Omega_A + m Omega_B, |n| + |m| <= 7, to lie 12
-    resolution widths from the carriers, at most 1000 periods; lines that coincide with a carrier
-    (commensurate frequencies) belong to its amplitude.
+    By default a window is so long that every line n Omega_A + m Omega_B, |n| + |m| <= 7, lies 12
+    resolution widths from the carriers, at most 1000 periods. Lines that coincide with a carrier
+    (commensurate frequencies) are part of its amplitude.
     """
     if not excitation.is_constant:
         raise SlipmodeError("excitation: must be constant for a steady amplitude")
@@ -102,54 +101,46 @@ def steady_amplitude(
         raise SlipmodeError(f"periods: must be a finite number, at least 1, got {periods}")
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     window = Window.of(excitation, periods)
-    coarse = _settle(integrator, window, start, 1, tolerance, most_windows)
-    fine = _settle(integrator, window, coarse.end, 2, tolerance, most_windows)
-    error = np.abs(fine.amplitude - coarse.amplitude) + fine.error
-    return SteadyAmplitude(fine.amplitude, error, fine.end)
+    state = integrator.at_rest() if start is None else start
+    coarse: list[Complexes] = []
+    fine: list[Complexes] = []
+    for refine, found in ((1, coarse), (2, fine)):
+        for _ in range(most_windows):
+            motion = integrator.run(window.times(state.time), state, refine)
+            state = motion.end
+            found.append(window.project(motion.time, motion.displacement, window.frequency))
+            if len(found) > 1 and np.all(
+                np.abs(found[-1] - found[-2]) <= tolerance * window.scale(found[-1])
+            ):
+                break
+        else:
+            rest = nonharmonic_motion(integrator, state)[1]
+            raise SlipmodeError(
+                f"steady amplitude: still changing after {most_windows} windows of "
+                f"{window.length:.4g} s, {rest.share:.2g} of the contacts' motion at frequencies "
+                f"beside the harmonics of the forces, most at {rest.frequency:.4g} rad/s; raise "
+                "most_windows, periods (longer windows) or the tolerance, or look at the motion "
+                "itself"
+            )
+    error = np.abs(fine[-1] - coarse[-1]) + np.abs(fine[-1] - fine[-2])
+    return SteadyAmplitude(fine[-1], error, state)
 
 
-def _settle(
-    integrator: Integrator,
-    window: Window,
-    start: State | None,
-    refine: int,
-    tolerance: float,
-    most_windows: int,
-) -> SteadyAmplitude:
-    """Window after window until the amplitudes repeat."""
-    state, last = start, None
-    for _ in range(most_windows):
-        begin = float(integrator.excitation.start[0]) if state is None else state.time
-        motion = integrator.run(window.times(begin), state, refine)
-        state = motion.end
-        amplitude = window.project(motion.time, motion.displacement, window.frequency)
-        if last is not None:
-            change = np.abs(amplitude - last)
-            if np.all(change <= tolerance * window.scale(amplitude)):
-                return SteadyAmplitude(amplitude, change, state)
-        last = amplitude
-    beside = beside_harmonics(integrator, state)[1]
-    raise SlipmodeError(
-        f"steady amplitude: still changing after {most_windows} windows of {window.length:.4g} s, "
-        f"{beside.share:.2g} of the contacts' motion at frequencies beside the harmonics of the "
-        f"forces, most at {beside.frequency:.4g} rad/s; raise most_windows, periods (longer "
-        "windows) or the tolerance, or look at the motion itself"
-    )
+def nonharmonic_motion(
+    integrator: Integrator, state: State | None
+) -> tuple[FullMotion, Nonharmonic]:
+    """Return a long motion from a state, and the nonharmonic part of its contact motion.
 
-
-def beside_harmonics(integrator: Integrator, state: State | None) -> tuple[FullMotion, Elsewhere]:
-    """A long stretch of motion from a state, and what its contacts do beside the harmonics.
-
-    More than OFF_LATTICE is looked at in finer steps as long as these bring it down: where in a
-    step contacts stick or slip is a noise of its own.
+    Transitions between stick and slip inside a step are a noise: a part above OFF_LATTICE is
+    computed again with finer steps, as long as these reduce it.
     """
     window = Window.of_lines(integrator.excitation)
-    begin = float(integrator.excitation.start[0]) if state is None else state.time
-    share = np.inf
+    begin = integrator.at_rest() if state is None else state
+    before = np.inf
     for refine in _REFINED:
-        motion = integrator.run(window.times(begin), state, refine)
-        beside = window.elsewhere(motion.contact_displacement)
-        if beside.share <= OFF_LATTICE or beside.share > _LESS * share:
+        motion = integrator.run(window.times(begin.time), begin, refine)
+        rest = window.nonharmonic(motion.contact_displacement)
+        if rest.share <= OFF_LATTICE or rest.share > _LESS * before:
             break
-        share = beside.share
-    return motion, beside
+        before = rest.share
+    return motion, rest

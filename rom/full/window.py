@@ -1,4 +1,4 @@
-"""A stretch of time over which harmonics are projected out of a motion."""
+"""Windows in time over which harmonics are projected out of a motion."""
 
 from __future__ import annotations
 
@@ -11,82 +11,68 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.short_repr import short_repr
 
-_POWER = 8  # of sin(pi t / T): zero leakage from harmonics of the window beyond the 4th
+_POWER = 8  # weight sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
-_ORDER = 7  # |n| + |m| of the lines that are kept apart from the carriers
-_SHORTEST, _LONGEST = 40, 1000  # window in periods of the slowest carrier
-# of the fastest carrier: no whole number, so that no harmonic aliases onto a carrier and the steps
-# fall on every phase of it within a window
+_ORDER = 7  # |n| + |m| of the lines that are separated from the carriers
+_SHORTEST, _LONGEST = 40, 1000  # window, in periods of the slowest carrier
+# Samples per period of the fastest carrier: not an integer, so that no harmonic aliases onto a
+# carrier, and steps fall on all of its phases within a window.
 _SAMPLES_PER_PERIOD = 32.618
-_LOBE = 5  # bins that a line takes to either side
-_PEAK = 1e-4  # of the largest: smaller ones count as on the lattice
-_HIGHEST = {1: 60, 2: 41}  # |n| + |m| of what is looked for on the lattice, by carriers
-_LOOKED, _MOST_SAMPLES = 1000, 2**20  # periods of the slowest carrier in which it is looked for
-_CHUNK = 4096
+_LOBE = 5  # bins of a line on either side of its peak
+_PEAK = 1e-4  # of the largest peak: smaller ones are not classified
+_HIGHEST = {1: 60, 2: 41}  # |n| + |m| of the harmonics, by carriers
+_LOOKED, _MOST_SAMPLES = 1000, 2**20  # periods of the slowest carrier, to find other lines
+_CHUNK = 4096  # samples projected at a time
 
 
 @dataclass(frozen=True, eq=False)
-class Elsewhere:
-    """What a motion has beside the harmonics n Omega_A + m Omega_B.
+class Nonharmonic:
+    """The part of a motion at other frequencies than n Omega_A + m Omega_B."""
 
-    Attributes
-    ----------
-    share : float
-        Its RMS, of that of the motion [-].
-    frequency : float
-        Of the strongest line in it [rad/s].
-    """
-
-    share: float
-    frequency: float
+    share: float  # its RMS, relative to the RMS of the motion [-]
+    frequency: float  # of its strongest line [rad/s]
 
     __repr__ = short_repr
 
 
 @dataclass(frozen=True)
 class Window:
-    """Of some length, long enough to tell lines of the spectrum apart.
+    """A window that is long enough to separate lines of the spectrum."""
 
-    Attributes
-    ----------
-    frequency : (modes,) ndarray
-        Of the carriers [rad/s].
-    forced : (modes,) ndarray
-        Whether there is any force.
-    length : float
-        [s]
-    samples : int
-    """
-
-    frequency: Floats
-    forced: Flags
-    length: float
+    frequency: Floats  # (modes,), of the carriers [rad/s]
+    forced: Flags  # (modes,), whether there is a force
+    length: float  # [s]
     samples: int
 
     __repr__ = short_repr
 
     @classmethod
     def of(cls, excitation: Excitation, periods: float | None = None) -> Self:
-        """With so many periods of the slowest carrier; by default what `_ORDER` lines need."""
+        """Return the window of so many periods of the slowest carrier.
+
+        By default it separates the lines up to |n| + |m| = 7 from the carriers.
+        """
         frequency = excitation.frequency[0]
         forced = np.any(excitation.patterns != 0, axis=1) & (excitation.amplitude[0] != 0)
         slowest = frequency.min()
         if periods is None:
-            needed = _BINS / _line_spacing(frequency[forced] if forced.any() else frequency)
-            periods = float(np.clip(needed * slowest, _SHORTEST, _LONGEST))
+            carriers = frequency[forced] if forced.any() else frequency
+            distance = np.abs(_lines(carriers, _ORDER)[:, np.newaxis] - carriers)
+            spacing = distance[distance > 1e-9 * carriers.max()].min()
+            periods = float(np.clip(_BINS / spacing * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
         samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
         return cls(frequency, forced, length, samples)
 
     @classmethod
     def of_lines(cls, excitation: Excitation) -> Self:
-        """Long enough to see lines beside the lattice."""
+        """Return a window that is long enough to find lines between the harmonics."""
         frequency = excitation.frequency[0]
-        dense = frequency.max() / frequency.min() * _SAMPLES_PER_PERIOD
-        return cls.of(excitation, min(float(_LOOKED), _MOST_SAMPLES / dense))
+        samples_per_period = frequency.max() / frequency.min() * _SAMPLES_PER_PERIOD
+        return cls.of(excitation, min(float(_LOOKED), _MOST_SAMPLES / samples_per_period))
 
     def times(self, begin: float) -> Floats:
-        """When to sample, (samples,) [s]."""
+        """Return the sample times (samples,) [s]."""
         return begin + self.length * np.arange(1, self.samples + 1) / self.samples
 
     @property
@@ -95,9 +81,10 @@ class Window:
         return np.asarray(weight / weight.sum())
 
     def project(self, time: Floats, signal: Floats, frequency: Floats) -> Complexes:
-        """Amplitudes c of lines, 2 Re(c exp(i nu t)), in a signal (samples, outputs).
+        """Return amplitudes c (lines, outputs) of lines 2 Re(c exp(i nu t)) in a signal.
 
-        (lines, outputs), at frequencies nu (lines,) [rad/s]; of the mean, nu = 0, one half.
+        The signal is (samples, outputs), frequencies nu are (lines,) [rad/s]. The mean, nu = 0,
+        is 2 c.
         """
         weight = self._weight
         found = np.zeros((frequency.size, signal.shape[1]), dtype=complex)
@@ -109,51 +96,44 @@ class Window:
         return found
 
     def scale(self, amplitude: Complexes) -> Floats:
-        """Largest amplitude of each carrier, of any where it is not forced, (modes, 1)."""
+        """Return the largest amplitude of each carrier, of all if it is not forced, (modes, 1)."""
         largest = np.abs(amplitude).max(axis=1, keepdims=True)
         return np.asarray(np.where(self.forced[:, np.newaxis], largest, largest.max()))
 
-    def elsewhere(self, signal: Floats) -> Elsewhere:
-        """What of a signal (samples, outputs) is not on the lattice, its mean apart.
+    def nonharmonic(self, signal: Floats) -> Nonharmonic:
+        """Return the part of a signal (samples, outputs) that is neither harmonic nor mean.
 
-        Line by line, the strongest first. Those that lie nearer to a harmonic than the window
-        resolves count as that.
+        Lines are classified from the strongest down. A line nearer to a harmonic than the window
+        resolves is taken for the harmonic.
         """
         weight = self._weight[:, np.newaxis]
         mean = (weight * signal).sum(axis=0)
         power = (np.abs(np.fft.rfft(weight * (signal - mean), axis=0)) ** 2).sum(axis=1)
-        on_lattice = self._lattice(power.size)
-        left, off, strongest = power.copy(), 0.0, 0
-        while left.max() > _PEAK**2 * power.max():
-            peak = int(np.argmax(left))
+        harmonic = self._harmonic_bins(power.size)
+        rest, other, strongest = power.copy(), 0.0, 0
+        while rest.max() > _PEAK**2 * power.max():
+            peak = int(np.argmax(rest))
             line = slice(max(peak - _LOBE, 0), peak + _LOBE + 1)
-            if not on_lattice[peak]:
-                strongest = strongest if off > 0.0 else peak
-                off += left[line].sum()
-            left[line] = 0.0
-        share = np.sqrt(off / max(power.sum(), np.finfo(float).tiny))
-        return Elsewhere(float(share), float(2.0 * np.pi * strongest / self.length))
+            if not harmonic[peak]:
+                strongest = strongest if other > 0.0 else peak
+                other += rest[line].sum()
+            rest[line] = 0.0
+        share = np.sqrt(other / max(power.sum(), np.finfo(float).tiny))
+        return Nonharmonic(float(share), float(2.0 * np.pi * strongest / self.length))
 
-    def _lattice(self, bins: int) -> Flags:
-        """Where in the spectrum harmonics have their peaks, (bins,)."""
-        highest = _HIGHEST[self.frequency.size]
-        order = np.arange(-highest, highest + 1)
-        n, m = np.meshgrid(order, order if self.frequency.size == 2 else [0])
-        listed = np.abs(n) + np.abs(m) <= highest
-        lines = n[listed] * self.frequency[0] + m[listed] * self.frequency[-1]
-        place = lines * self.length / (2.0 * np.pi)
-        place = np.abs(place - self.samples * np.round(place / self.samples))  # by sampling
-        lattice = np.zeros(bins + 2, dtype=bool)
+    def _harmonic_bins(self, bins: int) -> Flags:
+        """Return where in the spectrum harmonics have their peaks, (bins,)."""
+        place = _lines(self.frequency, _HIGHEST[self.frequency.size]) * self.length / (2.0 * np.pi)
+        place = np.abs(place - self.samples * np.round(place / self.samples))  # with aliasing
+        harmonic = np.zeros(bins + 2, dtype=bool)
         for offset in (-1, 0, 1):
-            lattice[np.abs(np.round(place).astype(int) + offset)] = True
-        return lattice[:bins]
+            harmonic[np.abs(np.round(place).astype(int) + offset)] = True
+        return harmonic[:bins]
 
 
-def _line_spacing(frequency: Floats) -> float:
-    """Least distance from a carrier to another line of the spectrum [rad/s]."""
-    orders = np.arange(-_ORDER, _ORDER + 1)
-    n, m = np.meshgrid(orders, orders if frequency.size == 2 else [0])
-    listed = np.abs(n) + np.abs(m) <= _ORDER
-    lines = n[listed] * frequency[0] + m[listed] * frequency[-1]
-    distance = np.abs(lines[:, np.newaxis] - frequency)
-    return float(distance[distance > 1e-9 * frequency.max()].min())
+def _lines(frequency: Floats, highest: int) -> Floats:
+    """Return n Omega_A + m Omega_B with |n| + |m| <= highest, for carriers (modes,) [rad/s]."""
+    order = np.arange(-highest, highest + 1)
+    n, m = np.meshgrid(order, order if frequency.size == 2 else [0])
+    listed = np.abs(n) + np.abs(m) <= highest
+    return np.asarray(n[listed] * frequency[0] + m[listed] * frequency[-1])

@@ -1,6 +1,11 @@
 """Contact laws: rigid friction, Eq. (28), and elastic contacts that slide, vary and open.
 
-friction.py has Tanh and Coulomb, joint_laws.py Jenkins and Iwan, frictional_contact.py normal
-loads that vary, contacts.py groups of them; elements.py is how the core reads these, law_record.py
-how files do, states.py what a contact does: stick, slip or open.
+friction.py            Tanh, Coulomb, and rules for all laws. Start here.
+joint_laws.py          Jenkins, Iwan, Sliders
+frictional_contact.py  varying normal loads, lift-off
+contacts.py            different laws at different contacts
+elements.py            elastic laws as the core reads them
+directions.py          contact DOFs in words, and a check of their directions
+law_record.py          laws as plain records, for files
+states.py              contacts that stick, slip or are open; energy in their springs
 """

@@ -21,7 +21,7 @@ class Contacts:
     Parameters
     ----------
     groups : sequence of (law, contact DOFs)
-        Which contact DOFs (columns of W) each law is on; every one has to be in one group.
+        Contact DOFs (columns of W) of each law; each DOF is in exactly one group.
     """
 
     groups: Sequence[tuple[ElasticLaw, Sequence[int]]]
@@ -37,14 +37,15 @@ class Contacts:
         object.__setattr__(self, "groups", groups)
 
     def elements(self, contacts: int) -> Elements:
-        """Of so many contact DOFs."""
+        """Return the elements of all groups on `contacts` contact DOFs."""
         columns = [column for _, group in self.groups for column in group]
         if sorted(columns) != list(range(contacts)):
-            missing = sorted(set(range(contacts)) - set(columns))
-            twice = sorted({c for c in columns if columns.count(c) > 1})
-            wrong = sorted(set(columns) - set(range(contacts)))
-            found = [("missing", missing), ("doubled", twice), ("not there", wrong)]
-            said = "; ".join(f"{word}: {which}" for word, which in found if which)
+            wrong = {
+                "missing": sorted(set(range(contacts)) - set(columns)),
+                "doubled": sorted({c for c in columns if columns.count(c) > 1}),
+                "not there": sorted(set(columns) - set(range(contacts))),
+            }
+            said = "; ".join(f"{word}: {which}" for word, which in wrong.items() if which)
             raise SlipmodeError(
                 f"contacts: every contact DOF, 0 to {contacts - 1}, must be in one group; {said}"
             )

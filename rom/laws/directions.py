@@ -1,4 +1,4 @@
-"""What the contact DOFs of a law are, in words."""
+"""Contact DOFs of a law in words, and a check of their directions."""
 
 from __future__ import annotations
 
@@ -27,27 +27,22 @@ _UNITS = {
     **dict.fromkeys(("stiffness", "tangential_stiffness", "normal_stiffness"), " N/m"),
     **{"gap": " m", "alpha": " m/s"},
 }
-_MOST_VALUES = 8  # of one parameter
-_SKEWED = 0.01  # cosine of an angle that is no right one, relative difference of two lengths
+_MOST_VALUES = 8  # of one parameter that are listed
+# Cosine of the angle between directions of a contact, and relative difference of their lengths.
+_SKEWED = 0.01
+_OF_ONE_CONTACT = (
+    " (columns of W): directions of one contact should be at right angles and equally long, "
+    "unless DOFs are rotations or modal coordinates"
+)
 
 
 @dataclass(frozen=True)
 class ContactDirection:
-    """What a contact DOF is.
+    """Law and direction of a contact DOF."""
 
-    Attributes
-    ----------
-    law : str
-        Name of the contact law.
-    normal : bool
-        Whether it is a normal direction, positive where the contact closes.
-    tangent : int
-        Which of a contact's two tangential directions it is, 1 or 2; 0 where there is one.
-    """
-
-    law: str
-    normal: bool = False
-    tangent: int = 0
+    law: str  # name of the contact law
+    normal: bool = False  # whether it is a normal direction, positive as the contact closes
+    tangent: int = 0  # number of the tangential direction, 1 or 2; 0 if the contact has one
 
     @property
     def words(self) -> str:
@@ -58,7 +53,7 @@ class ContactDirection:
 
 
 def contact_directions(law: Friction, contacts: int) -> list[ContactDirection]:
-    """Of each of so many contact DOFs."""
+    """Return law and direction of each of `contacts` contact DOFs."""
     found = {}
     for each, columns in _groups(law, contacts):
         name = _LAW_NAMES[type(each)]
@@ -72,13 +67,12 @@ def contact_directions(law: Friction, contacts: int) -> list[ContactDirection]:
 
 
 def skewed_directions(W: Matrix, law: Friction) -> str:
-    """Which directions (columns of W, (n, N_c)) of a contact are none of a frame, and how; or "".
+    """Return in words which columns of W (n, N_c) of a contact are not orthogonal; "" if all are.
 
-    Columns of one contact are B^T e with unit vectors e at right angles and B the relative
-    displacement by all DOFs. Where DOFs are translations, interpolated over a mesh or weighted by
-    areas, B B^T is a multiple of the identity, and so has W^T W to be: Euclidean, for with the
-    metric of the mass it need not. Rotations and modal coordinates make it something else; a
-    contact that every DOF moves is taken to be in such.
+    Columns of one contact are B^T e with orthogonal unit vectors e, B being the relative
+    displacement by all DOFs. If DOFs are translations, interpolated over a mesh or weighted by
+    areas, B B^T is a multiple of the identity, and W^T W too. With rotations and modal coordinates
+    it is not; a contact that every DOF moves is taken to be in modal coordinates.
     """
     gram = as_dense(W.T @ W)
     length = np.sqrt(np.diag(gram))
@@ -100,14 +94,8 @@ def skewed_directions(W: Matrix, law: Friction) -> str:
     return ""
 
 
-_OF_ONE_CONTACT = (
-    " (columns of W): those of one contact should be at right angles and equally long; they need "
-    "not where DOFs are rotations or modal coordinates"
-)
-
-
 def law_words(law: Friction, contacts: int) -> list[str]:
-    """Each law and its parameters, with the contact DOFs that it is on."""
+    """Return each law with its parameters and contact DOFs, in words."""
     return [
         f"{_LAW_NAMES[type(each)]} ({_parameters(each)}) at contact DOFs {_ranges(columns)}"
         for each, columns in _groups(law, contacts)
@@ -136,7 +124,7 @@ def _values(value: Any) -> str:
 
 
 def _ranges(columns: list[int]) -> str:
-    """Numbers as ranges: "0-2, 5"."""
+    """Return numbers as ranges: "0-2, 5"."""
     parts: list[list[int]] = []
     for column in sorted(columns):
         if parts and column == parts[-1][1] + 1:

@@ -1,4 +1,4 @@
-"""Elastic contacts as the core reads them: elements on contact DOFs, their sliders and springs."""
+"""Elastic contacts as the core reads them: elements with sliders and springs."""
 
 from __future__ import annotations
 
@@ -21,21 +21,11 @@ SLIDERS, FRICTIONAL = 0, 1  # sm_element_law
 
 @dataclass(frozen=True, eq=False)
 class Elements:
-    """Contact laws of one structure.
+    """Elements of the elastic contacts of one structure."""
 
-    Attributes
-    ----------
-    element : (elements,) structured ndarray
-        As `sm_element`: the law of each contact and the contact DOFs that it is on.
-    slider : (sliders, 2) ndarray
-        Limit [N] and stiffness [N/m] of each slider.
-    reference : (N_c,) ndarray
-        Stiffness of each contact DOF while its contact sticks [N/m]; 0 if it is open at rest.
-    """
-
-    element: NDArray[np.void]
-    slider: Floats
-    reference: Floats
+    element: NDArray[np.void]  # (elements,), as `sm_element`: the law and DOFs of each contact
+    slider: Floats  # (sliders, 2), limit [N] and stiffness [N/m] of each slider
+    reference: Floats  # (N_c,), stiffness in stick [N/m]; 0 if the contact is open at rest
 
     __repr__ = short_repr
 
@@ -51,22 +41,26 @@ class Elements:
 
     @property
     def limit(self) -> Floats:
-        """Force (N_c,) at which a contact at rest ceases to stick there [N]."""
+        """Force (N_c,) at which a contact at rest ceases to stick [N]."""
         limit = np.zeros(self.reference.size)
         for element in self.element:
             if element["law"] == SLIDERS:
-                first = element["first_slider"]
-                limit[element["column"][0]] = self.slider[
-                    first : first + element["sliders"], 0
-                ].sum()
+                own = element["first_slider"] + np.arange(element["sliders"])
+                limit[element["column"][0]] = self.slider[own, 0].sum()
             else:
                 tangential, normal = np.split(element["column"][: element["tangents"] + 1], [-1])
                 limit[tangential] = element["friction"] * element["preload"]
                 limit[normal] = element["preload"]
         return limit
 
+    @property
+    def flexibility(self) -> Floats:
+        """Diagonal matrix of 1 / reference (N_c, N_c) [m/N]; 0 for contacts open at rest."""
+        k = self.reference
+        return np.diag(np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0))
+
     def kernel(self) -> kernel.Elastic:
-        """The same as the core reads it; it keeps the arrays alive."""
+        """Return the elements as the core reads them; the record keeps the arrays alive."""
         record = kernel.Elastic(
             elements=len(self.element),
             sliders=len(self.slider),
@@ -79,7 +73,7 @@ class Elements:
 
 
 def sliders_on(limit: Floats, stiffness: Floats) -> Elements:
-    """Jenkins elements side by side on each contact DOF; limit, stiffness (N_c, sliders)."""
+    """Return parallel Jenkins elements on each contact DOF; limit, stiffness (N_c, sliders)."""
     contacts, count = limit.shape
     element = np.zeros(contacts, dtype=kernel.ELEMENT)
     element["law"] = SLIDERS
@@ -91,7 +85,7 @@ def sliders_on(limit: Floats, stiffness: Floats) -> Elements:
 
 
 def joined(parts: Sequence[tuple[Elements, Sequence[int]]], contacts: int) -> Elements:
-    """Elements of several groups, each on contact DOFs of its own, (N_c,) in all."""
+    """Return the elements of groups that are on different ones of `contacts` contact DOFs."""
     reference = np.zeros(contacts)
     moved, first = [], 0
     for part, columns in parts:
@@ -107,7 +101,7 @@ def joined(parts: Sequence[tuple[Elements, Sequence[int]]], contacts: int) -> El
 
 
 def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
-    """A parameter of each contact, from one number or from one per contact."""
+    """Return a parameter of each contact from one number or one per contact."""
     given = as_floats(name, value)
     if given.ndim == 1 and given.size != contacts:
         raise SlipmodeError(
@@ -119,7 +113,7 @@ def per_contact(name: str, value: ArrayLike, contacts: int) -> Floats:
 def checked(
     name: str, value: float | Sequence[float], unit: str, *, positive: bool = False
 ) -> float | tuple[float, ...]:
-    """A parameter as it is compared and hashed: by value; >= 0, or > 0 if `positive`."""
+    """Return a parameter, checked, as hashable numbers; >= 0, or > 0 if `positive`."""
     given = as_floats(name, value)
     fine = given.ndim <= 1 and given.size > 0 and fits(given) and bool(np.all(given >= 0))
     if not fine or (positive and not given.all()):
@@ -131,5 +125,5 @@ def checked(
 
 
 def address(record: ctypes.Structure | None) -> Any:
-    """Where a record is, NULL for none."""
+    """Return the address of a record, NULL for None."""
     return None if record is None else ctypes.addressof(record)

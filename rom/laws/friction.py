@@ -1,4 +1,4 @@
-"""Friction laws g(v) of a contact: the gradient of a convex dissipation potential."""
+"""Friction laws g(v), gradients of a convex dissipation potential, and rules for all laws."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class Tanh:
     limit : float or sequence of float
         Friction limit mu N [N], one value or one per contact, >= 0.
     alpha : float
-        Regularisation velocity [m/s], > 0. Small against the sliding velocities; a stuck
-        contact creeps at about alpha K x / (mu N).
+        Regularisation velocity [m/s], > 0, small against the sliding velocities. A stuck contact
+        creeps at about alpha K x / (mu N).
     """
 
     limit: float | Sequence[float]
@@ -69,31 +69,23 @@ Friction = Tanh | Coulomb | Elastic
 
 
 def limits(law: Friction, contacts: int) -> Floats:
-    """Friction limit of each contact [N], shape (contacts,)."""
+    """Return the friction limit of each contact DOF, (contacts,) [N]."""
     if not isinstance(law, Tanh | Coulomb):
         return law.elements(contacts).limit
     return per_contact("limit", law.limit, contacts)
 
 
 def is_homogeneous(law: Friction, contacts: int) -> bool:
-    """Whether limits and preloads times s make S(|a|; s) = s S(|a| / s; 1)."""
+    """Return whether S(|a|; s) = s S(|a| / s; 1) for limits and preloads times s."""
     if isinstance(law, Tanh | Coulomb):
         return isinstance(law, Coulomb)
     return law.elements(contacts).homogeneous
 
 
 def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
-    """Refuse a law that is not of a structure whose stuck contacts have a reference stiffness.
+    """Refuse a law that does not fit the reduction of a structure.
 
-    Parameters
-    ----------
-    reference : (contacts,) ndarray or None
-        [N/m]; None: bonded.
-
-    Raises
-    ------
-    SlipmodeError
-        If the law is not one, was not used in the reduction, or has a wrong number of limits.
+    `reference` (contacts,) is the stiffness of its stuck contacts [N/m], None if they are bonded.
     """
     if not isinstance(law, Friction):
         raise SlipmodeError(

@@ -1,4 +1,4 @@
-"""Friction under a normal load that varies: elastic, sliding, and open."""
+"""Friction under a varying normal load: elastic, sliding, and open."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from slipmode.rom.short_repr import short_repr
 class FrictionalContact:
     """An elastic surface under a normal load N = N0 + k_n (x_n - gap) that slides and opens.
 
-    The tangential force is k_t (x_t - s), at most mu N; the contact is open where N would be
-    negative, and its slider restarts where it touches down. Contact DOFs of each contact are its
-    tangential directions, then its normal, positive where it closes.
+    The tangential force is k_t (x_t - s), at most mu N. The contact is open if N would be
+    negative, and its slider restarts at touch-down. Contact DOFs of each contact are its
+    tangential directions, then its normal, positive as it closes.
 
     Parameters
     ----------
     mu : float or sequence of float
         Coefficient of friction, one value or one per contact, >= 0.
     preload : float or sequence of float
-        N0, normal force at rest [N], >= 0. It is in balance with loads that are not modelled.
+        N0, normal force at rest [N], >= 0, in balance with loads that are not modelled.
     tangential_stiffness, normal_stiffness : float or sequence of float
         k_t, k_n [N/m], > 0.
     gap : float or sequence of float
-        Normal displacement at which the contact touches [m], >= 0, with no preload.
+        Normal displacement at which the contact touches [m], >= 0; with a gap, preload is 0.
     tangents : {1, 2}
-        Number of tangential directions of each contact; in two the force is limited on a disk.
+        Number of tangential directions of each contact; with two the limit is a disk.
     """
 
     mu: float | Sequence[float]
@@ -48,11 +48,9 @@ class FrictionalContact:
 
     def __post_init__(self) -> None:
         units = {"mu": "[-]", "preload": "[N]", "gap": "[m]"}
-        stiff = ("tangential_stiffness", "normal_stiffness")
+        units |= {"tangential_stiffness": "[N/m]", "normal_stiffness": "[N/m]"}
         for name, unit in units.items():
-            object.__setattr__(self, name, checked(name, getattr(self, name), unit))
-        for name in stiff:
-            value = checked(name, getattr(self, name), "[N/m]", positive=True)
+            value = checked(name, getattr(self, name), unit, positive=unit == "[N/m]")
             object.__setattr__(self, name, value)
         if self.tangents not in (1, 2):
             raise SlipmodeError(f"tangents: must be 1 or 2, got {self.tangents}")
@@ -73,18 +71,18 @@ class FrictionalContact:
         gap: ArrayLike = 0.0,
         tangents: int = 2,
     ) -> Self:
-        """Of surfaces with a stiffness per area under a pressure: each times the area.
+        """Return the law of contacts with areas, from stiffness per area and pressure.
 
         Parameters
         ----------
         area : (contacts,) array_like
-            [m^2], as `ContactPairs` has it.
+            [m^2], as in `ContactPairs`.
         mu, gap, tangents
-            As of the law itself.
+            As in the law itself.
         tangential_stiffness, normal_stiffness : float or (contacts,) array_like
             Per area [N/m^3], > 0.
         pressure : float or (contacts,) array_like
-            At rest [Pa], >= 0.
+            Normal pressure at rest [Pa], >= 0.
         """
         A = np.asarray(checked("area", np.asarray(area).tolist(), "[m^2]", positive=True))
         given = {
@@ -101,7 +99,7 @@ class FrictionalContact:
         return cls(mu=mu, gap=gaps, tangents=tangents, **forces)
 
     def elements(self, contacts: int) -> Elements:
-        """Of so many contact DOFs, `tangents` + 1 for each contact."""
+        """Return the elements on `contacts` contact DOFs, `tangents` + 1 for each contact."""
         columns = self.tangents + 1
         count, left = divmod(contacts, columns)
         if left:

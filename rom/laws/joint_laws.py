@@ -1,4 +1,4 @@
-"""Elastic friction on one direction: Jenkins' element, Iwan's distribution of them."""
+"""Elastic friction in one direction: Jenkins elements and distributions of them."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
 
-# Of Iwan's distribution, 18 a decade of displacement. From 3e-3 of macro-slip on, the energy lost
-# in a cycle is within 1 % of the continuous distribution (tests/rom/table/test_tolerance.py).
+# Sliders of Iwan's distribution, 18 per decade of displacement. From 3e-3 of macro-slip on, the
+# dissipation per cycle is within 1 % of the continuous distribution
+# (tests/rom/table/test_tolerance.py).
 _SLIDERS = 72
 _LEAST_SLIDER = 1e-4  # displacement at which the first slides, relative to macro-slip
 
 
 @dataclass(frozen=True)
 class Jenkins:
-    """A spring that slides: f = k_t (x - s), |f| <= mu N, the slider s following where it is.
+    """A spring and a slider s in series: f = k_t (x - s), |f| <= mu N.
 
     Parameters
     ----------
     limit : float or sequence of float
         Friction limit mu N [N], one value or one per contact, >= 0.
     stiffness : float or sequence of float
-        k_t [N/m], > 0: what the contact is while it sticks.
+        k_t [N/m], > 0: the stiffness in stick.
     """
 
     limit: float | Sequence[float]
@@ -41,7 +42,7 @@ class Jenkins:
         object.__setattr__(self, "stiffness", stiffness)
 
     def elements(self, contacts: int) -> Elements:
-        """One element on each of so many contact DOFs."""
+        """Return one element on each of `contacts` contact DOFs."""
         limit = per_contact("limit", self.limit, contacts)
         stiffness = per_contact("stiffness", self.stiffness, contacts)
         return sliders_on(limit[:, np.newaxis], stiffness[:, np.newaxis])
@@ -49,24 +50,24 @@ class Jenkins:
 
 @dataclass(frozen=True)
 class Iwan:
-    """Jenkins elements in parallel with the distribution of Segalman's four parameters.
+    """Jenkins elements in parallel, with the distribution of Segalman's four parameters.
 
-    Sliders give way from zero force on, with a density ~ phi^chi of the displacement phi at which
-    they do, up to macro-slip; a share of them does so all at once there. At small amplitudes the
-    energy lost in a cycle is ~ |x|^(chi + 3).
+    Sliders slip from zero force on, with a density ~ phi^chi of the displacement phi at which they
+    slip, up to macro-slip, at which the rest slips at once. At small amplitudes the dissipation
+    per cycle is ~ |x|^(chi + 3).
 
     Parameters
     ----------
     force : float
         F_S, force of macro-slip [N], > 0.
     stiffness : float
-        K_T, tangential stiffness while all stick [N/m], > 0.
+        K_T, tangential stiffness in stick [N/m], > 0.
     chi : float
         -1 < chi <= 0.
     beta : float
-        Stiffness of the sliders that give way at macro-slip, relative to the others, >= 0.
+        Stiffness of the sliders that slip at macro-slip, relative to the others, >= 0.
     sliders : int
-        That the distribution is represented by, of evenly spaced log phi.
+        Number of sliders that represent the distribution, evenly spaced in log phi.
 
     References
     ----------
@@ -91,10 +92,9 @@ class Iwan:
             raise SlipmodeError(f"sliders: must be 2 to 1000, got {self.sliders}")
 
     def distribution(self) -> tuple[Floats, Floats]:
-        """Limit [N] and stiffness [N/m] of each slider, of the first one to slide first.
+        """Return limit [N] and stiffness [N/m] of each slider, in the order in which they slip.
 
-        Each has the stiffness and the limit of its part of the density, so that K_T and F_S are
-        those asked for.
+        Each has the stiffness and the limit of its part of the density, so K_T and F_S are exact.
         """
         chi, beta = self.chi, self.beta
         share = beta + (chi + 1.0) / (chi + 2.0)
@@ -109,21 +109,21 @@ class Iwan:
         return limit, stiffness
 
     def elements(self, contacts: int) -> Elements:
-        """The same distribution on each of so many contact DOFs."""
+        """Return the distribution on each of `contacts` contact DOFs."""
         limit, stiffness = self.distribution()
         return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))
 
 
 @dataclass(frozen=True)
 class Sliders:
-    """Jenkins elements in parallel, listed one by one; the same on each contact.
+    """A list of Jenkins elements in parallel, the same on each contact.
 
     Parameters
     ----------
     limit : sequence of float
         Friction limit of each [N], >= 0.
     stiffness : sequence of float
-        Stiffness of each [N/m], > 0. A large limit makes it a mere spring.
+        Stiffness of each [N/m], > 0. With a large limit it is a spring.
     """
 
     limit: Sequence[float]
@@ -142,6 +142,6 @@ class Sliders:
         object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
 
     def elements(self, contacts: int) -> Elements:
-        """The same sliders on each of so many contact DOFs."""
+        """Return the sliders on each of `contacts` contact DOFs."""
         limit, stiffness = np.array(self.limit), np.array(self.stiffness)
         return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))

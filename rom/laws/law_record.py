@@ -1,4 +1,4 @@
-"""Contact laws as plain records: what model files store, and scenes say."""
+"""Contact laws as plain records, for model files and scenes."""
 
 from __future__ import annotations
 
@@ -20,14 +20,13 @@ LAWS: dict[str, type[Any]] = {
     "sliders": Sliders,
     "frictional": FrictionalContact,
 }
-_GROUPS = "groups"
 
 
 def record_of(law: Friction) -> dict[str, Any]:
-    """The law's name and parameters, for JSON."""
+    """Return the name and the parameters of a law, for JSON."""
     if isinstance(law, Contacts):
         return {
-            "law": _GROUPS,
+            "law": "groups",
             "groups": [[record_of(each), list(columns)] for each, columns in law.groups],
         }
     name = next(name for name, kind in LAWS.items() if type(law) is kind)
@@ -37,18 +36,12 @@ def record_of(law: Friction) -> dict[str, Any]:
 
 
 def law_of(record: Any) -> Friction:
-    """The law that a record is of.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming `law`, if there is no such law, or a parameter is missing, unknown or refused.
-    """
-    if not (isinstance(record, Mapping) and record.get("law") == _GROUPS):
+    """Return the law of a record; refuse one with missing, unknown or wrong parameters."""
+    if not (isinstance(record, Mapping) and record.get("law") == "groups"):
         single: Friction = _single_law(record)
         return single
-    groups = record.get(_GROUPS)
-    if set(record) != {"law", _GROUPS} or not isinstance(groups, list):
+    groups = record.get("groups")
+    if set(record) != {"law", "groups"} or not isinstance(groups, list):
         raise SlipmodeError("law: must have groups of contacts, and nothing else")
     made: Contacts = _made(Contacts, [_group(group) for group in groups])
     return made
@@ -68,7 +61,7 @@ def _group(group: Any) -> tuple[Any, list[int]]:
 def _single_law(record: Any) -> Any:
     name = record.get("law") if isinstance(record, Mapping) else None
     if not (isinstance(name, str) and name in LAWS):
-        raise SlipmodeError(f"law: must be one of {', '.join(LAWS)} or {_GROUPS}")
+        raise SlipmodeError(f"law: must be one of {', '.join(LAWS)} or groups")
     kind, values = LAWS[name], {key: value for key, value in record.items() if key != "law"}
     known = {field.name: field for field in fields(kind)}
     if unknown := sorted(set(values) - set(known)):
@@ -85,7 +78,7 @@ def _single_law(record: Any) -> Any:
 
 
 def _is_parameter(value: Any, field: Field[Any]) -> bool:
-    """Whether a value is of the type that the field says: int, float or numbers in a list."""
+    """Return whether a value has the type of the field: int, float or a list of numbers."""
     words = str(field.type)
     if words == "int":
         return type(value) is int

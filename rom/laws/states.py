@@ -1,8 +1,8 @@
-"""What elastic contacts do at an instant, told by their displacement, their force and the law.
+"""States of elastic contacts at instants of a motion, and the energy in their springs.
 
-A frictional contact is open where its normal force would be negative, N0 + k_n (x_n - gap) <= 0,
-and slips where its tangential force is all that friction can hold, |f_t| >= mu N. Jenkins elements
-side by side, Iwan's among them, slip where all of them do (macro-slip); some may slide before.
+A frictional contact is open if its normal force would be negative, N0 + k_n (x_n - gap) <= 0, and
+slips if its tangential force reaches the limit, |f_t| >= mu N. Parallel Jenkins elements, as in
+the Iwan law, slip if all of them do (macro-slip).
 """
 
 from __future__ import annotations
@@ -19,46 +19,31 @@ from slipmode.rom.short_repr import short_repr
 STUCK, SLIPPING, OPEN = 0, 1, 2
 STATES = ("stuck", "slipping", "open")
 
-_AT_LIMIT = 1.0 - 1e-9  # of what friction holds: rounding
+_AT_LIMIT = 1.0 - 1e-9  # force at the friction limit but for rounding, relative to it
 
 
 @dataclass(frozen=True, eq=False)
 class ContactStates:
-    """Of each contact (element), which may be on several contact DOFs.
+    """State of each contact (element), which may have several contact DOFs; all (n, elements)."""
 
-    Attributes
-    ----------
-    state : (n, elements) ndarray of int
-        STUCK, SLIPPING or OPEN.
-    normal_force : (n, elements) ndarray
-        N, the preload in it [N]; NaN where the law has none.
-    gap : (n, elements) ndarray
-        Clearance, 0 where the contact touches [m]; NaN where the law has none.
-    """
-
-    state: NDArray[np.int8]
-    normal_force: Floats
-    gap: Floats
+    state: NDArray[np.int8]  # STUCK, SLIPPING or OPEN
+    normal_force: Floats  # N with the preload [N]; NaN if the law has none
+    gap: Floats  # clearance, 0 if the contact touches [m]; NaN if the law has none
 
     __repr__ = short_repr
 
     def shares(self) -> Floats:
-        """Part of the samples in each of STATES, (elements, 3)."""
+        """Return the share of the samples in each of STATES, (elements, 3)."""
         return np.stack([np.mean(self.state == k, axis=0) for k in range(len(STATES))], axis=-1)
 
 
 def contact_states(
     elements: Elements, displacement: Floats, force: Floats, scale: Floats | float = 1.0
 ) -> ContactStates:
-    """States at instants of a motion.
+    """Return the states at instants of a motion, x_c and f (n, N_c) [m], [N].
 
-    Parameters
-    ----------
-    elements : Elements
-    displacement, force : (n, N_c) ndarray
-        x_c [m] and f [N]; along a normal f is N - N0, as in `Motion` and `FullMotion`.
-    scale : (n,) ndarray or float
-        Of limits and preloads.
+    Along a normal f is N - N0, as in `Motion` and `FullMotion`. `scale`, (n,) or a number, is a
+    factor on limits and preloads.
     """
     shape = (len(displacement), len(elements.element))
     state = np.zeros(shape, dtype=np.int8)
@@ -81,9 +66,9 @@ def contact_states(
 
 
 def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:
-    """Energy in the springs of contacts at a motion (n, N_c), less that at rest (n,) [J].
+    """Return the energy in the springs of contacts relative to rest, (n,) [J].
 
-    NaN where sliders in parallel do not tell it by their force alone.
+    NaN if there are several sliders in parallel, whose force does not determine it.
     """
     stored = np.zeros(len(displacement))
     for element in elements.element:

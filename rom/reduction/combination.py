@@ -1,15 +1,14 @@
-"""Combination resonances: harmonics of the contact motion that drive a mode close to its carrier.
+"""Combination resonances: harmonics of the contact motion near the carrier of a mode.
 
-Where n Omega_A + m Omega_B comes near Omega_j the nonresonant response of mode j would have a
-small denominator. Such a harmonic is left out of it and drives the slow flow of mode j instead,
-by T exp(i (n t_A + m t_B - theta_j)) with T = -L_j^T P_nm.
+If n Omega_A + m Omega_B is near Omega_j, the nonresonant response of mode j would have a small
+denominator. Such a harmonic drives the slow flow of mode j instead, by
+T exp(i (n t_A + m t_B - theta_j)) with T = -L_j^T P_nm.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,11 +16,11 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import as_floats
 from slipmode.rom.errors import SlipmodeError
 
-# Distance from a carrier, relative to it, that counts as near, by |n| + |m| up to which it does: a
-# harmonic of higher order is smaller, and drives as much only from closer by.
+# Distance from a carrier, relative to it, below which harmonics up to |n| + |m| are near it. A
+# harmonic of higher order is smaller, and drives as much only at a smaller distance.
 SEPARATION = {7: 0.1, 9: 0.01}
-MOST = 8  # that the core takes
-_HIGHEST = 31  # |n| and |m| that the finest two grids distinguish, of 64 and 128 phase lines
+MOST = 8  # combination resonances in the core's arrays
+_HIGHEST = 31  # |n| and |m| that grids of 64 phase lines distinguish; the finest has 128
 
 Order = tuple[int, int]
 CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
@@ -64,43 +63,34 @@ class CombinationResonance:
 
     @property
     def stored_order(self) -> Order:
-        """The one of +-(n, m) whose coefficient is computed; the other is its conjugate."""
+        """The one of +-(n, m) whose coefficient is computed; the other has the conjugate."""
         order = (self.n, self.m)
         return order if order > (0, 0) else (-self.n, -self.m)
 
 
 def harmonic_orders(highest: int, modes: int, even: bool = False) -> list[Order]:
-    """Harmonics (n, m) with |n| + |m| <= highest, the modes' own first, one of each +-(n, m).
+    """Return one of each +-(n, m) with |n| + |m| <= highest: the carriers first, then by order.
 
-    Friction under constant load is odd, so that P_nm = 0 where n + m is even: these, the mean
-    among them, are there if `even`.
+    Friction under constant load is odd, so that P_nm = 0 for even n + m. These, with the mean
+    after the carriers, are returned if `even`.
     """
-    return list(_harmonic_orders(highest, modes, even))
-
-
-@lru_cache(maxsize=64)
-def _harmonic_orders(highest: int, modes: int, even: bool) -> tuple[Order, ...]:
     span = range(-highest, highest + 1)
-    half_plane = [
+    orders = [
         (n, m)
-        for n in span
+        for n in range(highest + 1)
         for m in (span if modes == 2 else (0,))
-        if (n, m) > (0, 0) or (even and n == m == 0)
+        if (n, m) >= (0, 0) and abs(n) + abs(m) <= highest and (even or (n + m) % 2)
     ]
-    wanted = [
-        (n, m) for n, m in half_plane if abs(n) + abs(m) <= highest and (even or (n + m) % 2)
-    ]
-    return tuple(sorted(wanted, key=_rank))
 
+    def rank(order: Order) -> tuple[int, bool, int, int]:
+        n, m = order
+        return max(abs(n) + abs(m), 1), order == (0, 0), -n, -m
 
-def _rank(order: Order) -> tuple[int, bool, int, int]:
-    """What harmonics are sorted by: the carriers first, the mean next to them."""
-    n, m = order
-    return max(abs(n) + abs(m), 1), order == (0, 0), -n, -m
+    return sorted(orders, key=rank)
 
 
 def separation(order: Order) -> float:
-    """Relative distance from a carrier within which a harmonic counts as near."""
+    """Return the relative distance from a carrier below which a harmonic is near it."""
     highest = abs(order[0]) + abs(order[1])
     return max(distance for most, distance in SEPARATION.items() if highest <= most)
 
@@ -108,26 +98,21 @@ def separation(order: Order) -> float:
 def combination_resonances(
     frequencies: ArrayLike, until: ArrayLike | None = None, even: bool = False
 ) -> tuple[CombinationResonance, ...]:
-    """Harmonics that come near a carrier at any of several pairs of forcing frequencies.
+    """Return harmonics near a carrier at any of several pairs of forcing frequencies.
 
     Parameters
     ----------
     frequencies : (points, modes) array_like
         Forcing frequencies [rad/s].
     until : (points, modes) array_like, optional
-        Where sweeps go from there, in straight lines: what they pass counts.
+        End points of straight sweeps from `frequencies`; carriers that they pass count as near.
     even : bool
-        Whether contacts move at even harmonics too.
+        Include even harmonics.
 
     Returns
     -------
     tuple of CombinationResonance
         Lowest orders first, at most 8; empty for one mode.
-
-    Raises
-    ------
-    SlipmodeError
-        If the frequencies are not finite numbers > 0 of one or two modes.
     """
     start = np.atleast_2d(as_floats("frequencies", frequencies))
     end = start if until is None else np.atleast_2d(as_floats("until", until))
@@ -162,7 +147,7 @@ def combination_resonances(
 def resonant_modes(
     modes: int, order: Order, combinations: Sequence[CombinationResonance]
 ) -> tuple[int, ...]:
-    """Modes whose slow flow has a stored harmonic: its carrier, or a combination resonance."""
+    """Return modes whose slow flow has a harmonic: as carrier or as combination resonance."""
     return tuple(
         mode
         for mode in range(modes)
@@ -172,5 +157,5 @@ def resonant_modes(
 
 
 def tabulated_orders(combinations: Sequence[CombinationResonance], modes: int) -> list[Order]:
-    """Harmonics of the columns of a table: the carriers, the combination resonances, the mean."""
+    """Return the harmonics in a table: the carriers, the combination resonances, the mean."""
     return [*CARRIERS[:modes], *((term.n, term.m) for term in combinations), (0, 0)]

@@ -1,8 +1,8 @@
-"""What the forces do past their own mode: to the other modes, the contacts, and statically.
+"""Effects of the forces besides the excitation of their own mode.
 
-A point force on one DOF drives every mode. The one it is near resonance with has its slow flow;
-the others respond off resonance, it acts on the contacts directly, and what neither modes nor
-contacts have follows it statically.
+A point force drives every mode. The mode that is near resonance with it has its slow flow. The
+force also acts on the other modes, off resonance; on the contacts directly; and statically on all
+that neither modes nor contact shapes represent.
 """
 
 from __future__ import annotations
@@ -19,47 +19,41 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import Reduced, force_vectors
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
 
-# One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, which is the force per
-# unit of a scalar amplitude.
+# One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, the force per unit of
+# a scalar amplitude.
 Forces = Sequence[Mapping[int, float] | ArrayLike]
 ForcePatterns = Forces
 
-_MOST_ASIDE = 0.5  # of the force on the contacts through the mode
+# Largest force on the contacts besides that through the mode, relative to it: beyond, the
+# amplitude of the mode does not determine the force.
+_MOST_DIRECT = 0.5
 
 
 def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
-    """F exp(i phase) of forces F cos(theta + phase), in whatever shape they come."""
+    """Return F exp(i phase) of forces F cos(theta + phase), broadcast."""
     return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
 
 
 @dataclass(frozen=True, eq=False)
 class AppliedForces:
-    """Forces on a reduced structure, one per mode, and what follows from them.
-
-    Attributes
-    ----------
-    reduced : Reduced
-    force : (modes, n) ndarray
-        f_j [N], or a pattern: what is per unit of F_j does not depend on its scale.
-    """
+    """Forces on a reduced structure, one per mode, and their effects per unit of modal force."""
 
     reduced: Reduced
-    force: Floats
+    force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
 
     __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, force: Forces) -> Self:
-        """Of one {DOF: amplitude} or (n,) array per mode."""
+        """Return the forces of one {DOF: amplitude} or (n,) array per mode."""
         return cls(reduced, force_vectors(force, len(reduced.modes), reduced.n_dofs))
 
     @cached_property
     def modal(self) -> Floats:
-        """F_j, (modes,) [N kg^-1/2]."""
-        return np.array([self.reduced.modal_force_of(j, f) for j, f in enumerate(self.force)])
+        """Modal forces F_j, (modes,) [N kg^-1/2]."""
+        return np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
 
     def excitation(self, phase: ArrayLike) -> Complexes:
         """Return F_j exp(i phase_j), (modes,), for one phase or one phase per mode [rad]."""
@@ -73,15 +67,14 @@ class AppliedForces:
 
     @cached_property
     def per_modal_force(self) -> Floats:
-        """f_j / F_j, (modes, n); 0 where there is none."""
+        """f_j / F_j, (modes, n); 0 without a force."""
         own = self.modal[:, np.newaxis]
         return np.divide(self.force, own, out=np.zeros_like(self.force), where=own != 0.0)
 
     @cached_property
     def on_modes(self) -> Floats:
         """Force phi_k^T f_j on every mode per unit of F_j, (modes, modes + nonresonant) [-]."""
-        shapes = self.reduced.mode_shapes, self.reduced.nonresonant_shapes
-        return np.hstack([self.per_modal_force @ each for each in shapes])
+        return np.asarray(self.per_modal_force @ self.reduced.all_shapes)
 
     @cached_property
     def contact(self) -> Floats:
@@ -90,29 +83,42 @@ class AppliedForces:
 
     @cached_property
     def past_mode(self) -> Complexes:
-        """The same past mode j, at its carrier: that, and what comes through the other modes."""
+        """`contact` plus the force through all modes but j, at carrier j; (modes, N_c)."""
         through = np.einsum("jm,jmc->jc", self.on_modes, self.reduced.response_to_contacts)
         return np.asarray(self.contact - through)
 
     @cached_property
+    def off_resonance(self) -> Complexes:
+        """Displacement of every mode but j at carrier j per unit of F_j, (modes, all modes).
+
+        0 in the paper's formulation.
+        """
+        if self.reduced.formulation == "paper":
+            return np.zeros_like(self.on_modes, dtype=complex)
+        modes = np.arange(self.modal.size)
+        force = 0.5 * self.on_modes[..., np.newaxis]
+        return self.reduced.others_response(modes, self.reduced.carrier, force)[..., 0]
+
+    @cached_property
     def through_dampers(self) -> Complexes:
-        """Force on mode j by dampers from other modes, per unit of F_j that moves them, (modes,).
+        """Force on mode j through dampers from other modes that F_j moves, per F_j, (modes,).
 
         The amplitude equations neglect it: 2 sum_k -i Omega_j C_jk q_k at the carriers, with the
         modal displacements q_k of the other modes.
         """
         modes = np.arange(self.modal.size)
-        if self.reduced.formulation == "paper":
-            return np.zeros(modes.size, dtype=complex)
-        carrier = self.reduced.carrier
-        half = 0.5 * self.on_modes[..., np.newaxis]
-        moved = self.reduced.others_response(modes, carrier, half)[..., 0]
-        D = self.reduced.modal_stiffness(carrier)[modes, modes]
-        return np.asarray(-2.0 * np.einsum("jk,jk->j", D, moved))
+        D = self.reduced.modal_stiffness(self.reduced.carrier)[modes, modes]
+        return np.asarray(-2.0 * np.einsum("jk,jk->j", D, self.off_resonance))
 
     @cached_property
     def shift(self) -> Complexes:
-        """`off_resonance_shift`, (modes,)."""
+        """Shift of the amplitude at the contacts per F_j, (modes,); 0 in the paper's formulation.
+
+        Force j acts on the contacts directly, and through the other modes off resonance. The
+        effective amplitude at the contacts is a_j + shift_j F_j exp(i phase_j). The force on
+        several contacts is not along L_j: the shift has the same effect on the mode as that force,
+        with friction linearised about `contact_motion`.
+        """
         shift = np.zeros(self.modal.size, dtype=complex)
         if self.reduced.formulation == "paper":
             return shift
@@ -123,27 +129,23 @@ class AppliedForces:
         return np.asarray(np.divide(-0.5 * acting, coupled, out=shift, where=coupled != 0.0))
 
     def residual(self, on_contacts: Complexes | Floats) -> Complexes:
-        """Such a force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return _residual(on_contacts, self.shift, self.reduced)
+        """Return forces on contacts per F_j without the part that the shift has, (modes, N_c)."""
+        return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
 
 @dataclass(frozen=True, eq=False)
 class ForceResponse:
-    """Forces past their own mode, each per unit of its modal force F_j; 0 where there is none.
+    """Effects of forces besides the excitation of their own mode, per unit of modal force F_j.
 
     Attributes
     ----------
-    modal : (modes, modes + nonresonant) ndarray
-        Force phi_k^T f_j on every mode [-].
-    contact : (modes, N_c) ndarray
-        Force X^T f_j on the contacts [kg^1/2].
+    modal, contact, shift
+        `on_modes`, `contact` and `shift` of `AppliedForces`.
     static : (n, modes) ndarray
-        Displacement by the static flexibility that modes and contact shapes leave over
-        [kg^1/2 m/N]; 0 where the structure is not known.
-    shift : (modes,) complex ndarray
-        The part that the amplitude equations have: `off_resonance_shift`.
+        Displacement by the static flexibility besides that of modes and contact shapes
+        [kg^1/2 m/N]; 0 if the structure is not given.
     cross_response : (modes, modes) complex ndarray
-        Displacement of mode k off resonance, [k, j]: the function of that name.
+        Displacement of mode k off resonance by the force on mode j, [k, j].
     """
 
     modal: Floats
@@ -156,20 +158,19 @@ class ForceResponse:
 
     @classmethod
     def of(
-        cls,
-        reduced: Reduced,
-        patterns: ForcePatterns,
-        structure: Structure | None = None,
+        cls, reduced: Reduced, patterns: ForcePatterns, structure: Structure | None = None
     ) -> Self:
-        """Of force patterns on the structure that was reduced; their scale does not matter.
+        """Return the response to force patterns, in any scale, on the structure that was reduced.
 
-        Without the structure the displacement of DOFs lacks the static part.
+        Without the structure, displacements of DOFs do not include the static part.
         """
         applied = AppliedForces.of(reduced, patterns)
-        f = applied.per_modal_force.T
-        static = np.zeros_like(f)
+        static = np.zeros_like(applied.force.T)
         if structure is not None and reduced.formulation == "consistent":
-            static = _left_over(structure, reduced, f)
+            f = applied.per_modal_force.T
+            omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
+            shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
+            static = reduced.held(structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
         return cls(
             modal=applied.on_modes,
             contact=applied.contact,
@@ -179,8 +180,8 @@ class ForceResponse:
         )
 
     def residual_force(self, reduced: Reduced) -> Complexes:
-        """Force on the contacts less what they have of it by the shift, (modes, N_c)."""
-        return _residual(self.contact, self.shift, reduced)
+        """Return the force on the contacts without the part that the shift has, (modes, N_c)."""
+        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
 
     def free_vibration(
         self,
@@ -189,17 +190,12 @@ class ForceResponse:
         frequency: Floats,
         angle: Floats | float = 0.0,
     ) -> Complexes:
-        """Amplitudes (..., modes) that a force discontinuity adds: the modes go on as they were.
+        """Return the amplitudes (..., modes) that a jump of the forces adds.
 
-        From rest they hold the modes at rest as forces set in. It is what the core does in a step
-        that begins with other forces than those it had: see rom/kernel/slow/discontinuity.h.
-
-        Parameters
-        ----------
-        discontinuity : (..., modes) complex ndarray
-            Of F_j exp(i phase_j), modal [N kg^-1/2].
-        frequency, angle : (..., modes) ndarray
-            Of the carriers at that time [rad/s], [rad].
+        The motion of the modes is continuous in a jump, so free vibration makes up for the jump of
+        their forced response. The core does the same in a step that begins with a jump: see
+        rom/kernel/slow/discontinuity.h. `discontinuity` (..., modes) is the jump of the modal
+        F_j exp(i phase_j) [N kg^-1/2], frequency and angle are those of the carriers then.
         """
         if reduced.formulation == "paper":
             return np.zeros_like(discontinuity)
@@ -209,116 +205,69 @@ class ForceResponse:
         vibrates = damped > 0.0
         damped = np.where(vibrates, damped, 1.0)
         q = self.cross_response * rotated[..., np.newaxis, :]
-        responded = q.real.sum(axis=-1)
-        moving = (q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
+        displacement = q.real.sum(axis=-1)
+        velocity = -(q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
         own = (rotated / (gamma + 2j * (frequency + damped))).real
-        left = -responded + 1j * (own + 0.5 * gamma * responded - moving) / damped
-        return np.where(vibrates, left * np.exp(-1j * np.asarray(angle)), 0.0)
-
-
-def _residual(on_contacts: Complexes | Floats, shift: Complexes, reduced: Reduced) -> Complexes:
-    return np.asarray(on_contacts + 2.0 * shift[:, np.newaxis] * reduced.coupling)
+        free = -displacement + 1j * (own + 0.5 * gamma * displacement + velocity) / damped
+        return np.where(vibrates, free * np.exp(-1j * np.asarray(angle)), 0.0)
 
 
 def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
-    """Displacement of mode k by the force of another mode j, per unit of F_j, at the carriers.
+    """Return the displacement of mode k off resonance per unit of F_j, (modes, modes) [k, j].
 
-    Returns
-    -------
-    (modes, modes) complex ndarray
-        [k, j]; 0 on the diagonal, and in the paper's formulation.
+    At carrier j; 0 on the diagonal.
     """
-    modes = np.arange(len(reduced.modes))
-    if reduced.formulation == "paper":
-        return np.zeros((modes.size, modes.size), dtype=complex)
-    modal = 0.5 * AppliedForces.of(reduced, patterns).on_modes
-    response = reduced.others_response(modes, reduced.carrier, modal[..., np.newaxis])
-    return response[:, : modes.size, 0].T
+    return AppliedForces.of(reduced, patterns).off_resonance[:, : len(reduced.modes)].T
 
 
 def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
-    """What the forces do to the contacts past their own mode, as a shift of its amplitude.
-
-    Force j also acts on the contacts directly, by contact_shapes^T f, and through the other modes,
-    which respond off resonance. The effective amplitude at the contacts is
-    a_j + shift_j F_j exp(i phase_j), F_j modal. The force on several contacts is not along L_j:
-    the shift does to the mode what that force does, with friction as linear as it is where the
-    contacts move as in `contact_motion`.
-
-    Parameters
-    ----------
-    patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode
-        Where the forces act; their scale does not matter.
-
-    Returns
-    -------
-    (modes,) complex ndarray
-        0 in the paper's formulation.
-    """
+    """Return `AppliedForces.shift` (modes,) of force patterns in any scale."""
     return AppliedForces.of(reduced, patterns).shift
 
 
 @lru_cache(maxsize=8)
 def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
-    """Force on the contacts per dynamic stiffness force D_j c_j + L_j^T P_j, and D_j.
+    """Return force on the contacts per dynamic stiffness force D_j c_j + L_j^T P_j, and D_j.
 
     In a steady state the force on mode j follows from its amplitude: with effective amplitudes
-    c_j = a_j + shift_j F_j and what the contacts do to the mode, -L_j^T P_j,
+    c_j = a_j + shift_j F_j and the force of the contacts on the mode, -L_j^T P_j,
 
         F_j (1 + 2 shift_j D_j) = 2 (D_j c_j + L_j^T P_j),
         D_j = omega_j^2 - Omega_j^2 + i gamma_j Omega_j  at the carrier.
 
-    Of the force on the contacts that `off_resonance_shift` leaves over, residual_j F_j / 2, the
-    contact problem thus knows all: it changes the coupling L_j, and what comes back from P_j.
+    So the contact problem can include the force on the contacts without the part that the shift
+    has, residual_j F_j / 2: it changes the coupling L_j, and the reaction to P_j.
 
-    Returns
-    -------
-    (modes, N_c) complex ndarray
-        0 where the reduction knows no `force_patterns`, and for a mode whose force moves the
-        contacts past it about as much as through it: its amplitude does not tell the force then.
-    (modes,) complex ndarray
-        With the damping that comes back from other modes [rad^2/s^2].
+    The force (modes, N_c) is 0 without `force_patterns`, and for a mode whose force moves the
+    contacts about as much directly as through the mode: its amplitude does not determine the
+    force. D_j (modes,) includes the damping that returns from other modes [rad^2/s^2].
     """
     modes = np.arange(len(reduced.modes))
     D = reduced.modal_stiffness(reduced.carrier)[modes, modes, modes] + reduced.indirect_damping
     if reduced.force_patterns is None:
-        return _kept(np.zeros_like(reduced.coupling)), _kept(D)
-    applied = AppliedForces.of(reduced, list(reduced.force_patterns))
+        return _read_only(np.zeros_like(reduced.coupling)), _read_only(D)
+    applied = AppliedForces(reduced, reduced.force_patterns)
     residual = applied.residual(applied.past_mode)
     force = residual / (1.0 + 2.0 * (applied.shift * D)[:, np.newaxis])
-    aside, through = (
-        np.linalg.norm(part, axis=1) for part in (D[:, np.newaxis] * force, reduced.coupling)
-    )
-    held = (aside <= _MOST_ASIDE * through)[:, np.newaxis]
-    return _kept(np.where(held, force, 0.0)), _kept(D)
+    direct = np.linalg.norm(D[:, np.newaxis] * force, axis=1)
+    determined = direct <= _MOST_DIRECT * np.linalg.norm(reduced.coupling, axis=1)
+    return _read_only(np.where(determined[:, np.newaxis], force, 0.0)), _read_only(D)
 
 
 @lru_cache(maxsize=8)
 def steady_coupling(reduced: Reduced) -> Complexes:
-    """L_j of a mode that its force holds steady, (modes, N_c)."""
-    if reduced.force_patterns is None:
-        return reduced.coupling
+    """Return L_j of a mode that its force holds steady, (modes, N_c)."""
     force, D = steady_force(reduced)
-    return _kept(reduced.coupling - D[:, np.newaxis] * force)
+    return _read_only(reduced.coupling - D[:, np.newaxis] * force)
 
 
 def steady_reaction(reduced: Reduced) -> Complexes:
-    """Force on the contacts per carrier P_j (modes, N_c, N_c), by the force that answers it."""
+    """Return force on the contacts per P_j by the force that holds a_j, (modes, N_c, N_c)."""
     force, _ = steady_force(reduced)
     return np.asarray(np.einsum("jc,jd->jcd", force, reduced.coupling))
 
 
-def _kept(values: Complexes) -> Complexes:
-    """An array that a cache gives to everybody."""
+def _read_only(values: Complexes) -> Complexes:
+    """Protect an array that a cache returns again."""
     values.flags.writeable = False
     return values
-
-
-def _left_over(structure: Structure, reduced: Reduced, f: Floats) -> Floats:
-    """Static displacement (n, forces) with stuck contacts, less that of all modes kept."""
-    squares = np.append(reduced.structural_frequency, reduced.nonresonant_frequency) ** 2
-    elastic = squares > 0.0
-    shapes, squares = reduced.all_shapes[:, elastic], squares[elastic]
-    contacts = reduced.contacts
-    held = bonded(structure) if contacts is None else stuck(structure, contacts.reference)
-    return held.solve(f) - (shapes / squares) @ (shapes.T @ f)

@@ -1,4 +1,4 @@
-"""The reduced matrices: modes that have a slow flow, modes that only respond, and the contacts."""
+"""The reduced matrices: modes with a slow flow, modes that only respond, and the contacts."""
 
 from __future__ import annotations
 
@@ -15,51 +15,52 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
+from slipmode.rom.structure.held import Held, bonded, stuck
+from slipmode.rom.structure.structure import Structure
 
 Formulation = Literal["consistent", "paper"]
 
-_IDLE = 2.0**-100  # of the largest force: modal force of forces that do no work on their mode
-_ROUNDING = 1e-12  # of the work that forces on single DOFs do: none in sum
-_WHATEVER_CARRIER = "_modal_parts", "_coupling_parts"  # worked out once for all carriers
+# Modal force of forces that do no work on their mode, relative to the largest force. Responses are
+# per unit of modal force; this one is not 0, and too small to drive the mode.
+_NO_WORK = 2.0**-100
+_ROUNDING = 1e-12  # work that is rounding, relative to the work of the forces on single DOFs
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One or two bonded modes coupled to the contact problem.
+    """One or two modes coupled to the contact problem.
 
     x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c.,
     and mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
     with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and the response of
-    the modes to each harmonic of x_c. Nonresonant modes do nothing else: no force is near their
-    resonance. All other modes follow the contacts statically, their inertia being carried_mass.
+    the modes to each harmonic of x_c. Nonresonant modes have no slow flow. All other modes follow
+    the contacts statically, with the inertia carried_mass.
 
     Attributes
     ----------
     formulation : {"consistent", "paper"}
     modes : tuple of int
-        Indices of the retained bonded modes, by ascending frequency.
+        Indices of the retained modes, as given to `reduce`.
     frequency : (modes,) ndarray
-        Natural frequencies omega_j of the bonded structure, with aerodynamics [rad/s].
+        Natural frequencies omega_j with stuck contacts and aerodynamics [rad/s].
     carrier : (modes,) ndarray
-        Frequencies at which the contact problem is solved [rad/s]: those of the forcing, as far
-        as they are known, or the natural frequencies.
+        Frequencies at which the contact problem is solved [rad/s].
     modal_damping : (modes,) ndarray
-        phi_j^T C phi_j [1/s], and what aerodynamics add: negative of a self-excited mode.
+        phi_j^T C phi_j plus aerodynamic damping [1/s]; negative for a self-excited mode.
     mode_shapes : (n, modes) ndarray
-        Bonded modes in the structure's DOFs, normalised to unit modal mass [kg^-1/2].
+        Mass-normalised modes [kg^-1/2].
     contact_shapes : (n, N_c) ndarray
-        Motion of the structure per unit contact displacement (constraint modes; with residual
-        flexibility in the consistent formulation) [-].
+        X, motion of the structure per unit contact displacement: constraint modes, with residual
+        flexibility in the consistent formulation [-].
     mass, damping, stiffness : (N_c, N_c) ndarray
-        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]; the mass is what resists a blow at
-        the contacts, (W^T M^-1 W)^-1. The paper has stiffness alone.
+        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]; the mass is (W^T M^-1 W)^-1. The
+        paper has stiffness alone.
     contact_motion : (modes, N_c) complex ndarray
         Carrier of the contacts per a_j [kg^-1/2]: without friction, or in a tabulated model at
-        its largest amplitudes, unless it knows the force patterns. By reciprocity it weighs what
-        a force on each contact does to the mode.
+        its largest amplitudes, unless it knows the force patterns. By reciprocity it weighs the
+        effect of a force on each contact on the mode.
     carried_mass : (N_c, N_c) ndarray
-        Inertia of what follows the contacts [kg]. It acts at the harmonics that the modes respond
-        to: beyond, where those masses stay behind, it would ring against the stiffness.
+        Inertia that follows the contacts at the harmonics that modes respond to [kg].
     spring, damper : (modes, N_c) ndarray
         Coupling of the modes to the contacts. The paper has springs alone.
     nonresonant_frequency, nonresonant_damping : (nonresonant,) ndarray
@@ -67,18 +68,18 @@ class Reduced:
     nonresonant_shapes : (n, nonresonant) ndarray
         Like mode_shapes.
     nonresonant_spring, nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
-        Their coupling to the contacts: by springs, by phi^T M X and phi^T C X.
+        Their coupling to the contacts by springs, by phi^T M X and by phi^T C X.
     damping_coupling : (modes + nonresonant, modes + nonresonant) ndarray
         phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
     contacts : Elements or None
-        Elastic contacts, which the modes have stuck: the contact problem is the dual one then, see
-        `slipmode.rom.reduction.stuck`. None: rigid contacts, which the modes have bonded.
+        Elastic contacts, stuck in the modes: the contact problem is the dual one, see
+        `slipmode.rom.reduction.stuck`. None: rigid contacts, bonded in the modes.
     force_patterns : (modes, n) ndarray or None
-        Where the forces that hold the modes steady act [-]: their scale does not matter. What
-        they do past their own mode is in the contact problem (`steady_force`).
+        Patterns of the forces that hold the modes steady [-], in any scale. The contact problem
+        includes their effect besides the excitation of their mode (`steady_force`).
     aerodynamics : (modes,) complex ndarray or None
         Coefficients c_j of the aerodynamic forces on the modes [rad^2/s^2]; see
-        `slipmode.rom.reduce`. None: no such forces.
+        `slipmode.rom.reduce`.
     """
 
     formulation: Formulation
@@ -116,92 +117,6 @@ class Reduced:
             f"{self.nonresonant_frequency.size} nonresonant modes, {self.n_dofs} DOFs)"
         )
 
-    @cached_property
-    def coupling(self) -> Complexes:
-        """L_j at the carrier of its mode, (modes, N_c).
-
-        With what dampers between the modes make the others do.
-        """
-        (_, B), retained = self._at_carriers, np.arange(len(self.modes))
-        return np.asarray(
-            B[retained, retained] + np.einsum("jm,jmc->jc", self.response_by_dampers, B)
-        )
-
-    @cached_property
-    def coupling_coefficients(self) -> Complexes:
-        """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
-        L = self.coupling
-        rotated = 1j * self.carrier[:, np.newaxis] * self.damper
-        parts = np.stack((-rotated, self.damper), axis=1)
-        norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
-        c = np.einsum("jkc,jc->jk", parts, L.conj())
-        return np.asarray(c / np.where(norm > 0, norm, 1.0))
-
-    @property
-    def response_by_dampers(self) -> Complexes:
-        """What all modes do per a_j at its carrier, by dampers; (modes, modes + nonresonant)."""
-        return self._others_at_carriers[..., 0]
-
-    @property
-    def response_to_contacts(self) -> Complexes:
-        """What all but mode j do at its carrier by forces B_j, (modes, modes + nonresonant, N_c).
-
-        Transposed, forces on the contacts per forces on these modes.
-        """
-        return self._others_at_carriers[..., 1:]
-
-    @cached_property
-    def _others_at_carriers(self) -> Complexes:
-        """Both, side by side."""
-        (D, B), retained = self._at_carriers, np.arange(len(self.modes))
-        by_dampers = -D[retained, :, retained, np.newaxis]
-        force = np.concatenate((by_dampers, B), axis=-1)
-        return self._moved(D, _own(D, retained), force)
-
-    @cached_property
-    def _at_carriers(self) -> tuple[Complexes, Complexes]:
-        """D and B at the carrier of each mode."""
-        return self.modal_stiffness(self.carrier), self.modal_coupling(self.carrier)
-
-    def others_response(
-        self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
-    ) -> Complexes:
-        """Displacement of all modes but the given one, (..., modes + nonresonant, forces).
-
-        By modal forces of that shape at frequencies (...) [rad/s], with dampers between them; 0 of
-        the mode (...).
-        """
-        D = self.modal_stiffness(frequency)
-        return self._moved(D, _own(D, mode), force)
-
-    def _moved(self, D: Complexes, held: Flags, force: Complexes | Floats) -> Complexes:
-        """As `others_response`, with any modes (..., modes + nonresonant) held."""
-        apart = held[..., np.newaxis] | held[..., np.newaxis, :]
-        stiffness = np.where(apart, np.eye(held.shape[-1]), D)
-        on_others = np.where(held[..., np.newaxis], 0.0, force)
-        return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
-
-    @cached_property
-    def indirect_damping(self) -> Complexes:
-        """Force on mode j per a_j that comes back through dampers from the others, (modes,)."""
-        retained = np.arange(len(self.modes))
-        back = self._at_carriers[0][retained, retained]
-        return np.asarray(np.sum(self.response_by_dampers * back, axis=1))
-
-    @property
-    def structural_frequency(self) -> Floats:
-        """Natural frequencies without aerodynamics [rad/s], (modes,)."""
-        if self.aerodynamics is None:
-            return self.frequency
-        return np.asarray(np.sqrt(self.frequency**2 - self.aerodynamics.real))
-
-    @property
-    def aerodynamic_damping(self) -> Floats:
-        """What aerodynamics add to the modal damping [1/s], (modes,)."""
-        if self.aerodynamics is None:
-            return np.zeros(len(self.modes))
-        return np.asarray(self.aerodynamics.imag / self.structural_frequency)
-
     @property
     def n_dofs(self) -> int:
         """Number of DOFs of the structure."""
@@ -214,7 +129,7 @@ class Reduced:
 
     @property
     def even(self) -> bool:
-        """Whether the contacts move at even harmonics too, and about another mean."""
+        """Whether the contacts move at even harmonics too, the mean among them."""
         return self.contacts is not None and not self.contacts.odd
 
     @cached_property
@@ -222,76 +137,150 @@ class Reduced:
         """Shapes of the retained and of the nonresonant modes, (n, modes + nonresonant)."""
         return np.hstack((self.mode_shapes, self.nonresonant_shapes))
 
+    @property
+    def structural_frequency(self) -> Floats:
+        """Natural frequencies without aerodynamics [rad/s], (modes,)."""
+        if self.aerodynamics is None:
+            return self.frequency
+        return np.asarray(np.sqrt(self.frequency**2 - self.aerodynamics.real))
+
+    @property
+    def aerodynamic_damping(self) -> Floats:
+        """Modal damping due to aerodynamics [1/s], (modes,)."""
+        if self.aerodynamics is None:
+            return np.zeros(len(self.modes))
+        return np.asarray(self.aerodynamics.imag / self.structural_frequency)
+
+    def held(self, structure: Structure) -> Held:
+        """Return the structure with its contacts held as in the modes: bonded or stuck."""
+        if self.contacts is None:
+            return bonded(structure)
+        return stuck(structure, self.contacts.reference)
+
+    # Frequency-dependent matrices of all modes
+
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
-        """D(nu), (..., modes + nonresonant, modes + nonresonant), at frequencies nu (...) [rad/s].
+        """Return D(nu), (..., modes + nonresonant, modes + nonresonant), at frequencies nu (...).
 
         omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it. A
         rigid-body mode, which contacts do not move, gets a unit static stiffness.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         at_rest, unit, free, dampers = self._modal_parts
-        stiffness: Complexes = at_rest - nu**2 * unit + (nu == 0.0) * free + 1j * nu * dampers
-        return stiffness
+        return np.asarray(
+            at_rest - nu**2 * unit + (nu == 0.0) * free + 1j * nu * dampers, dtype=complex
+        )
 
     @cached_property
     def _modal_parts(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """What D(nu) is made of: omega_j^2, 1, 1 where a mode is free, and dampers."""
+        """Parts of D(nu): omega_j^2, 1, 1 for rigid-body modes, and dampers; (all modes)^2."""
         omega = np.append(self.frequency, self.nonresonant_frequency)
         own = np.diag(np.append(self.modal_damping, self.nonresonant_damping))
         unit = np.eye(omega.size)
         return np.diag(omega**2), unit, (omega == 0.0) * unit, own + self.damping_coupling
 
     def modal_coupling(self, frequency: ArrayLike) -> Complexes:
-        """Coupling of every mode to the contacts at frequencies nu (...) [rad/s].
+        """Return B(nu), (..., modes + nonresonant, N_c), at frequencies nu (...) [rad/s].
 
-        Returns
-        -------
-        (..., modes + nonresonant, N_c) complex ndarray
-            The mode responds to x_c exp(i nu t) by q = -D^-1 B x_c, and reacts by -B^T q.
+        The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        at_rest, inertia, dampers = self._coupling_parts
-        return np.asarray(at_rest - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
+        springs, inertia, dampers = self._coupling_parts
+        return np.asarray(springs - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
 
     @cached_property
     def _coupling_parts(self) -> tuple[Floats, Floats, Floats]:
-        """What couples every mode to the contacts: springs, inertia, dampers."""
+        """Coupling of every mode to the contacts by springs, by inertia, by dampers."""
         return (
             np.vstack((self.spring, self.nonresonant_spring)),
             np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia)),
             np.vstack((self.damper, self.nonresonant_damper)),
         )
 
-    def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
-        """Force on the contacts per x_c exp(i nu t) at frequencies nu (...), (..., N_c, N_c).
+    def others_response(
+        self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
+    ) -> Complexes:
+        """Return displacements of all modes but one, due to modal forces at frequencies (...).
 
-        By all modes but those of (..., modes) that are `held`, and by the inertia that follows
+        Forces and displacements are (..., modes + nonresonant, forces); the displacement of the
+        held `mode` (...) is 0.
+        """
+        D = self.modal_stiffness(frequency)
+        held = np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis]
+        return _response(D, held, force)
+
+    def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
+        """Return the force on the contacts per x_c exp(i nu t), (..., N_c, N_c), at nu (...).
+
+        It is due to all modes but the `held` ones (..., modes), and to the inertia that follows
         the contacts.
         """
         B = self.modal_coupling(frequency)
-        still = np.zeros(B.shape[:-1], dtype=bool)
-        still[..., : len(self.modes)] = held
-        response = self._moved(self.modal_stiffness(frequency), still, B)
+        all_held = np.zeros(B.shape[:-1], dtype=bool)
+        all_held[..., : len(self.modes)] = held
+        response = _response(self.modal_stiffness(frequency), all_held, B)
         return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
-        """The same by what follows the contacts, (..., N_c, N_c): its inertia.
+        """Return the part of `reaction` due to the carried mass, (..., N_c, N_c).
 
-        And its dampers, where the contacts are elastic: no march has these.
+        For elastic contacts, whose march has no dampers, also due to `damping`.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         dampers = 0.0 if self.contacts is None else 1j * nu * self.damping
         return np.asarray(nu**2 * self.carried_mass - dampers, dtype=complex)
 
-    def at_carrier(self, carrier: Sequence[float]) -> Reduced:
-        """Return the model with its contact problem at other carrier frequencies [rad/s].
+    # The modes at their carriers
 
-        Raises
-        ------
-        SlipmodeError
-            In the paper's formulation, whose slow flow has the natural frequencies alone; or if
-            the frequencies are not positive numbers, one per mode.
+    @cached_property
+    def _at_carriers(self) -> tuple[Complexes, Complexes]:
+        """Row D_jk (modes, all modes) and coupling B (modes, all modes, N_c) at carrier j."""
+        retained = np.arange(len(self.modes))
+        D = self.modal_stiffness(self.carrier)[retained, retained]
+        return D, self.modal_coupling(self.carrier)
+
+    @cached_property
+    def response_by_dampers(self) -> Complexes:
+        """Response of the other modes per a_j, by dampers; (modes, modes + nonresonant)."""
+        force = -self._at_carriers[0][..., np.newaxis]
+        return self.others_response(np.arange(len(self.modes)), self.carrier, force)[..., 0]
+
+    @cached_property
+    def response_to_contacts(self) -> Complexes:
+        """Response of all modes but j to forces B_j, (modes, modes + nonresonant, N_c).
+
+        Transposed: forces on the contacts per forces on these modes.
         """
+        B = self._at_carriers[1]
+        return self.others_response(np.arange(len(self.modes)), self.carrier, B)
+
+    @cached_property
+    def coupling(self) -> Complexes:
+        """L_j at the carrier of its mode, (modes, N_c), including other modes moved by dampers."""
+        _, B = self._at_carriers
+        retained = np.arange(len(self.modes))
+        through_others = np.einsum("jm,jmc->jc", self.response_by_dampers, B)
+        return np.asarray(B[retained, retained] + through_others)
+
+    @cached_property
+    def coupling_coefficients(self) -> Complexes:
+        """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
+        L = self.coupling
+        rotated = 1j * self.carrier[:, np.newaxis] * self.damper
+        parts = np.stack((-rotated, self.damper), axis=1)
+        norm = np.sum(np.abs(L) ** 2, axis=1)[:, np.newaxis]
+        c = np.einsum("jkc,jc->jk", parts, L.conj())
+        return np.asarray(c / np.where(norm > 0, norm, 1.0))
+
+    @cached_property
+    def indirect_damping(self) -> Complexes:
+        """Force on mode j per a_j that returns through dampers from the other modes, (modes,)."""
+        return np.asarray(np.sum(self.response_by_dampers * self._at_carriers[0], axis=1))
+
+    # Other models of the same structure
+
+    def at_carrier(self, carrier: Sequence[float]) -> Reduced:
+        """Return the model with its contact problem at other carrier frequencies [rad/s]."""
         if self.formulation == "paper":
             raise SlipmodeError(
                 'carrier: the "paper" formulation solves contacts at the natural frequencies; '
@@ -305,58 +294,56 @@ class Reduced:
                 f"carrier: must be {self.frequency.size} numbers, {SMALLEST:g} to {LARGEST:g} "
                 f"[rad/s], got {carrier}"
             )
-        other = replace(self, carrier=frequencies)
-        vars(other).update({name: getattr(self, name) for name in _WHATEVER_CARRIER})
-        return other
+        return replace(self, carrier=frequencies)
 
     def moving(self, contact_motion: Complexes) -> Self:
-        """The same model with another `contact_motion`; what else was worked out of it is kept."""
+        """Return the same model, and its computed properties, with another `contact_motion`."""
         other = copy(self)
         object.__setattr__(other, "contact_motion", contact_motion)
         return other
 
+    # Forces
+
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
-        """Modal force phi_j^T f of the `mode`-th retained mode [N kg^-1/2].
+        """Return the modal force phi_j^T f on the `mode`-th retained mode [N kg^-1/2].
 
-        What forces do past their mode is told per unit of it (ForceResponse), and forces on the
-        contacts alone do nothing else. Theirs is therefore not 0 but too small to drive anything.
-
-        Parameters
-        ----------
-        mode : int
-            0 for mode A, 1 for mode B.
-        force : {DOF: amplitude} or (n,) array_like
-            Force amplitudes [N].
+        A force that does no work on its mode has a tiny modal force instead of 0, because its
+        other effects are stated per unit of modal force. `mode` is 0 for A, 1 for B; `force` are
+        amplitudes [N].
         """
-        return self.modal_force_of(mode, force_vector(force, self.n_dofs))
-
-    def modal_force_of(self, mode: int, vector: Floats) -> float:
-        """The same of a force (n,) that is checked."""
+        vector = force_vector(force, self.n_dofs)
         modal = float(self.mode_shapes[:, mode] @ vector)
-        least = _IDLE * float(np.abs(vector).max())
+        least = _NO_WORK * float(np.abs(vector).max())
         return modal if abs(modal) > least else least
 
     def is_moved_by(self, mode: int, force: Mapping[int, float] | ArrayLike) -> bool:
-        """Whether a force does work on a mode, or (consistent) on contacts of the mode."""
+        """Return whether a force does work on a mode, or (consistent) on contacts of the mode."""
         f = force_vector(force, self.n_dofs)
-        largest, shape = np.abs(f).max(), self.mode_shapes[:, mode]
-        modal = abs(self.modal_force_of(mode, f))
-        own = modal > max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _IDLE * largest)
+        largest, shape = float(np.abs(f).max()), self.mode_shapes[:, mode]
+        rounding = max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _NO_WORK * largest)
+        if abs(self.modal_force(mode, f)) > rounding:
+            return True
         shapes = self.contact_shapes[:, (self.spring[mode] != 0) | (self.damper[mode] != 0)]
         on_contacts = np.abs(shapes.T @ f).max(initial=0.0)
         through_contacts = on_contacts > _ROUNDING * largest * np.abs(shapes).max(initial=0.0)
-        return bool(own or (through_contacts and self.formulation == "consistent"))
+        return bool(through_contacts and self.formulation == "consistent")
 
 
-def _own(D: Complexes, mode: ArrayLike) -> Flags:
-    """Which of all modes each of these is, by the matrices (..., all modes, all modes)."""
-    return np.asarray(np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis])
+def coupling_factor(reduced: Reduced, frequency: Floats) -> Complexes:
+    """Return L_j at frequencies (..., modes) [rad/s] relative to L_j at the carrier.
+
+    Exact if the coupling to all contacts changes by one factor, as with damping proportional to
+    stiffness.
+    """
+    c = reduced.coupling_coefficients
+    factor: Complexes = 1.0 + c[:, 0] + 1j * frequency * c[:, 1]
+    return factor
 
 
 def force_vector(
     force: Mapping[int, float] | ArrayLike, n_dofs: int, key: str = "force"
 ) -> Floats:
-    """Force amplitudes (n,) from {DOF: amplitude} or from an array; a refusal names `key`."""
+    """Return force amplitudes (n,) from {DOF: amplitude} or an array; a refusal names `key`."""
     if isinstance(force, Mapping):
         vector = np.zeros(n_dofs)
         for dof, amplitude in force.items():
@@ -379,13 +366,7 @@ def force_vector(
 
 
 def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> Floats:
-    """Return the forces (modes, n) of one {DOF: amplitude} or array per mode.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is not one entry per mode, or an entry is not a force. The message names `key`.
-    """
+    """Return forces (modes, n) of one {DOF: amplitude} or array per mode; refusals name `key`."""
     is_list = isinstance(forces, Sequence | np.ndarray) and not isinstance(forces, str)
     if not is_list or len(forces) != modes:
         raise SlipmodeError(
@@ -393,3 +374,11 @@ def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> F
             f"{n_dofs} numbers, got {in_one_line(forces)}"
         )
     return np.array([force_vector(each, n_dofs, key) for each in forces])
+
+
+def _response(D: Complexes, held: Flags, force: Complexes | Floats) -> Complexes:
+    """Return displacements due to modal forces (..., all modes, forces), some modes held."""
+    decoupled = held[..., np.newaxis] | held[..., np.newaxis, :]
+    stiffness = np.where(decoupled, np.eye(held.shape[-1]), D)
+    on_others = np.where(held[..., np.newaxis], 0.0, force)
+    return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import phasor
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.slow_flow import (
     Balance,

@@ -2,11 +2,12 @@
 
 structure.py    Eqs. (1), (2): Structure, checked once; two_mass, Eq. (26) and Table 1. Start here.
 partition.py    Eq. (3): elastic and contact coordinates, x = E x_e + R x_c
-held.py         contacts bonded or stuck: static solutions and modes, by one factorisation
+held.py         contacts bonded or stuck: static solutions and modes from one factorisation
 solvers/        sparse and dense: factorisation, lowest modes, definiteness
 damping.py      Rayleigh: damping ratios, loss factor
 labels.py       nodes and directions
-files.py        matrices on disk: .npz, Matrix Market; formats/: of other programs
-matrices.py     dense or sparse, as they are given
+files.py        matrices on disk: .npz, folders of Matrix Market files
+external.py     matrices of other programs, assembled; formats.py: their readers
+matrices.py     dense or sparse matrices, checked
 pairing/        contacts from meshes: W, areas, gaps and frames of surfaces that face each other
 """

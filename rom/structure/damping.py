@@ -1,4 +1,4 @@
-"""Damping as it is given: by ratios or a loss factor at frequencies, or by two coefficients."""
+"""Rayleigh damping, from two coefficients, damping ratios or a loss factor."""
 
 from __future__ import annotations
 
@@ -15,9 +15,7 @@ from slipmode.rom.representable import ALLOWED, fits
 
 @dataclass(frozen=True)
 class Rayleigh:
-    """C = alpha M + beta K.
-
-    A mode at omega [rad/s] has the damping ratio (alpha / omega + beta omega) / 2.
+    """Damping C = alpha M + beta K: a damping ratio (alpha / omega + beta omega) / 2 at omega.
 
     Parameters
     ----------
@@ -41,15 +39,15 @@ class Rayleigh:
     def from_ratios(
         cls, ratio: float | Sequence[float], frequency: float | Sequence[float]
     ) -> Self:
-        """With damping ratios [-] at one or two frequencies [rad/s], of modes A and B say.
+        """Return the damping with given ratios [-] at one or two frequencies [rad/s].
 
-        One gives C = beta K.
+        One frequency gives C = beta K.
 
         Raises
         ------
         SlipmodeError
-            If no alpha, beta >= 0 have them: between the frequencies the ratios may differ at
-            most as the frequencies do.
+            If no alpha, beta >= 0 have these ratios: they may differ at most by the factor
+            between the frequencies.
         """
         given = {"ratio": ratio, "frequency": frequency}
         zeta, omega = (np.atleast_1d(as_floats(key, value)) for key, value in given.items())
@@ -77,13 +75,13 @@ class Rayleigh:
 
     @classmethod
     def from_loss_factor(cls, loss_factor: float, frequency: float | Sequence[float]) -> Self:
-        """With the losses of a structural (hysteretic) loss factor eta [-] near each carrier.
+        """Return the damping with the losses of a hysteretic loss factor [-] near the carriers.
 
-        Stiffness K (1 + i eta) takes as much energy a cycle, at resonance, as the ratio eta / 2.
+        K (1 + i eta) dissipates as much per cycle, at resonance, as the damping ratio eta / 2.
 
         Parameters
         ----------
         frequency : float or sequence of one or two float
-            Of the carriers [rad/s]; the losses are right there, and larger or smaller elsewhere.
+            Frequencies of the carriers [rad/s], at which the losses are exact.
         """
         return cls.from_ratios([0.5 * loss_factor] * np.size(frequency), frequency)

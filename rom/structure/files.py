@@ -1,34 +1,30 @@
 """Structural matrices on disk: one .npz file, or a folder of Matrix Market files."""
 
-from collections.abc import Callable, Mapping
-from io import BytesIO
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.formats import abaqus_mass_file, read_matrix_market
 from slipmode.rom.structure.labels import Labels
 
-REQUIRED = ("mass", "stiffness", "contact")
-OPTIONAL = ("damping",)
+_REQUIRED = ("mass", "stiffness", "contact")
+_NAMES = (*_REQUIRED, "damping")
 
 #: A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
 _CSR_PARTS = ("data", "indices", "indptr", "shape")
 
-#: Damaged files make zipfile, zlib, numpy and scipy raise nearly anything.
-_UNREADABLE = Exception
-
 
 def read_matrices(path: Path) -> dict[str, Any]:
-    """Mass, stiffness, contact and, if stored, damping from a .npz file or a folder.
+    """Read mass, stiffness, contact and, if stored, damping and labels of a file or folder.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the part that is missing or unreadable.
+    Damaged files make zipfile, zlib, numpy and scipy raise nearly anything; refusals name the file
+    and the part.
     """
     if path.is_dir():
         return _read_folder(path)
@@ -54,36 +50,49 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
         raise SlipmodeError(f"{path}: cannot be written: {error.strerror}") from error
 
 
+def source_files(path: Path) -> list[Path]:
+    """Return the existing files that `load_structure` may read for a path, sorted.
+
+    These are the file, of matrices or of a mass, and the other files of the same job; or the
+    matrix files of a folder.
+    """
+    if path.is_dir():
+        candidates = {path / f"{name}{ending}" for name in _NAMES for ending in (".mtx", ".txt")}
+    else:
+        candidates = {path, abaqus_mass_file(path)}
+        if path.suffix in (".sti", ".mas"):
+            candidates |= {path.with_suffix(ending) for ending in (".mas", ".dof")}
+    return sorted(file for file in candidates if file.is_file())
+
+
 def _read_npz(path: Path) -> dict[str, Any]:
     try:
         stored = np.load(path, allow_pickle=False)
-    except _UNREADABLE as error:
+    except Exception as error:
         raise SlipmodeError(f"{path}: is not a readable .npz file") from error
     if not isinstance(stored, np.lib.npyio.NpzFile):
         raise SlipmodeError(f"{path}: holds a single array, allowed: a .npz file")
     with stored:
         matrices = {}
-        for name in (*REQUIRED, *OPTIONAL):
+        for name in _NAMES:
             try:
                 matrix = _read_npz_matrix(stored, name)
-            except _UNREADABLE as error:
+            except Exception as error:
                 raise SlipmodeError(f"{path}: {name} is damaged or no plain array") from error
             if matrix is not None:
                 matrices[name] = matrix
-            elif name in REQUIRED:
+            elif name in _REQUIRED:
                 raise SlipmodeError(f"{path}: key {name} is missing (sparse: {name}_data, ...)")
         if "labels" in stored:
-            matrices["labels"] = _labels(stored["labels"], path)
+            table = stored["labels"]
+            if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
+                raise SlipmodeError(f"{path}: labels must be (n, 2) integers: node, direction")
+            matrices["labels"] = Labels(*table.T.astype(np.int64))
         return matrices
 
 
-def _labels(table: NDArray[Any], path: Path) -> Labels:
-    if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
-        raise SlipmodeError(f"{path}: labels must be (n, 2) integers: node, direction")
-    return Labels(*table.T.astype(np.int64))
-
-
 def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:
+    """Return a stored matrix or number; None if there is none."""
     if name in stored:
         array = stored[name]
         return array if array.ndim else array.item()
@@ -92,43 +101,31 @@ def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:
         return None
     data, indices, indptr, shape = (stored[part] for part in parts)
     matrix: Any = scipy.sparse.csr_array((data, indices, indptr), shape=tuple(shape))
-    matrix.check_format(full_check=True)  # indices out of range would read memory of others
+    matrix.check_format(full_check=True)  # indices out of range would read foreign memory
     return matrix
 
 
 def _read_folder(folder: Path) -> dict[str, Any]:
-    readers: dict[str, Callable[[Path], Any]] = {
-        ".mtx": _read_matrix_market,
-        ".txt": _read_indices,
-    }
     matrices = {}
-    for name in (*REQUIRED, *OPTIONAL):
+    for name in _NAMES:
         endings = (".mtx", ".txt") if name == "contact" else (".mtx",)
         files = [folder / f"{name}{ending}" for ending in endings]
         present = [file for file in files if file.is_file()]
         if len(present) > 1:
             raise SlipmodeError(f"{folder}: give one of contact.mtx and contact.txt, not both")
         if present:
-            matrices[name] = _read(present[0], readers[present[0].suffix])
-        elif name in REQUIRED:
-            wanted = " or ".join(file.name for file in files)
-            raise SlipmodeError(f"{folder}: {wanted} is missing")
+            matrices[name] = _read_part(present[0])
+        elif name in _REQUIRED:
+            names = " or ".join(file.name for file in files)
+            raise SlipmodeError(f"{folder}: {names} is missing")
     return matrices
 
 
-def _read(file: Path, reader: Callable[[Path], Any]) -> Any:
+def _read_part(file: Path) -> Any:
+    """Return a Matrix Market matrix, or the integers of a text file."""
     try:
-        return reader(file)
-    except _UNREADABLE as error:
+        if file.suffix == ".txt":
+            return np.loadtxt(file, dtype=np.intp, ndmin=1)
+        return read_matrix_market(file)
+    except Exception as error:
         raise SlipmodeError(f"{file}: cannot be read: {' '.join(str(error).split())}") from error
-
-
-def _read_matrix_market(file: Path) -> Any:
-    from scipy.io import mmread  # takes a while to import
-
-    # scipy's parser reads past the end of a damaged last line that has no line break.
-    return mmread(BytesIO(file.read_bytes() + b"\n"))
-
-
-def _read_indices(file: Path) -> Any:
-    return np.loadtxt(file, dtype=np.intp, ndmin=1)

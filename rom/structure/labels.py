@@ -1,4 +1,4 @@
-"""Which node and direction each DOF of a structure is, as the program that made it says."""
+"""Node and direction of each DOF of a structure, as the program that made it numbers them."""
 
 from __future__ import annotations
 
@@ -16,24 +16,22 @@ from slipmode.rom.short_repr import short_repr
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
-Label = tuple[int, str]
-
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """Labels of the DOFs.
+    """Nodes and directions of the DOFs.
 
     Parameters
     ----------
     node : (n,) array of int
         Numbers of nodes.
     direction : (n,) array of int
-        1, 2, 3 for x, y, z; 4, 5, 6 for rotations about them; other numbers as they came.
+        1, 2, 3 for x, y, z; 4, 5, 6 for rotations about them; other numbers are kept.
 
     Raises
     ------
     SlipmodeError
-        If two DOFs have the same label.
+        If two DOFs have the same node and direction.
     """
 
     node: NDArray[np.int64]
@@ -57,13 +55,7 @@ class Labels:
         return {(int(node), int(k)): dof for dof, (node, k) in enumerate(self.table)}
 
     def dof(self, node: int, direction: str) -> int:
-        """The DOF of a node in a direction: "x", "y", "z", "rx", "ry", "rz".
-
-        Raises
-        ------
-        SlipmodeError
-            If there is none.
-        """
+        """Return the DOF of a node in a direction, one of `DIRECTIONS`; refuse another."""
         if direction not in DIRECTIONS:
             raise SlipmodeError(f"direction: must be {', '.join(DIRECTIONS)}, got {direction!r}")
         dof = self._index.get((int(node), DIRECTIONS.index(direction) + 1))
@@ -80,14 +72,13 @@ class Labels:
         )
 
     def places(self, others: Labels) -> NDArray[np.int64]:
-        """Where the DOFs of others are among these; -1 where they are not."""
+        """Return the place of each DOF of `others` among these DOFs, -1 if it is not there."""
         return np.array(
-            [self._index.get((int(node), int(k)), -1) for node, k in others.table],
-            dtype=np.int64,
+            [self._index.get((int(node), int(k)), -1) for node, k in others.table], dtype=np.int64
         )
 
     def directions(self, contacts: Sequence[Sequence[Any]]) -> Any:
-        """W (n, N_c), sparse, of contacts named by nodes.
+        """Return W (n, N_c), sparse, of contacts named by nodes.
 
         Parameters
         ----------

@@ -1,10 +1,10 @@
-"""The matrix type of a structure, and matrices as they are given: real, finite, symmetric."""
+"""Matrices of a structure, dense or sparse: checks of what users give, and conversions."""
 
 from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
@@ -14,22 +14,19 @@ Sparse: TypeAlias = "scipy.sparse.csc_array[np.float64]"
 Matrix: TypeAlias = "Floats | Sparse"
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 
-#: Entries may differ from their mirror image, and eigenvalues lie below zero, by this
-#: fraction of the largest entry: what assembling in floating point leaves behind.
+#: Asymmetry of a matrix, and negative eigenvalues, that are rounding errors of assembly, relative
+#: to its largest entry.
 TOLERANCE = 1e-10
 
-_BLOCK = 16  # columns at a time: products of all would need as much memory again
+BLOCK = 16  # columns of a product at a time: all at once would double the memory of `right`
 
 
 def as_matrix(name: str, value: MatrixLike) -> Matrix:
-    """Copy a real, finite, two-dimensional matrix as float64, dense or CSC.
-
-    Raises
-    ------
-    SlipmodeError
-        With `name` in front, if `value` is anything else.
-    """
-    given: Any = value if scipy.sparse.issparse(value) else _as_array(name, value)
+    """Copy a real, finite matrix as float64, dense or CSC; refuse another value, naming `name`."""
+    try:
+        given: Any = value if scipy.sparse.issparse(value) else np.asarray(value)
+    except ValueError as error:
+        raise SlipmodeError(f"{name}: rows must all have the same length") from error
     if given.ndim != 2:
         raise SlipmodeError(f"{name}: must be a matrix (2 dimensions), got {given.ndim}")
     if given.dtype.kind not in "iuf":
@@ -62,36 +59,29 @@ def as_symmetric(name: str, value: MatrixLike, size: int | None = None) -> Matri
 
 
 def as_csc(matrix: Any) -> Sparse:
-    """The matrix as float64 compressed sparse columns."""
+    """Return the matrix as float64 compressed sparse columns."""
     columns: Sparse = scipy.sparse.csc_array(matrix, dtype=np.float64)
     return columns
 
 
 def as_dense(matrix: Any) -> Floats:
-    """The matrix as a float64 ndarray."""
+    """Return the matrix as an ndarray."""
     array: Floats = matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
     return array
 
 
 def projection(left: Floats, matrix: Matrix, right: Floats) -> Floats:
-    """left^T matrix right, for left (n, k) and right (n, m), by a few columns at a time."""
+    """Return left^T matrix right (k, m), for left (n, k) and right (n, m)."""
     if isinstance(matrix, np.ndarray):
         return np.asarray(left.T @ (matrix @ right))
     projected = np.empty((left.shape[1], right.shape[1]))
-    for start in range(0, right.shape[1], _BLOCK):
-        block = slice(start, start + _BLOCK)
+    for start in range(0, right.shape[1], BLOCK):
+        block = slice(start, start + BLOCK)
         projected[:, block] = left.T @ as_dense(matrix @ right[:, block])
     return projected
 
 
 def largest_entry(matrix: Any) -> float:
-    """The largest absolute entry."""
+    """Return the largest absolute entry."""
     entries = matrix if isinstance(matrix, np.ndarray) else matrix.data
     return float(max(entries.max(initial=0.0), -entries.min(initial=0.0)))
-
-
-def _as_array(name: str, value: Any) -> NDArray[Any]:
-    try:
-        return np.asarray(value)
-    except ValueError as error:
-        raise SlipmodeError(f"{name}: rows must all have the same length") from error

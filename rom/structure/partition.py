@@ -11,7 +11,6 @@ import scipy.linalg
 import scipy.sparse
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import (
@@ -32,26 +31,15 @@ class Partition:
     """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
 
     x = E x_e + R x_c with W^T E = 0 and W^T R = I, so x_c = 0 is the bonded structure. With
-    contact DOFs given by index, E and R are plain selections and the blocks are Eq. (3)'s.
-
-    Attributes
-    ----------
-    E : (n, n_e) matrix
-        Motion that leaves every contact displacement at zero. Sparse if the structure is.
-    R : (n, N_c) matrix
-        Motion by a unit contact displacement with x_e = 0. Sparse if the structure is.
-    elastic_dofs : (n_e,) ndarray of int
-        The DOFs that serve as x_e, ascending.
-    mass, damping, stiffness : (n, n) matrix
-        Of the structure. Their blocks are computed when they are asked for: M_ee, C_ee, K_ee
-        (n_e, n_e), dense or CSC like the structure; M_ec, C_ec, K_ec (n_e, N_c) and M_cc, C_cc,
-        K_cc (N_c, N_c), dense. The ce blocks are the transposes of ec.
+    contact DOFs given by index, E and R are plain selections and the blocks are those of Eq. (3):
+    M_ee = E^T M E (n_e, n_e), dense or CSC like the structure; M_ec = E^T M R (n_e, N_c) and
+    M_cc = R^T M R (N_c, N_c), dense; C and K likewise. They are computed on first access.
     """
 
-    E: Matrix
-    R: Matrix
-    elastic_dofs: Indices
-    mass: Matrix
+    E: Matrix  # (n, n_e), motion with contact displacements 0; sparse if the structure is
+    R: Matrix  # (n, N_c), motion by unit contact displacements with x_e = 0; likewise
+    elastic_dofs: Indices  # (n_e,), the DOFs that serve as x_e, ascending
+    mass: Matrix  # (n, n), and so are damping and stiffness
     damping: Matrix
     stiffness: Matrix
 
@@ -59,74 +47,45 @@ class Partition:
 
     @classmethod
     def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:
-        """Split the matrices of a structure along its contact directions W (n, N_c)."""
-        E, R, elastic_dofs = _coordinate_maps(as_csc(directions))
+        """Split the matrices of a structure along its contact directions W (n, N_c).
+
+        R = S_p W_p^-T moves the pivot DOFs alone, so W^T R = I. E = S_e - R W^T S_e, with the unit
+        motions S_e of the other DOFs, has W^T E = 0. Both are as sparse as W.
+        """
+        W, n_dofs = as_csc(directions), mass.shape[0]
+        pivots = _pivot_dofs(W)
+        elastic_dofs = np.setdiff1d(np.arange(n_dofs), pivots)
+        S_e = _selection(elastic_dofs, n_dofs)
+        R = _selection(pivots, n_dofs) @ as_csc(np.linalg.inv(W[pivots].toarray().T))
+        E = S_e - R @ (W.T @ S_e)
         as_given = as_dense if isinstance(mass, np.ndarray) else as_csc
         return cls(as_given(E), as_given(R), elastic_dofs, mass, damping, stiffness)
 
-    @cached_property
-    def M_ee(self) -> Matrix:  # noqa: N802
-        """E^T M E, (n_e, n_e)."""
-        return self._elastic(self.mass)
-
-    @cached_property
-    def C_ee(self) -> Matrix:  # noqa: N802
-        """E^T C E, (n_e, n_e)."""
-        return self._elastic(self.damping)
-
-    @cached_property
-    def K_ee(self) -> Matrix:  # noqa: N802
-        """E^T K E, (n_e, n_e)."""
-        return self._elastic(self.stiffness)
-
-    @cached_property
-    def M_ec(self) -> Floats:  # noqa: N802
-        """E^T M R, (n_e, N_c)."""
-        return as_dense(self.E.T @ (self.mass @ self.R))
-
-    @cached_property
-    def C_ec(self) -> Floats:  # noqa: N802
-        """E^T C R, (n_e, N_c)."""
-        return as_dense(self.E.T @ (self.damping @ self.R))
-
-    @cached_property
-    def K_ec(self) -> Floats:  # noqa: N802
-        """E^T K R, (n_e, N_c)."""
-        return as_dense(self.E.T @ (self.stiffness @ self.R))
-
-    @cached_property
-    def M_cc(self) -> Floats:  # noqa: N802
-        """R^T M R, (N_c, N_c)."""
-        return as_dense(self.R.T @ (self.mass @ self.R))
-
-    @cached_property
-    def C_cc(self) -> Floats:  # noqa: N802
-        """R^T C R, (N_c, N_c)."""
-        return as_dense(self.R.T @ (self.damping @ self.R))
-
-    @cached_property
-    def K_cc(self) -> Floats:  # noqa: N802
-        """R^T K R, (N_c, N_c)."""
-        return as_dense(self.R.T @ (self.stiffness @ self.R))
+    M_ee = cached_property(lambda self: self._elastic(self.mass))
+    C_ee = cached_property(lambda self: self._elastic(self.damping))
+    K_ee = cached_property(lambda self: self._elastic(self.stiffness))
+    M_ec = cached_property(lambda self: as_dense(self.E.T @ (self.mass @ self.R)))
+    C_ec = cached_property(lambda self: as_dense(self.E.T @ (self.damping @ self.R)))
+    K_ec = cached_property(lambda self: as_dense(self.E.T @ (self.stiffness @ self.R)))
+    M_cc = cached_property(lambda self: as_dense(self.R.T @ (self.mass @ self.R)))
+    C_cc = cached_property(lambda self: as_dense(self.R.T @ (self.damping @ self.R)))
+    K_cc = cached_property(lambda self: as_dense(self.R.T @ (self.stiffness @ self.R)))
 
     def _elastic(self, matrix: Matrix) -> Matrix:
-        """E^T matrix E."""
+        """Return E^T matrix E."""
         block: Any = self.E.T @ (matrix @ self.E)
         return block if isinstance(block, np.ndarray) else as_csc(block)
 
 
 def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
-    """Contact directions W (n, N_c) from DOF indices or from a matrix.
+    """Return contact directions W (n, N_c) from DOF indices or from a matrix, checked.
 
-    Raises
-    ------
-    SlipmodeError
-        If an index is repeated, out of range or no integer; if W is not (n, N_c) with
-        1 <= N_c < n, finite and of full column rank.
+    1 <= N_c < n; indices are distinct, W is finite and of full column rank.
     """
     given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
     if given.ndim == 1:
-        W = _selection(_checked_dofs(given, n_dofs), n_dofs)
+        _check_dofs(given, n_dofs)
+        W = _selection(given.astype(np.intp), n_dofs)
     else:
         W = as_csc(as_matrix("contact", given))
     rows, n_contacts = W.shape
@@ -140,61 +99,40 @@ def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
     return W
 
 
-def _checked_dofs(contact: NDArray[Any], n_dofs: int) -> Indices:
-    """Contact DOF indices: integers in range, each once."""
+def _check_dofs(contact: NDArray[Any], n_dofs: int) -> None:
     if contact.size == 0:
         raise SlipmodeError("contact: must name at least one DOF")
     if contact.dtype.kind not in "iu":
         raise SlipmodeError(f"contact: DOF indices must be integers, got dtype {contact.dtype}")
-    for dof in contact:
-        if not 0 <= dof < n_dofs:
-            raise SlipmodeError(f"contact: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}")
+    outside = contact[(contact < 0) | (contact >= n_dofs)]
+    if outside.size:
+        raise SlipmodeError(
+            f"contact: DOF {outside[0]} is out of range, allowed: 0 to {n_dofs - 1}"
+        )
     if np.unique(contact).size < contact.size:
         raise SlipmodeError("contact: DOF indices must be distinct")
-    return contact.astype(np.intp)
 
 
 def _selection(dofs: Indices, n_dofs: int) -> Sparse:
-    """Columns of the identity at `dofs`."""
+    """Return the columns of the identity at `dofs`."""
     columns = np.arange(dofs.size)
     return scipy.sparse.csc_array((np.ones(dofs.size), (dofs, columns)), shape=(n_dofs, dofs.size))
 
 
 def _pivot_dofs(W: Sparse) -> Indices:
-    """The DOFs that x_c replaces, one per contact: W restricted to them is well conditioned."""
+    """Return one DOF per contact, ascending, so that W restricted to them is well conditioned."""
     lengths = np.sqrt(W.power(2).sum(axis=0))
     if not lengths.all():
         raise SlipmodeError("contact: every direction (column of W) must have a nonzero entry")
     touched = np.unique(W.indices)
     unit_rows = W[touched].toarray().T / lengths[:, np.newaxis]
     triangle, order = scipy.linalg.qr(unit_rows, mode="r", pivoting=True)
-    n_contacts = W.shape[1]
     pivots = np.abs(np.diag(triangle))
-    if pivots.size < n_contacts or pivots[-1] <= TOLERANCE * pivots[0]:
-        same = _parallel(unit_rows)
+    if pivots.size < W.shape[1] or pivots[-1] <= TOLERANCE * pivots[0]:
+        cosine = np.abs(np.triu(unit_rows @ unit_rows.T, 1))
+        parallel = np.argwhere(cosine > 1.0 - TOLERANCE)
+        same = f"; {parallel[0][0]} and {parallel[0][1]} are the same" if len(parallel) else ""
         raise SlipmodeError(
             f"contact: directions (columns of W) must be linearly independent{same}"
         )
-    return np.sort(touched[order[:n_contacts]]).astype(np.intp)
-
-
-def _parallel(unit_rows: Floats) -> str:
-    """The first two directions (N_c, DOFs) that are the same, in words; "" if none are."""
-    cosine = np.abs(np.triu(unit_rows @ unit_rows.T, 1))
-    found = np.argwhere(cosine > 1.0 - TOLERANCE)
-    return f"; {found[0][0]} and {found[0][1]} are the same" if len(found) else ""
-
-
-def _coordinate_maps(W: Sparse) -> tuple[Sparse, Sparse, Indices]:
-    """E (n, n_e), R (n, N_c) and the elastic DOFs.
-
-    R = S_p W_p^-T moves the pivot DOFs alone, so W^T R = I; taking R (W^T S_e) off the
-    elastic DOFs' unit motion S_e leaves W^T E = 0. Both stay as sparse as W.
-    """
-    n_dofs = W.shape[0]
-    pivots = _pivot_dofs(W)
-    elastic_dofs = np.setdiff1d(np.arange(n_dofs), pivots)
-    S_e = _selection(elastic_dofs, n_dofs)
-    R = _selection(pivots, n_dofs) @ as_csc(np.linalg.inv(W[pivots].toarray().T))
-    E = S_e - R @ (W.T @ S_e)
-    return as_csc(E), as_csc(R), elastic_dofs
+    return np.sort(touched[order[: W.shape[1]]]).astype(np.intp)

@@ -16,18 +16,13 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.files import read_matrices, write_npz
-from slipmode.rom.structure.formats.external import ENDINGS, read_external
+from slipmode.rom.structure.formats import READERS
 from slipmode.rom.structure.labels import Labels
-from slipmode.rom.structure.matrices import (
-    Matrix,
-    MatrixLike,
-    as_csc,
-    as_dense,
-    as_symmetric,
-)
+from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
 from slipmode.rom.structure.partition import Partition, contact_directions
-from slipmode.rom.structure.solvers.definiteness import is_positive_mass, is_positive_semidefinite
+from slipmode.rom.structure.solvers.mass import is_positive_mass, is_positive_semidefinite
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -35,7 +30,7 @@ class Structure:
     """Matrices and contact directions of a structure with dry friction, Eq. (1).
 
     The equation of motion is M x'' + C x' + K x + W g = f, with the contact forces g (N_c,) that
-    the contact law gives for the contact motion x_c = W^T x. The law is no part of the structure.
+    a contact law gives for the contact motion x_c = W^T x. The law is not part of the structure.
 
     Parameters
     ----------
@@ -64,11 +59,6 @@ class Structure:
         W, dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
-
-    Raises
-    ------
-    SlipmodeError
-        If an argument is not allowed. The message names it.
     """
 
     mass: Matrix
@@ -99,16 +89,15 @@ class Structure:
         W = contact_directions(contact, M.shape[0])
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
-        fields = {
-            "mass": store(M),
-            "stiffness": store(K),
-            "beta": C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
-            "directions": store(W),
-            "labels": labels,
-            "_damping": C if isinstance(C, Rayleigh) else store(C),
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        _set(
+            self,
+            mass=store(M),
+            stiffness=store(K),
+            beta=C.beta if isinstance(C, Rayleigh) and C.alpha == 0.0 else None,
+            directions=store(W),
+            labels=labels,
+            _damping=C if isinstance(C, Rayleigh) else store(C),
+        )
 
     def __repr__(self) -> str:
         storage = "dense" if isinstance(self.mass, np.ndarray) else "sparse"
@@ -125,28 +114,24 @@ class Structure:
         return int(self.directions.shape[1])
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
-        """The same under linear forces -K x - C x' of what surrounds it, as dense matrices.
+        """Return the structure, dense, under external linear forces -K x - C x'.
 
-        Parameters
-        ----------
-        stiffness, damping : (n, n) ndarray
-            Symmetric [N/m], [N s/m]; they may feed energy in, as no structure does.
+        K and C are symmetric; unlike those of a structure they may feed energy in.
         """
-        added = {
-            "mass": as_dense(self.mass),
-            "stiffness": as_dense(self.stiffness) + stiffness,
-            "_damping": as_dense(self.damping) + damping,
-            "directions": as_dense(self.directions),
-        }
-        surrounded = copy(self)
-        for name, matrix in added.items():
-            object.__setattr__(surrounded, name, _read_only(matrix))
-        object.__setattr__(surrounded, "beta", None)
-        return surrounded
+        other = copy(self)
+        _set(
+            other,
+            mass=_read_only(self.mass),
+            stiffness=_read_only(as_dense(self.stiffness) + stiffness),
+            _damping=_read_only(as_dense(self.damping) + damping),
+            directions=_read_only(self.directions),
+            beta=None,
+        )
+        return other
 
     @property
     def damping(self) -> Matrix:
-        """C (n, n) [N s/m]; made at every call where it is alpha M + beta K."""
+        """C (n, n) [N s/m]; computed at every access if it is alpha M + beta K."""
         given = self._damping
         if not isinstance(given, Rayleigh):
             return given
@@ -161,16 +146,15 @@ class Structure:
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write a .npz file that `load_structure` reads back to the last bit."""
-        write_npz(
-            Path(path),
-            {
-                "mass": self.mass,
-                "stiffness": self.stiffness,
-                "damping": self.damping if self.beta is None else self.beta,
-                "contact": self.directions,
-            }
-            | ({} if self.labels is None else {"labels": self.labels.table}),
-        )
+        matrices: dict[str, Any] = {
+            "mass": self.mass,
+            "stiffness": self.stiffness,
+            "damping": self.damping if self.beta is None else self.beta,
+            "contact": self.directions,
+        }
+        if self.labels is not None:
+            matrices["labels"] = self.labels.table
+        write_npz(Path(path), matrices)
 
 
 def load_structure(
@@ -196,21 +180,16 @@ def load_structure(
           (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`); .full of Ansys (with
           `slipmode[ansys]`).
     damping : float, Rayleigh or (n, n) matrix, optional
-        Overrides the stored damping; without either there is none.
+        Replaces the stored damping; by default the stored damping or none.
     mass : path, optional
-        File of the mass, where it has one of its own: that of the same job of Abaqus
-        (JOB_MASS1.mtx of JOB_STIF1.mtx) or CalculiX (.mas) is found.
+        File of the mass, if it is a separate one. The file of the same job of Abaqus
+        (JOB_MASS1.mtx of JOB_STIF1.mtx) or CalculiX (.mas) is found by itself.
     contact : as of Structure, or sequence of (node, direction) or (node, node, direction)
-        Overrides the stored contacts. Nodes are named as in the other program, directions
-        "x", "y", "z", "rx", "ry", "rz"; of two nodes it is the relative motion.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the part that is missing, unreadable or refused.
+        Replaces the stored contacts. Nodes have the numbers of the other program, directions are
+        "x", "y", "z", "rx", "ry", "rz"; two nodes stand for their relative motion.
     """
     file = as_path("path", path)
-    if file.is_dir() or file.suffix not in ENDINGS:
+    if file.is_dir() or file.suffix not in READERS:
         matrices = read_matrices(file)
     else:
         matrices = read_external(file, None if mass is None else Path(mass))
@@ -229,7 +208,7 @@ def load_structure(
 
 
 def _labelled(contact: Any, labels: Labels | None) -> Any:
-    """Contacts as they are given, or W of those that are named by nodes."""
+    """Return contacts as given, or W of contacts that are named by nodes."""
     named = isinstance(contact, list | tuple) and any(
         isinstance(each, list | tuple) and any(isinstance(word, str) for word in each)
         for each in contact
@@ -253,25 +232,22 @@ def two_mass(
     k_c2: float = 40.0,
     k_p: float = 5.0,
 ) -> Structure:
-    """Two modal masses on a common friction contact: Eq. (26) with the values of Table 1.
+    """Return two modal masses on a common friction contact: Eq. (26), values of Table 1.
 
     DOFs are x_e1, x_e2, x_c1, x_c2; the last two are the contact. Bonded natural
     frequencies are sqrt(k1/m1) = 1 and sqrt(k2/m2) = 1.7 rad/s.
 
     Parameters
     ----------
-    beta : float, default 0.01
+    beta : float
         Stiffness-proportional damping [s], C = beta K.
-    contact_mass : float, default 0.01
-        Mass of each contact DOF [kg], positive.
-    m1, m2 : float
-        Modal masses [kg].
+    m1, m2, contact_mass : float
+        Modal masses, and mass of each contact DOF [kg], positive.
     k1, k2 : float
         Stiffness between each mass and its contact DOF [N/m].
-    k_c1, k_c2 : float
-        Stiffness of each contact DOF to the ground [N/m].
-    k_p : float
-        Coupling of the two contact DOFs [N/m], off the diagonal with the printed sign.
+    k_c1, k_c2, k_p : float
+        Stiffness of the contact DOFs to the ground, and off-diagonal entry that couples them, with
+        the sign of Eq. (26) [N/m].
     """
     mass = np.diag([m1, m2, contact_mass, contact_mass])
     stiffness = np.array(
@@ -286,15 +262,21 @@ def two_mass(
 
 
 def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
-    """C itself, or how it follows from mass and stiffness."""
+    """Return C, or how it follows from mass and stiffness."""
     if isinstance(damping, Rayleigh):
         return damping
     if isinstance(damping, float | int | np.floating):
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
-    if not is_positive_semidefinite(C):
+    if not is_positive_semidefinite(C, "damping"):
         raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
     return C
+
+
+def _set(structure: Structure, **fields: Any) -> None:
+    """Set fields of a frozen structure."""
+    for name, value in fields.items():
+        object.__setattr__(structure, name, value)
 
 
 def _read_only(matrix: Matrix) -> Floats:

@@ -1,10 +1,8 @@
-"""What the method assumes, and how far a model, a motion or a force strains it.
+"""Assumptions of the method, and indicators of how a model, a motion or a force violates them.
 
-A forcing frequency too far from its mode is refused (`check_carrier`): no run could follow it; and
-so are two that meet (`carriers_meet`), for one frequency is no motion on a torus.
-Whatever is strained, but computed all the same, is a `Finding` with the indicator that was
-measured. Scenes show findings in their plan and among the recording's events; in Python those
-that are warnings are issued as `ValidityWarning`.
+Forcing frequencies too far from their mode, and two that meet, are refused. Other violations are a
+`Finding` with the measured indicator. Scenes show findings in their plan and in the recording; in
+Python, findings that are warnings are issued as `ValidityWarning`.
 """
 
 from __future__ import annotations
@@ -20,59 +18,58 @@ from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.reduction.reaction import STRAINED, stiffness_loss
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.reduction.stiffness_margin import STRAINED, stiffness_loss
-from slipmode.rom.structure.held import bonded, stuck
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity.friction import friction_findings
 
-_SEPARATION = 0.1  # relative distance of a mode from its neighbours
-_TOUCH = 1e-8  # part of a mode's stiffness that is at stake at the contacts
-_SMALL = 0.3  # the same, above which the contacts do not merely perturb the mode
+_SEPARATION = 0.1  # least relative distance of a mode from its neighbours
+_TOUCH = 1e-8  # least share of a mode's stiffness due to contacts
+_SMALL = 0.3  # largest share of a mode's stiffness that contact motion may take away
 # Force on the contacts directly, relative to that through the mode, per dynamic stiffness of the
-# mode over its static one: below, friction does not see it.
+# mode over its static one: below, friction does not notice it.
 _DIRECT = 1e-3
-
-_AT_CARRIER = 1e-9  # relative distance that is rounding
-_DETUNED = 0.05  # distance from the carriers that a table states the error of
+_DETUNED = 0.05  # relative distance from the carriers for which a table states its error
 
 
 def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
     """Refuse points (..., modes) [rad/s] that the slow flow of the forced modes cannot follow.
 
-    Also where the frequencies of two forced modes are equal; `forced` is (modes,).
+    `forced` is (modes,). The frequencies of two forced modes must differ.
     """
     for j in np.flatnonzero(forced):
         check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
-        raise SlipmodeError("frequency: those of modes A and B must differ at each point")
+        raise SlipmodeError(
+            "frequency: the frequencies of modes A and B must differ at each point"
+        )
 
 
 def check_carriers_along(reduced: Reduced, ends: Floats, forced: Flags) -> None:
-    """The same on the straight line between two points (2, modes)."""
+    """Refuse a straight line between two points (2, modes), as `check_carriers`."""
     check_carriers(reduced, ends, forced)
     if np.count_nonzero(forced) == 2 and carriers_meet(ends):
         raise SlipmodeError(
-            "frequency: those of modes A and B must differ all along, the same one staying above"
+            "frequency: the frequencies of modes A and B must differ all along the line, and must "
+            "not cross"
         )
 
 
 def forcing_findings(reduced: Reduced, frequency: Floats, forced: Flags) -> list[Finding]:
     """Report forced modes (modes,) far from their forcing (..., modes) [rad/s]."""
     names = [name for name, each in zip("AB", forced, strict=False) if each]
-    own = reduced.frequency[forced]
-    return carrier_findings("frequency", names, own, frequency[..., forced])
+    return carrier_findings("frequency", names, reduced.frequency[forced], frequency[..., forced])
 
 
 def carriers_meet(frequency: Floats) -> Flags:
-    """Whether two forcing frequencies (..., instants, 2) ever are equal, or pass each other."""
+    """Return whether two forcing frequencies (..., instants, 2) become equal or cross."""
     gap = frequency[..., 1] - frequency[..., 0]
     return np.asarray(~((gap > 0.0).all(axis=-1) | (gap < 0.0).all(axis=-1)))
 
 
 def meeting_refusal(keys: str) -> str:
-    """Why forcing frequencies of these keys are refused that meet."""
-    return f"{keys}: must differ at all times, the same one staying above"
+    """Return why forcing frequencies with these keys are refused that meet."""
+    return f"{keys}: must differ at all times, and must not cross"
 
 
 def model_findings(
@@ -82,7 +79,7 @@ def model_findings(
     combinations: Sequence[CombinationResonance] = (),
     names: Sequence[str] = "AB",
 ) -> list[Finding]:
-    """Return what a model strains by itself, at the largest amplitudes (modes,) of its table."""
+    """Report violations by a model itself, at the largest amplitudes (modes,) of its table."""
     return [
         *carrier_findings("carrier", names, reduced.frequency, reduced.carrier),
         *contact_findings(reduced, combinations, names),
@@ -93,8 +90,8 @@ def model_findings(
 def separation_findings(
     structure: Structure, reduced: Reduced, names: Sequence[str] = "AB"
 ) -> list[Finding]:
-    """Modes must be well apart from their neighbours, modelled or not."""
-    frequency = _neighbouring_frequencies(structure, reduced)
+    """Report modes (`names`) near other modes of the structure."""
+    frequency, _ = reduced.held(structure).modes(max(reduced.modes) + 2)
     found = []
     for mode, number in zip(names, reduced.modes, strict=False):
         others = np.delete(frequency, number)
@@ -108,36 +105,28 @@ def separation_findings(
     return found
 
 
-def _neighbouring_frequencies(structure: Structure, reduced: Reduced) -> Floats:
-    """Natural frequencies with stuck contacts up to past the highest mode retained [rad/s]."""
-    wanted = max(reduced.modes) + 2
-    contacts = reduced.contacts
-    held = bonded(structure) if contacts is None else stuck(structure, contacts.reference)
-    return held.modes(wanted)[0]
-
-
 def contact_findings(
     reduced: Reduced,
     combinations: Sequence[CombinationResonance] = (),
     names: Sequence[str] = "AB",
 ) -> list[Finding]:
-    """The contacts must matter to each mode, and be stiff against what the modes respond."""
+    """Report modes that contacts hardly affect, and contacts that the modes make soft."""
     if reduced.contacts is None:
-        drawn = np.linalg.solve(reduced.stiffness, reduced.spring.T)
+        motion = np.linalg.solve(reduced.stiffness, reduced.spring.T)
     else:
-        drawn = reduced.contacts.reference[:, np.newaxis] * reduced.spring.T
-    at_stake = np.einsum("jc,cj->j", reduced.spring, drawn) / reduced.frequency**2
+        motion = reduced.contacts.reference[:, np.newaxis] * reduced.spring.T
+    shares = np.einsum("jc,cj->j", reduced.spring, motion) / reduced.frequency**2
     found = []
-    for mode, most in zip(names, at_stake, strict=False):
-        if most < _TOUCH:
-            reason = f"{most:.1e} of its stiffness is at stake there: friction does not see it"
+    for mode, share in zip(names, shares, strict=False):
+        if share < _TOUCH:
+            reason = f"contacts are {share:.1e} of its stiffness: friction does not affect it"
             found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
     if reduced.contacts is not None:
         return found
-    share, _ = stiffness_loss(reduced, combinations)
-    if share > STRAINED:
+    loss, _ = stiffness_loss(reduced, combinations)
+    if loss > STRAINED:
         reason = (
-            f"modes take away {share:.0%} of their stiffness, above {STRAINED:.0%}: the friction "
+            f"modes take away {loss:.0%} of their stiffness, above {STRAINED:.0%}: the friction "
             "table takes long; compare with slipmode validate"
         )
         found.append(Finding("contacts", "soft", reason, "warning"))
@@ -147,38 +136,39 @@ def contact_findings(
 def detuning_findings(
     tolerance: float, detuning: float | None, corrected: bool, apart: Floats
 ) -> list[Finding]:
-    """Forcing so far `apart` from a table's carriers, relative, that it misses its tolerance.
+    """Report forcing so far from a table's carriers that it exceeds the tolerance.
 
-    `detuning` is Accuracy.detuning; `corrected` tables have dS_j / dOmega_k.
+    `apart` is the relative distance, `detuning` Accuracy.detuning; `corrected` tables have
+    dS_j / dOmega_k.
     """
     off = float(np.abs(apart).max(initial=0.0))
     if detuning is None:
-        if off <= _AT_CARRIER:
+        if off <= 1e-9:  # rounding
             return []
         reason = (
-            f"forcing is up to {off:.1%} from those of the friction table, which was not to "
-            "follow it: how far friction is off there is not known; tabulate with detuning=True"
+            f"forcing is up to {off:.1%} from the carriers of the friction table, whose error "
+            "there is not known; tabulate with detuning=True"
         )
         return [Finding("carriers", "left", reason, "warning")]
     error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
     if error <= tolerance:
         return []
     reason = (
-        f"forcing is up to {off:.1%} from those of the friction table, which is off by about "
-        f"{min(error, 1.0):.1g} of its largest value there, tolerance is {tolerance:g}; "
+        f"forcing is up to {off:.1%} from the carriers of the friction table, whose error there "
+        f"is about {min(error, 1.0):.1g} of its largest value, above the tolerance {tolerance:g}; "
         "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
     )
     return [Finding("carriers", "left", reason, "warning")]
 
 
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:
-    """Directions of a contact must be unit vectors at right angles."""
+    """Report directions of a contact that are not orthogonal and equally long."""
     reason = skewed_directions(structure.directions, law)
     return [Finding("contacts", "in skewed directions", reason, "warning")] if reason else []
 
 
 def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
-    """Contact motion must only perturb a mode; share (modes,) is |Q_j| / omega_j^2."""
+    """Report modes that contact motion does not merely perturb; share is |Q_j| / omega_j^2."""
     reason = (
         "contact motion takes {:.0%} of its stiffness, above {:.0%}: too much for a "
         "perturbation; compare with slipmode validate"
@@ -191,10 +181,10 @@ def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
 
 
 def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[Finding]:
-    """Report forces whose direct action on the contacts no friction table has.
+    """Report forces whose direct effect on the contacts no friction table includes.
 
-    A table has it as a function of the amplitude that the force holds steady, which says nothing
-    where the force moves the contacts about as much as its mode does.
+    A table includes it as a function of the amplitude that the force holds steady. That amplitude
+    does not determine a force that moves the contacts about as much as its mode does.
     """
     reduced = applied.reduced
     if reduced.formulation == "paper" or reduced.force_patterns is None:
@@ -204,8 +194,8 @@ def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[
     directly = acting * reduced.frequency**2 > _DIRECT * through
     known = (steady_force(reduced)[0] != 0.0).any(axis=1)
     reason = (
-        "it moves the contacts directly about as much as through its mode: no friction table has "
-        'that; model.table = "none" or rom.steady_state does'
+        "it moves the contacts directly about as much as through its mode, which no friction "
+        'table includes; use model.table = "none" or rom.steady_state'
     )
     return [
         Finding(f"force {mode}", "acts on contacts", reason, "warning")

@@ -14,13 +14,13 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import round_down
 from slipmode.rom.short_repr import short_list
 
-# Friction limit relative to the elastic force on a contact that sticks, at the largest amplitudes.
-# Below, another unit is likelier than a design: prefixes of units are factors of 1000.
+# Least friction limit relative to the elastic force on a stuck contact, at the largest amplitudes.
+# A smaller one is likely in another unit: prefixes of units are factors of 1000.
 _EXCEEDED = 1e-2
-# tanh velocity relative to the one at which a contact slides without friction.
+# Largest and smallest tanh velocity, relative to the velocity of sliding without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
-# Power lost by a tanh contact that creeps, relative to the power lost by structural damping.
-# Below, friction hardly changes the damping; a limit in another unit changes it by 1e3.
+# Power lost in a creeping tanh contact, relative to the power lost in structural damping, from
+# which friction changes the damping; a limit in another unit changes the power by 1e3.
 _CREEP = 1e-2
 
 
@@ -50,8 +50,8 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
         and not _creeps(reduced, law, amplitude)
     ):
         reason = (
-            f"no contact slips or opens: the largest load on a contact is {load:.3g} of what it "
-            f"holds, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
+            f"no contact slips or opens: the largest load on a contact is {load:.3g} of its "
+            f"limit, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
             "the force or the amplitude too small, or the limit in another unit?"
         )
         found.append(Finding("friction", "does nothing", reason, "warning"))
@@ -100,9 +100,9 @@ def _is_preloaded(law: Friction, contacts: int) -> Flags:
 def _least_holding(
     law: Friction, limit: Floats, force: Floats, touched: Flags
 ) -> tuple[str, float]:
-    """Return where the limit is the least part of the elastic force, in words, and that part.
+    """Return where the limit is the smallest share of the elastic force, in words, and the share.
 
-    A preload is small at the edge of an area in contact, so preloaded contacts count together.
+    A preload is small at the edge of an area in contact, so preloaded contacts are summed.
     """
     preloaded = _is_preloaded(law, limit.size)
     single, together = np.flatnonzero(touched & ~preloaded), touched & preloaded
@@ -133,8 +133,14 @@ def _creeps(reduced: Reduced, law: Friction, amplitude: Floats) -> bool:
 def _tanh_findings(
     reduced: Reduced, law: Tanh, amplitude: Floats, force: Floats, touched: Flags
 ) -> list[Finding]:
-    """Report a velocity alpha at which contacts neither stick nor slide, or too small a one."""
-    speed = _sliding_speed(reduced, amplitude, force)[touched]
+    """Report a velocity alpha at which contacts neither stick nor slide, or too small a one.
+
+    It is compared with the velocity of contacts that forces (N_c,) move freely, at the carrier of
+    the mode with the largest force on each contact.
+    """
+    moved = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
+    Omega = reduced.carrier[np.argmax(moved, axis=0)]
+    speed = (Omega * force / np.diag(reduced.stiffness))[touched]
     if law.alpha > _BLURRED * speed.max():
         reason = (
             f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
@@ -149,13 +155,3 @@ def _tanh_findings(
         )
         return [Finding("friction", "too sharp", reason, "warning")]
     return []
-
-
-def _sliding_speed(reduced: Reduced, amplitude: Floats, force: Floats) -> Floats:
-    """Return the velocity (N_c,) [m/s] of contacts that such forces (N_c,) move freely.
-
-    At the highest frequency that moves them: that of the mode with the largest force there.
-    """
-    moved: Floats = 2.0 * np.abs(amplitude)[:, np.newaxis] * np.abs(reduced.coupling)
-    Omega = reduced.carrier[np.argmax(moved, axis=0)]
-    return np.asarray(Omega * force / np.diag(reduced.stiffness))

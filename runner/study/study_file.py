@@ -19,7 +19,7 @@ from slipmode.rom import __version__
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.source_files import source_files
+from slipmode.rom.structure.files import source_files
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.scene import Scene, load_scene, read_scene
 from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Rule, Table, between

@@ -10,8 +10,8 @@ import numpy as np
 from slipmode.rom import Model, Reduced, kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
-from slipmode.rom.full.bases.projection import Projection
 from slipmode.rom.full.integration import Integrator
+from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.motion import reconstruct

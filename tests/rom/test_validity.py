@@ -67,7 +67,9 @@ def test_a_sweep_is_refused_where_it_leaves_the_range(two_mode_model):
 
 
 def test_steady_states_and_components_refuse_equal_frequencies(two_mode_model):
-    with pytest.raises(rom.SlipmodeError, match=r"^frequency: those of modes A and B must"):
+    with pytest.raises(
+        rom.SlipmodeError, match=r"^frequency: the frequencies of modes A and B must"
+    ):
         rom.steady(two_mode_model, [(0.98, 1.65), (1.3, 1.3)], FORCE)
     assert np.isfinite(rom.steady(two_mode_model, (1.3, 1.3), (FORCE[0], {1: 0.0}))).all()
     component = Component(two_mode_model, FORCE)

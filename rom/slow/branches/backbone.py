@@ -17,7 +17,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.coupling import coupling_factor
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow

@@ -14,8 +14,8 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.answer_error import TableError
 from slipmode.rom.slow.slow_flow import (

@@ -26,7 +26,7 @@ from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
-from slipmode.rom.reduction.internal_resonance import strongest_resonance
+from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.direct.receptance import Receptance

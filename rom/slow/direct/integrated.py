@@ -13,13 +13,14 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full.bases.reduced_structure import ReducedStructure
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD, HarmonicFit
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
-from slipmode.rom.full.steady import OFF_LATTICE, beside_harmonics
-from slipmode.rom.full.window import Elsewhere
+from slipmode.rom.full.steady import OFF_LATTICE
+from slipmode.rom.full.steady import nonharmonic_motion as beside_harmonics
+from slipmode.rom.full.structures import ReducedStructure
+from slipmode.rom.full.window import Nonharmonic as Elsewhere
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
@@ -203,10 +204,10 @@ def _harmonics(
 
 def _check_periodic(reduced: Reduced, march: _March, fit: HarmonicFit, moved: Floats) -> None:
     """Refuse a motion whose contacts have more than harmonics, of any order."""
-    if fit.beside(moved) <= OFF_LATTICE:
+    if fit.nonharmonic_share(moved) <= OFF_LATTICE:
         return
     orders = harmonic_orders(_MOST[len(reduced.modes)], len(reduced.modes), reduced.even)
-    if fit.with_lines(reduced.carrier, orders).beside(moved) <= OFF_LATTICE:
+    if fit.with_lines(reduced.carrier, orders).nonharmonic_share(moved) <= OFF_LATTICE:
         return
     beside = beside_harmonics(march.integrator, march.state)[1]
     if beside.share > OFF_LATTICE:

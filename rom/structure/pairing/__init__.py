@@ -1,11 +1,8 @@
-"""Contacts from meshes: which nodes meet which facets, in what frame, on what area.
+"""Contacts from meshes: nodes and the facets that they meet, with frames and areas.
 
 contact_pairs.py   contact_pairs: from two surfaces of a mesh to contacts. Start here.
-pairs.py           ContactPairs, the result: W, areas, gaps, frames; gathered into patches
-surfaces.py        surfaces as they are given, nodes or facets, checked
-facets.py          triangles and quadrilaterals: shape functions, areas, normals, which side
-projection.py      points projected into facets, and how these move them
-frames.py          a normal and two tangents for each contact
-patches.py         contacts divided into patches of about the same area
-motion_patches.py  motion_patches: into as few as given motions need, with the error
+pairs.py           ContactPairs, the result: W, areas, gaps, frames; patches of equal area
+surfaces.py        surfaces, nodes or facets: checks, shape functions, areas, normals
+projection.py      points projected onto facets, and their motion with the facets
+motion_patches.py  motion_patches: as few patches as given motions need, with their error
 """

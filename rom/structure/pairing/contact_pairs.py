@@ -1,8 +1,7 @@
-"""From two surfaces of a mesh that face each other to contacts."""
+"""Contacts from two surfaces of a mesh that face each other."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,14 +11,12 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import Sparse, as_csc
-from slipmode.rom.structure.pairing.facets import Indices
-from slipmode.rom.structure.pairing.frames import local_frames
-from slipmode.rom.structure.pairing.pairs import ContactPairs
-from slipmode.rom.structure.pairing.projection import OVERHANG, project
-from slipmode.rom.structure.pairing.surfaces import Surface, as_surface
+from slipmode.rom.structure.pairing.pairs import ContactPairs, local_frames
+from slipmode.rom.structure.pairing.projection import onto_facets, onto_nodes
+from slipmode.rom.structure.pairing.surfaces import Indices, Surface, as_surface
 
-_ROUNDING = 1e-14  # weights of corners that a point has nothing of
-_TOUCHING = 1e-6  # of the extent of the surfaces: distances that rounded coordinates leave
+_ROUNDING = 1e-14  # weight of a corner that does not move a point
+_TOUCHING = 1e-6  # gap due to rounded coordinates, relative to the extent of the surfaces
 
 
 def contact_pairs(
@@ -37,8 +34,9 @@ def contact_pairs(
 ) -> ContactPairs:
     """Make a contact of each node of a surface that meets the target.
 
-    It meets the facet that it stands on, whose corners move the point beneath it by their shape
-    functions; or, of a target without facets, the nearest node. Meshes need not match::
+    A node meets the facet that it stands on; the corners of the facet move the point below the
+    node by their shape functions. It meets the nearest node if the target has no facets. Meshes
+    need not match::
 
         nodes = rom.contact_pairs(points, dofs, lower, upper, tolerance=1e-4)
         pairs = nodes.gathered(8)
@@ -57,43 +55,40 @@ def contact_pairs(
     coordinates : (nodes, 3) array_like
         [m]
     dofs : (nodes, 3) array_like of int
-        DOFs of the x, y, z displacement of each node; -1 where it is held.
+        DOFs of the x, y, z displacement of each node; -1 if it is held.
     surface, target : (k,) or (facets, 3 or 4) array_like of int
         Nodes, by their row in `coordinates`; or facets, counter-clockwise as seen from outside the
-        body, of which a triangle among quadrilaterals has its last node twice. The surface is best
-        the one with the finer mesh.
+        body. A triangle among quadrilaterals has its last node twice. The surface should have the
+        finer mesh.
     tolerance : float
-        Largest distance of a node from what it meets [m], gap included. It may lie beyond the edge
-        of the target by a tenth of a facet.
+        Largest distance of a node from the target [m], gap included. A node may lie beyond the
+        edge of the target by a tenth of a facet.
     normal : (3,) array_like, optional
-        From the surface towards the target. Facets are turned to it, so that their order does not
-        matter; without any it is the normal of all contacts.
+        Direction from the surface to the target. Facets are turned to it, so that the order of
+        their nodes does not matter. Without facets it is the normal of all contacts.
     tangent : (3,) array_like, optional
-        The first tangent as it lies across each normal. Default: a global axis, the same for all
-        contacts. Where it is along a normal, the global axis farthest from that.
+        First tangent, projected across each normal. Default: one global axis for all contacts.
+        Where it is along a normal, the global axis farthest from the normal.
     area : float or (k,) array_like, optional
-        Of the nodes of a surface without facets [m^2].
+        Areas of the nodes of a surface without facets [m^2].
     tangents : {1, 2}
-        Tangential directions of each contact. A plane model has one: z = 0, its DOFs -1.
+        Tangential directions of each contact. A plane model has one, with DOFs -1 along z.
     n_dofs : int, optional
-        Of the structure, where it has more DOFs than `dofs` has.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the argument and the node or facet at fault; if no node meets the target.
+        Number of DOFs of the structure, if it is larger than `dofs` shows.
 
     Notes
     -----
-    A motion of both bodies as one moves no contact: the point on a facet is carried along with it,
-    also across a gap. Between two nodes it is only where these coincide: a rotation moves them
-    against each other by their distance.
+    A rigid motion of both bodies together moves no contact on a facet, also across a gap. A
+    contact between two nodes is moved by a rotation if the nodes do not coincide.
 
-    Areas are integrals of the shape functions over the facets of the surface, as for a pressure;
-    of nodes at the border of a target that is smaller they are not cut.
+    Areas are integrals of the shape functions over the facets of the surface, as for a pressure.
+    They are not cut at the border of a smaller target.
     """
     x, number = _mesh(coordinates, dofs)
-    size = _n_dofs(n_dofs, number)
+    least = int(number.max(initial=-1)) + 1
+    if n_dofs is not None and n_dofs < least:
+        raise SlipmodeError(f"n_dofs: must be at least {least}, for dofs has {least - 1}")
+    size = least if n_dofs is None else int(n_dofs)
     if tangents not in (1, 2):
         raise SlipmodeError(f"tangents: must be 1 or 2, got {tangents}")
     if not (isinstance(tolerance, float | int | np.floating) and 0.0 < tolerance < np.inf):
@@ -107,8 +102,8 @@ def contact_pairs(
             f"target: node {shared[0]} is in surface too; bodies in contact share no nodes"
         )
     weight, outward = _areas_and_normals(one, area, towards)
-    met = _onto_facets if other.facets is not None else _onto_nodes
-    found = met(one, other, tolerance, outward)
+    meet = onto_nodes if other.facets is None else onto_facets
+    found = meet(one, other, tolerance, outward)
     motion = _displacements(number[one.nodes[found.point], np.newaxis], np.eye(3), size)
     relative = as_csc(motion - _displacements(number[found.corners], found.motion, size))
     moved = np.flatnonzero(abs(relative).sum(axis=0).reshape(-1, 3).any(axis=1))
@@ -130,75 +125,13 @@ def contact_pairs(
     )
 
 
-@dataclass(frozen=True)
-class _Met:
-    """What points of the surface meet: nodes of the target and how these move the place there."""
-
-    point: Indices  # (pairs,)
-    corners: Indices  # (pairs, corners)
-    motion: Floats  # (pairs, corners, 3, 3)
-    foot: Floats  # (pairs, 3)
-    normal: Floats  # (pairs, 3)
-
-
-def _onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
-    facets = other.facets
-    assert facets is not None
-    found = project(one.position, facets, tolerance, outward)
-    if not found.point.size and found.averted:
-        raise SlipmodeError(
-            "target: its facets do not face surface, where they are near they are turned away "
-            "from it; order the nodes of facets counter-clockwise as seen from outside the body, "
-            "or give normal"
-        )
-    if not found.point.size:
-        raise _nothing_met(one, other, tolerance)
-    normal = -found.normal if one.facets is None or outward is None else outward[found.point]
-    return _Met(found.point, facets.nodes[found.facet], found.motion, found.foot, normal)
-
-
-def _onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> _Met:
-    from scipy.spatial import cKDTree  # takes a while to import
-
-    if outward is None:
-        raise SlipmodeError("normal: needed, for neither surface nor target has facets")
-    distance, found = cKDTree(other.position).query(one.position)
-    point = np.flatnonzero(distance <= tolerance)
-    if not point.size:
-        raise _nothing_met(one, other, tolerance)
-    nearest = np.asarray(found)[point]
-    order = np.argsort(nearest, kind="stable")
-    twice = np.flatnonzero(np.diff(nearest[order]) == 0)
-    if twice.size:
-        a, b = one.nodes[point[order[twice[0] : twice[0] + 2]]]
-        raise SlipmodeError(
-            f"target: its node {other.nodes[nearest[order[twice[0]]]]} is the nearest of both "
-            f"nodes {a} and {b} of surface; give facets of target where meshes do not match"
-        )
-    motion = np.broadcast_to(np.eye(3), (point.size, 1, 3, 3))
-    corners = other.nodes[nearest, np.newaxis]
-    return _Met(point, corners, motion, other.position[nearest], outward[point])
-
-
-def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeError:
-    from scipy.spatial import cKDTree
-
-    least = float(np.min(cKDTree(other.position).query(one.position)[0]))
-    said = f"the nearest node of target is {least:.3g} m away"
-    if other.facets is not None and least <= tolerance:
-        said = f"they lie beyond its edge, by more than {OVERHANG:.0%} of a facet"
-    return SlipmodeError(
-        f"tolerance: no node of surface meets target within {tolerance:g} m; {said}"
-    )
-
-
 def _areas_and_normals(
     surface: Surface, area: Any, towards: Floats | None
 ) -> tuple[Floats, Floats | None]:
-    """Of each node of the surface: area (nodes,) and unit normal (nodes, 3), if it is known."""
+    """Return the area (nodes,) and, if known, unit normal (nodes, 3) of each node."""
     if surface.facets is not None:
         if area is not None:
-            raise SlipmodeError("area: leave it out where surface has facets, which say it")
+            raise SlipmodeError("area: leave it out if surface has facets, which determine it")
         return surface.areas_and_normals()
     if area is None:
         raise SlipmodeError(
@@ -215,9 +148,10 @@ def _areas_and_normals(
 
 
 def _displacements(dofs: Indices, motion: Floats, n_dofs: int) -> Sparse:
-    """x, y, z displacement of each contact (n, 3 contacts), of corner DOFs (contacts, corners, 3).
+    """Return x, y, z displacements of contacts per displacement of the DOFs, (n, 3 contacts).
 
-    `motion`, (contacts, corners, 3, 3), is what these make of it.
+    `dofs` (contacts, corners, 3) are the DOFs of the corners, `motion` (contacts, corners, 3, 3)
+    the displacement of a contact per displacement of each corner.
     """
     shape = (*dofs.shape, 3)
     value = np.broadcast_to(motion.swapaxes(-1, -2), shape)  # [contact, corner, DOF, direction]
@@ -247,13 +181,6 @@ def _mesh(coordinates: ArrayLike, dofs: ArrayLike) -> tuple[Floats, Indices]:
     if np.any(count > 1):
         raise SlipmodeError(f"dofs: DOF {found[np.argmax(count > 1)]} is there twice")
     return x, np.asarray(number, dtype=np.intp)
-
-
-def _n_dofs(given: int | None, dofs: Indices) -> int:
-    least = int(dofs.max(initial=-1)) + 1
-    if given is not None and given < least:
-        raise SlipmodeError(f"n_dofs: must be at least {least}, for dofs has {least - 1}")
-    return least if given is None else int(given)
 
 
 def _unit(name: str, given: ArrayLike) -> Floats:

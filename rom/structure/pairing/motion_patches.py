@@ -1,4 +1,4 @@
-"""Contacts divided into patches within which given motions hardly vary."""
+"""Patches of contacts within which given motions hardly vary."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 
-_FLAT = 1e-9  # of the interface: distance along an axis between contacts that it does not divide
+_FLAT = 1e-9  # distance between contacts at one place, relative to the interface
 
 
 @dataclass(frozen=True, eq=False)
 class MotionPatches:
-    """Patches of contacts, and what gathering makes wrong of the motions they were chosen for.
+    """Patches of contacts, and the error of given motions that they cause.
 
     Attributes
     ----------
     patch : (contacts,) ndarray of int
         For `ContactPairs.gathered`.
     variation : (motions,) ndarray
-        Largest distance of the relative displacement at a contact from the mean of its patch,
-        relative to the largest relative displacement of that motion [-]: at most the tolerance.
+        Largest deviation of the relative displacement at a contact from the mean of its patch,
+        relative to the largest displacement of the motion [-]; at most the tolerance.
     error : (motions,) ndarray
-        The same as a root mean square over the area, relative to that of the motion [-]. Springs
-        that are as stiff in all directions hold 1 - error^2 of the energy on patches that they do
-        on the contacts.
+        Root mean square of the deviation over the area, relative to the RMS displacement of the
+        motion [-]. Springs of equal stiffness in all directions store on patches 1 - error^2 times
+        the energy that they store on the contacts.
     """
 
     patch: NDArray[np.intp]
@@ -42,9 +42,9 @@ class MotionPatches:
 def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> MotionPatches:
     """Divide contacts into as few patches as represent given motions within a tolerance.
 
-    The interface is cut in two across a global axis, again and again, where that leaves least
-    variation, until no contact moves otherwise than its patch by more than the tolerance. Fine
-    contacts, then those that the two modes of a reduction need::
+    The interface is cut across a global axis, again and again, where the cut leaves the least
+    variation, until no contact deviates from its patch by more than the tolerance. Fine contacts,
+    then the patches that two modes of a reduction need::
 
         fine = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4)
         structure = rom.Structure(M, K, contact=fine.W)
@@ -56,47 +56,40 @@ def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> 
     ----------
     pairs : ContactPairs
     shapes : (n,) or (n, motions) array_like
-        Displacements of the DOFs: of the modes to retain, with contacts as they stick; and what
-        a static force does, where it matters.
+        Displacements of the DOFs: the modes to retain, with stuck contacts, and static
+        displacements due to forces if they matter.
     tolerance : float
         Largest variation of each motion within a patch, relative to its largest relative
         displacement, 0 to 1.
 
-    Raises
-    ------
-    SlipmodeError
-        If a motion moves no contact, or arguments do not fit.
-
     Notes
     -----
-    Other motions are not looked at: a patch may turn against what it faces, so that one or two
-    patches leave a hinge, whatever the tolerance. And it slips as a whole, where contacts would
-    one by one. Errors of frequencies fall with the square of `error`; for what friction does,
-    compare with a smaller tolerance.
+    Other motions are not considered: a patch may rotate against its target, so one or two patches
+    leave a hinge. A patch slips as a whole, contacts one by one. Errors of frequencies fall with
+    the square of `error`; for errors of friction, compare with a smaller tolerance.
     """
     if not 0.0 < tolerance <= 1.0:
         raise SlipmodeError(f"tolerance: must be above 0, at most 1, got {tolerance}")
     motion = _relative(pairs, shapes)
     patch = np.zeros(len(pairs.area), dtype=np.intp)
     parts, count = [np.arange(len(patch))], 0
+    deviation = np.empty((len(patch), motion.shape[2]))  # from the mean of the patch by area
     while parts:
         own = parts.pop()
-        off = _deviation(motion[own], pairs.area[own])
-        if off.max() <= tolerance:
+        area = pairs.area[own]
+        mean = np.tensordot(area / area.sum(), motion[own], axes=1)
+        deviation[own] = np.linalg.norm(motion[own] - mean, axis=1)
+        if deviation[own].max() <= tolerance:
             patch[own], count = count, count + 1
         else:
             parts += _bisected(own, motion, pairs)
-    off = np.empty((len(patch), motion.shape[2]))
-    for k in range(count):
-        own = np.flatnonzero(patch == k)
-        off[own] = _deviation(motion[own], pairs.area[own])
     square = np.sum(motion**2, axis=1)
-    error = np.sqrt(pairs.area @ off**2 / (pairs.area @ square))
-    return MotionPatches(patch, off.max(axis=0), error)
+    error = np.sqrt(pairs.area @ deviation**2 / (pairs.area @ square))
+    return MotionPatches(patch, deviation.max(axis=0), error)
 
 
 def _relative(pairs: ContactPairs, shapes: ArrayLike) -> Floats:
-    """Relative displacement (contacts, 3, motions), of each motion its largest one 1."""
+    """Return relative displacements (contacts, 3, motions), the largest of each motion 1."""
     n = pairs.relative.shape[0]
     given = np.asarray(shapes, dtype=float)
     given = given[:, np.newaxis] if given.ndim == 1 else given
@@ -109,24 +102,18 @@ def _relative(pairs: ContactPairs, shapes: ArrayLike) -> Floats:
     return np.asarray(motion / largest)
 
 
-def _deviation(motion: Floats, area: Floats) -> Floats:
-    """Distance of each contact from the mean by area, (contacts, motions)."""
-    mean = np.tensordot(area / area.sum(), motion, axes=1)
-    return np.asarray(np.linalg.norm(motion - mean, axis=1))
-
-
 def _bisected(
     own: NDArray[np.intp], motion: Floats, pairs: ContactPairs
 ) -> list[NDArray[np.intp]]:
-    """Two parts with least variation in them, on both sides of a plane across a global axis."""
+    """Return the two parts with the least variation that a plane across a global axis makes."""
     extent = _FLAT * np.ptp(pairs.position, axis=0).max()
-    most, halves = -np.inf, [own[:1], own[1:]]  # of contacts at one place the first
+    most, halves = -np.inf, [own[:1], own[1:]]  # contacts at one place: split off the first
     for axis in range(3):
         order = own[np.argsort(pairs.position[own, axis], kind="stable")]
         area = np.cumsum(pairs.area[order])
         moment = np.cumsum(pairs.area[order, np.newaxis] * motion[order].reshape(len(own), -1), 0)
         before, behind = area[:-1], area[-1] - area[:-1]
-        # the variation in both parts is what there was in all, less this
+        # the cut reduces the variation by this
         between = np.sum(moment[:-1] ** 2, axis=1) / before
         between += np.sum((moment[-1] - moment[:-1]) ** 2, axis=1) / behind
         between[np.diff(pairs.position[order, axis]) <= extent] = -np.inf

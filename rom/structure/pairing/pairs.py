@@ -1,8 +1,9 @@
-"""Contacts that were found between two surfaces, and fewer that they are gathered into."""
+"""Contacts between two surfaces, their local frames, and patches that they are gathered into."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -12,12 +13,11 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.matrices import Sparse, as_csc
-from slipmode.rom.structure.pairing.facets import Indices
-from slipmode.rom.structure.pairing.frames import local_frames
-from slipmode.rom.structure.pairing.patches import patch_of
+from slipmode.rom.structure.pairing.surfaces import Indices
 
-_STILL = 1e-12  # length of a direction that moves nothing
-_BENT = 0.5  # length of the mean of unit normals: 60 degrees to each side
+_STILL = 1e-12  # length of a direction along which nothing moves
+_BENT = 0.5  # mean of the unit normals of a patch that bends by 60 degrees to each side
+_ALONG = 0.1  # part of a direction across a normal, below which it gives no tangent
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class ContactPairs:
     Attributes
     ----------
     relative : (n, 3 contacts) sparse matrix
-        x, y, z displacement of the surface at each contact less that of the target.
+        x, y, z displacement of the surface relative to the target at each contact.
     frames : (contacts, 3, 3) ndarray
         Rows t_1, t_2, n: orthonormal, right-handed, n from the surface into the target.
     area : (contacts,) ndarray
@@ -37,11 +37,11 @@ class ContactPairs:
     position : (contacts, 3) ndarray
         [m]
     nodes : tuple of (k,) ndarray of int
-        Nodes of the surface that each contact is made of.
+        Nodes of the surface in each contact.
     unpaired : (k,) ndarray of int
-        Nodes of the surface that meet nothing, or are held, and so is what they meet.
+        Nodes of the surface that meet nothing, or are held on both sides.
     tangents : {1, 2}
-        Tangential directions that W has of each contact.
+        Tangential directions of each contact in W.
     """
 
     relative: Sparse = field(repr=False)
@@ -77,23 +77,22 @@ class ContactPairs:
         return W
 
     def gathered(self, patches: int | ArrayLike) -> ContactPairs:
-        """Fewer contacts, each of the contacts of a patch.
+        """Return fewer contacts, one for each patch of contacts.
 
-        The displacement of a patch is the mean of those of its contacts by area, which is the
-        translation of the rigid motion at its centre that fits them best by area. Rotation of a
-        patch against the target is free: that takes several patches, three for all rotations.
+        The displacement of a patch is the mean displacement of its contacts, weighted by area. A
+        patch resists no rotation against the target: all rotations take three patches.
 
         Parameters
         ----------
         patches : int or (contacts,) array_like of int
-            How many, of about equal area; or a label for each contact, patches in their order.
+            Number of patches, of about equal area; or the label of the patch of each contact.
 
         Raises
         ------
         SlipmodeError
             If a patch bends so much that it has no normal, or `patches` does not fit.
         """
-        patch = patch_of(patches, self.position, self.area)
+        patch = _patch_of(patches, self.position, self.area)
         count, contacts = int(patch.max()) + 1, len(self.area)
         area = np.bincount(patch, self.area).astype(float)
         share = scipy.sparse.csc_array(
@@ -119,3 +118,61 @@ class ContactPairs:
             unpaired=self.unpaired,
             tangents=self.tangents,
         )
+
+
+def local_frames(normals: Floats, tangent: Floats | None = None) -> Floats:
+    """Return right-handed frames (contacts, 3, 3), rows t_1, t_2, n, of normals n (contacts, 3).
+
+    t_1 is the part of `tangent`, (3,) or one per contact, across the normal. Default: one global
+    axis for all contacts: x, unless y or z is at least twice as far from every normal. Where a
+    normal is along that direction: the global axis farthest from the normal.
+    """
+    axes = np.eye(3)
+    across = np.sqrt(np.maximum(1.0 - normals**2, 0.0))  # sine of angle to each axis
+    if tangent is None:
+        least = across.min(axis=0)
+        tangent = axes[np.argmax(least >= 0.5 * least.max())]
+    t_1 = tangent - np.sum(tangent * normals, axis=1, keepdims=True) * normals
+    along = np.linalg.norm(t_1, axis=1) < _ALONG * np.linalg.norm(tangent, axis=-1)
+    if along.any():
+        other, n = axes[np.argmax(across[along], axis=1)], normals[along]
+        t_1[along] = other - np.sum(other * n, axis=1, keepdims=True) * n
+    t_1 /= np.linalg.norm(t_1, axis=1)[:, np.newaxis]
+    return np.stack((t_1, np.cross(normals, t_1), normals), axis=1)
+
+
+def _patch_of(patches: int | ArrayLike, position: Floats, area: Floats) -> Indices:
+    """Return the patch of each contact, (contacts,), from 0: as given, or by bisection."""
+    given: Any = np.asarray(patches)
+    if given.dtype.kind not in "iu" or given.ndim > 1:
+        raise SlipmodeError("patches: must be a number of patches, or an integer per contact")
+    if given.ndim == 0:
+        if not 1 <= given <= len(area):
+            raise SlipmodeError(
+                f"patches: must be 1 to {len(area)}, the number of contacts, got {given}"
+            )
+        return _bisected(int(given), position, area)
+    if given.size != len(area):
+        raise SlipmodeError(
+            f"patches: needs an integer for each of {len(area)} contacts, got {given.size}"
+        )
+    return np.asarray(np.unique(given, return_inverse=True)[1], dtype=np.intp)
+
+
+def _bisected(count: int, position: Floats, area: Floats) -> Indices:
+    """Return patches of equal area: halved across the longest global axis, again and again."""
+    patch = np.zeros(len(area), dtype=np.intp)
+    parts = [(np.arange(len(area)), 0, count)]
+    while parts:
+        own, first, wanted = parts.pop()
+        patch[own] = first
+        if wanted == 1:
+            continue
+        half = wanted // 2
+        axis = np.argmax(np.ptp(position[own], axis=0))
+        own = own[np.argsort(position[own, axis], kind="stable")]
+        filled = np.cumsum(area[own])
+        middle = 1 + int(np.argmin(np.abs(filled - half / wanted * filled[-1])))
+        middle = min(max(middle, half), len(own) - (wanted - half))
+        parts += [(own[:middle], first, half), (own[middle:], first + half, wanted - half)]
+    return patch

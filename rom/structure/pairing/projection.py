@@ -1,4 +1,4 @@
-"""Points projected into facets, and how they move with these."""
+"""Points of a surface and the target that they meet: facets, or nodes."""
 
 from __future__ import annotations
 
@@ -7,81 +7,116 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.structure.pairing.facets import Facets, Indices, overhang, shape_functions
+from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, shape_functions
 
-OVERHANG = 0.1  # of a facet: how far beyond the edge of a surface a point still meets it
-_FACING = -0.5  # cosine of the angle between two normals: 60 degrees off
-_SAME = 1e-9  # of the size: distances that are equal but for rounding
-_MOST_PASSES = 30
-_FARTHEST = 3.0  # local coordinate that is looked at
-_STEP, _SETTLED = 1e-14, 1e-10  # in local coordinates
+_OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
+_FACING = -0.5  # largest cosine of the angle between normals that face each other: 60 degrees
+_SAME = 1e-9  # rounding of equal distances, relative to the size of facets
+_FARTHEST = 3.0  # bound of local coordinates during the iteration
+_STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
 
 @dataclass(frozen=True)
-class Projection:
-    """Points x = sum N_i x_i + d n on the facets that they meet.
+class Met:
+    """Points of the surface that meet the target, and the motion of the target there."""
 
-    Attributes
-    ----------
-    point, facet : (pairs,) ndarray of int
-        Points in ascending order; those that meet no facet are left out.
-    foot : (pairs, 3) ndarray
-        sum N_i x_i [m].
-    normal : (pairs, 3) ndarray
-        Of the facet there, outwards.
-    motion : (pairs, 4, 3, 3) ndarray
-        What displacements of the corners make of that of the point, which the facet carries.
-    averted : int
-        Number of points that are near a facet and face away from it.
-    """
-
-    point: Indices
-    facet: Indices
-    foot: Floats
-    normal: Floats
-    motion: Floats
-    averted: int
+    point: Indices  # (pairs,), ascending
+    corners: Indices  # (pairs, corners), nodes of the target
+    motion: Floats  # (pairs, corners, 3, 3), displacement there per displacement of each corner
+    foot: Floats  # (pairs, 3), place on the target [m]
+    normal: Floats  # (pairs, 3), from the surface towards the target
 
     __repr__ = short_repr
 
 
-def project(
-    points: Floats, facets: Facets, tolerance: float, outward: Floats | None = None
-) -> Projection:
-    """Find the nearest facet of each point (p, 3), at most the tolerance [m] away.
+def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> Met:
+    """Find the nearest facet of each point, at most the tolerance [m] away.
 
-    With `outward`, (p, 3), normals of the surface that the points are on: of those that face it.
+    With `outward`, normals (nodes, 3) of the surface, a facet must face it.
     """
+    points, facets = one.position, other.facets
+    assert facets is not None
     point, facet = _candidates(points, facets, tolerance)
     corners, triangular = facets.corners[facet], facets.triangular[facet]
-    at, settled = _feet(points[point], corners, triangular)
+    at, converged = _feet(points[point], corners, triangular)
     N, slopes = shape_functions(triangular, at)
     foot = np.einsum("ki,kix->kx", N, corners)
     tangents = slopes @ corners
     normal = np.cross(tangents[:, 0], tangents[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
-    beyond = overhang(triangular, at)
+    beyond = _overhang(triangular, at)
     size = facets.size()[facet]
     height = np.einsum("kx,kx->k", points[point] - foot, normal)
     distance = np.hypot(height, beyond * size)
-    near = settled & (distance <= tolerance) & (beyond <= OVERHANG)
+    near = converged & (distance <= tolerance) & (beyond <= _OVERHANG)
     faced = near
     if outward is not None:
         faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= _FACING)
-    averted = np.setdiff1d(point[near], point[faced]).size
+    if near.any() and not faced.any():
+        raise SlipmodeError(
+            "target: its facets do not face surface, where they are near they are turned away "
+            "from it; order the nodes of facets counter-clockwise as seen from outside the body, "
+            "or give normal"
+        )
+    if not near.any():
+        raise _nothing_met(one, other, tolerance)
     own = np.flatnonzero(faced)
-    # of equal distances the first facet, whatever rounding says
-    rank = np.round(distance[own] / (_SAME * max(tolerance, size.max(initial=0.0))))
+    # of facets at the same distance but for rounding take the first
+    rank = np.round(distance[own] / (_SAME * max(tolerance, size.max())))
     own = own[np.lexsort((facet[own], rank, point[own]))]
     own = own[np.unique(point[own], return_index=True)[1]]
-    motion = _motion(N[own], slopes[own], tangents[own], normal[own], height[own])
-    return Projection(point[own], facet[own], foot[own], normal[own], motion, averted)
+    # A point at height d off the facet moves as if it were fixed to it: u = sum N_i u_i + d dn,
+    # with the rotation of the normal dn = -sum grad N_i (n . u_i).
+    gradient = np.einsum("kax,kai->kix", _gradients(tangents[own]), slopes[own])
+    turn = np.einsum("k,kix,ky->kixy", height[own], gradient, normal[own])
+    motion = N[own][:, :, np.newaxis, np.newaxis] * np.eye(3) - turn
+    towards = -normal[own]
+    if one.facets is not None and outward is not None:
+        towards = outward[point[own]]
+    return Met(point[own], facets.nodes[facet[own]], motion, foot[own], towards)
+
+
+def onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> Met:
+    """Find the nearest node of the target of each point, at most the tolerance [m] away."""
+    from scipy.spatial import cKDTree  # takes a while to import
+
+    if outward is None:
+        raise SlipmodeError("normal: needed, for neither surface nor target has facets")
+    distance, found = cKDTree(other.position).query(one.position)
+    point = np.flatnonzero(distance <= tolerance)
+    if not point.size:
+        raise _nothing_met(one, other, tolerance)
+    nearest = np.asarray(found)[point]
+    order = np.argsort(nearest, kind="stable")
+    twice = np.flatnonzero(np.diff(nearest[order]) == 0)
+    if twice.size:
+        a, b = one.nodes[point[order[twice[0] : twice[0] + 2]]]
+        raise SlipmodeError(
+            f"target: its node {other.nodes[nearest[order[twice[0]]]]} is the nearest of both "
+            f"nodes {a} and {b} of surface; give facets of target where meshes do not match"
+        )
+    motion = np.broadcast_to(np.eye(3), (point.size, 1, 3, 3))
+    corners = other.nodes[nearest, np.newaxis]
+    return Met(point, corners, motion, other.position[nearest], outward[point])
+
+
+def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeError:
+    from scipy.spatial import cKDTree
+
+    least = float(np.min(cKDTree(other.position).query(one.position)[0]))
+    reason = f"the nearest node of target is {least:.3g} m away"
+    if other.facets is not None and least <= tolerance:
+        reason = f"they lie beyond its edge, by more than {_OVERHANG:.0%} of a facet"
+    return SlipmodeError(
+        f"tolerance: no node of surface meets target within {tolerance:g} m; {reason}"
+    )
 
 
 def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indices, Indices]:
-    """Pairs of point and facet that are near each other."""
-    from scipy.spatial import cKDTree  # takes a while to import
+    """Return pairs of point and facet that are near each other."""
+    from scipy.spatial import cKDTree
 
     centre, reach = facets.corners.mean(axis=1), 1.5 * facets.size() + tolerance
     found = cKDTree(points).query_ball_point(centre, reach)
@@ -91,22 +126,22 @@ def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indic
 
 
 def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, Flags]:
-    """Local coordinates (k, 2) where each point stands upright on its facet; whether found."""
+    """Return local coordinates (k, 2) of the foot of each point on its facet; whether found."""
     at = np.where(triangular[:, np.newaxis], 1.0 / 3.0, np.zeros((len(points), 2)))
     step = np.zeros(len(points))
     moving = np.arange(len(points))
-    for _ in range(_MOST_PASSES):
+    for _ in range(30):
         N, slopes = shape_functions(triangular[moving], at[moving])
-        left = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
-        change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), left)
+        offset = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
+        change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), offset)
         at[moving] = np.clip(at[moving] + change, -_FARTHEST, _FARTHEST)
         step[moving] = np.abs(change).max(axis=1)
         moving = moving[step[moving] > _STEP]
-    return at, step <= _SETTLED
+    return at, step <= _CONVERGED
 
 
 def _gradients(tangents: Floats) -> Floats:
-    """Gradients of the local coordinates in the tangent plane (k, 2, 3), of d x / d them."""
+    """Return gradients (k, 2, 3) of the local coordinates, from the tangents (k, 2, 3)."""
     a, b = tangents[:, 0], tangents[:, 1]
     normal = np.cross(a, b)
     square = np.maximum(np.einsum("kx,kx->k", normal, normal), np.finfo(float).tiny)
@@ -114,11 +149,12 @@ def _gradients(tangents: Floats) -> Floats:
     return np.asarray(dual / square[:, np.newaxis, np.newaxis])
 
 
-def _motion(N: Floats, slopes: Floats, tangents: Floats, normal: Floats, height: Floats) -> Floats:
-    """Corners to u = sum N_i u_i + d dn, with the turn of the normal dn = -sum grad N_i (n . u_i).
-
-    So a point off the facet moves as if it were fixed to it: rotations leave them together.
-    """
-    gradient = np.einsum("kax,kai->kix", _gradients(tangents), slopes)
-    turn = np.einsum("k,kix,ky->kixy", height, gradient, normal)
-    return np.asarray(N[:, :, np.newaxis, np.newaxis] * np.eye(3) - turn)
+def _overhang(triangular: Flags, at: Floats) -> Floats:
+    """Return the distance of local coordinates (k, 2) from the facet, in facets; 0 inside."""
+    a, b = at.T
+    beyond = np.where(
+        triangular,
+        np.max((-a, -b, a + b - 1.0), axis=0),
+        0.5 * (np.max((np.abs(a), np.abs(b)), axis=0) - 1.0),
+    )
+    return np.asarray(np.maximum(beyond, 0.0))

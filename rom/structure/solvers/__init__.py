@@ -1,8 +1,7 @@
-"""What is solved with the matrices of a structure, however large.
+"""Solutions with the matrices of a structure, small or large.
 
 factorisation.py        by LAPACK, PARDISO or SuperLU. Start here.
-nested_dissection.py    the order for SuperLU; memory.py: what there is of it
+nested_dissection.py    the order of elimination for SuperLU
 lowest_modes.py         block Lanczos
-definiteness.py         of mass and damping matrices
-mobility.py             W^T M^-1 W
+mass.py                 definiteness of mass and damping; W^T M^-1 W
 """

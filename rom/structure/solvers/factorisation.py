@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import logging
 import weakref
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,24 +19,20 @@ import scipy.sparse
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.progress import phase
-from slipmode.rom.structure.matrices import Matrix, Sparse, as_csc, as_dense
-from slipmode.rom.structure.solvers.memory import GIB, check_memory
+from slipmode.rom.structure.matrices import BLOCK, Matrix, Sparse, as_csc, as_dense
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 
 _log = logging.getLogger(__name__)
 
 LARGE = 20_000  # DOFs from which a factorisation takes a second
-_SMALL = 500  # up to here a dense factorisation is the faster one
-_BLOCK = 16  # right-hand sides at a time
-_BYTES_LU = (
-    45.0  # per entry of L: it and U, with their indices, and a copy by scipy for the pivots
-)
-_NO_MEMORY = -2  # PARDISO's error code
+SMALL = 500  # DOFs up to which dense algorithms are faster
+_BYTES_LU = 45.0  # per entry of L: L and U with their indices, and a copy for the pivots by scipy
+_GIB = 2.0**30
 _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
 _SINGULAR = (
     "mass, stiffness: must be positive definite with bonded contacts, also to rounding: "
-    "what is stiffer or heavier than the rest by 1e15 should be modelled as rigid"
+    "parts that are stiffer or heavier than others by 1e15 should be modelled as rigid"
 )
 
 
@@ -47,36 +44,32 @@ class NotPositiveDefiniteError(SlipmodeError):
 
 
 class Factorisation(Protocol):
-    """Of a matrix A (n, n)."""
+    """Factorisation of a matrix A (n, n)."""
 
     def solve(self, right: Floats) -> Floats:
-        """A^-1 right, for right-hand sides (n,) or (n, m)."""
+        """Return A^-1 right, for right-hand sides (n,) or (n, m)."""
 
 
 def factorise(matrix: Matrix, name: str = "stiffness") -> Factorisation:
-    """Factorise a symmetric positive definite matrix; `name` is what messages call it.
+    """Factorise a symmetric positive definite matrix, which messages call `name`.
 
-    Raises
-    ------
-    NotPositiveDefiniteError
-        If it is not positive definite, or (dense) only to rounding.
-    SlipmodeError
-        If there is not enough memory, before the work starts.
+    Refuses with NotPositiveDefiniteError a matrix that is not positive definite, or (dense) only
+    to rounding; and before the work starts if there is not enough memory.
     """
     diagonal = matrix.diagonal()
     if not np.all(diagonal > 0):
         raise NotPositiveDefiniteError
-    if isinstance(matrix, np.ndarray) or matrix.shape[0] <= _SMALL:
-        return _Cholesky(as_dense(matrix))
+    if isinstance(matrix, np.ndarray) or matrix.shape[0] <= SMALL:
+        return Cholesky(as_dense(matrix))
     purpose = f"factorising {name} ({matrix.shape[0]} DOFs)"
-    _tell(matrix.shape[0], f"ordering {name} ({matrix.shape[0]} DOFs)")
+    large_phase(matrix.shape[0], f"ordering {name} ({matrix.shape[0]} DOFs)")
     if importlib.util.find_spec("pypardiso") is not None:
-        return _Pardiso(matrix, purpose)
-    return _SuperLU(matrix, purpose)
+        return Pardiso(matrix, purpose)
+    return SuperLU(matrix, purpose)
 
 
-class _Cholesky:
-    """LAPACK; rows and columns are scaled, so that their units do not matter."""
+class Cholesky:
+    """LAPACK, with rows and columns scaled so that their units do not matter."""
 
     def __init__(self, matrix: Floats) -> None:
         self._unit = np.exp2(-np.round(0.5 * np.log2(matrix.diagonal())))
@@ -91,13 +84,13 @@ class _Cholesky:
             raise NotPositiveDefiniteError
 
     def solve(self, right: Floats) -> Floats:
-        """A^-1 right."""
+        """Return A^-1 right."""
         unit = self._unit if right.ndim == 1 else self._unit[:, np.newaxis]
         return np.asarray(unit * scipy.linalg.cho_solve(self._factor, unit * right))
 
 
-class _Pardiso:
-    """Intel's PARDISO, by pypardiso: analysed first, which tells the memory it will need."""
+class Pardiso:
+    """Intel's PARDISO, by pypardiso; its analysis states the memory that it will need."""
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:
         import pypardiso
@@ -109,43 +102,41 @@ class _Pardiso:
         self._solver: Any = pypardiso.PyPardisoSolver(mtype=2)
         nothing = np.zeros((matrix.shape[0], 1), order="F")
         self._run(11, nothing)
-        kibibytes = max(
-            self._solver.get_iparm(15), self._solver.get_iparm(16) + self._solver.get_iparm(17)
-        )
-        check_memory(1024.0 * kibibytes, purpose)
-        _tell(matrix.shape[0], f"{purpose} by PARDISO, {1024.0 * kibibytes / GIB:.1f} GiB")
+        peak, permanent, factors = (1024.0 * self._solver.get_iparm(k) for k in (15, 16, 17))
+        needed = max(peak, permanent + factors)
+        _check_memory(needed, purpose)
+        large_phase(matrix.shape[0], f"{purpose} by PARDISO, {needed / _GIB:.1f} GiB")
         try:
             self._run(22, nothing)
         except PyPardisoError as error:
             self._solver.free_memory(everything=True)
-            if error.value == _NO_MEMORY:
+            if error.value == -2:  # not enough memory
                 raise SlipmodeError(f"{purpose}: not enough memory") from error
             raise NotPositiveDefiniteError from None
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
 
     def solve(self, right: Floats) -> Floats:
-        """A^-1 right."""
+        """Return A^-1 right."""
         return _by_blocks(lambda part: self._run(33, part), right)
 
-    def _run(self, phase: int, right: Floats) -> Floats:
-        """Pypardiso's own solve would compare the matrix with a copy at every call."""
-        self._solver.set_phase(phase)
+    def _run(self, step: int, right: Floats) -> Floats:
+        # pypardiso's own solve would compare the matrix with a copy at every call
+        self._solver.set_phase(step)
         return np.asarray(self._solver._call_pardiso(self._upper, np.asfortranarray(right)))
 
 
-class _SuperLU:
+class SuperLU:
     """scipy's LU with diagonal pivots only: L D L^T, D = diag(U)."""
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:
         from scipy.sparse.linalg import splu  # takes a while to import
 
-        dissection = nested_dissection(matrix)
-        needed = _BYTES_LU * dissection.fill
-        check_memory(needed, purpose, f"; {_FASTER}")
-        _tell(matrix.shape[0], f"{purpose} by SuperLU, about {needed / GIB:.1f} GiB")
+        self._order, fill = nested_dissection(matrix)
+        needed = _BYTES_LU * fill
+        _check_memory(needed, purpose, f"; {_FASTER}")
+        large_phase(matrix.shape[0], f"{purpose} by SuperLU, about {needed / _GIB:.1f} GiB")
         if matrix.shape[0] >= LARGE:
-            _log.warning("%s by SuperLU: about %.1f GiB; %s", purpose, needed / GIB, _FASTER)
-        self._order = dissection.order
+            _log.warning("%s by SuperLU: about %.1f GiB; %s", purpose, needed / _GIB, _FASTER)
         try:
             self._factors = splu(
                 as_csc(matrix[self._order][:, self._order]),
@@ -156,32 +147,48 @@ class _SuperLU:
         except RuntimeError:  # exactly singular
             raise NotPositiveDefiniteError from None
         same_order = np.array_equal(self._factors.perm_r, self._factors.perm_c)
-        if not (same_order and self._has_positive_pivots()):
+        if not (same_order and (self._factors.U.diagonal() > 0).all()):  # Sylvester's criterion
             raise NotPositiveDefiniteError
 
     def solve(self, right: Floats) -> Floats:
-        """A^-1 right."""
+        """Return A^-1 right."""
         solution = np.empty_like(right)
         solution[self._order] = _by_blocks(self._factors.solve, right[self._order])
         return solution
 
-    def _has_positive_pivots(self) -> bool:
-        """Sylvester's criterion."""
-        return bool((self._factors.U.diagonal() > 0).all())
 
-
-def _tell(size: int, text: str) -> None:
-    """Of work that takes a second or more."""
+def large_phase(size: int, text: str) -> None:
+    """Show a phase of work on matrices whose size makes it take a second or more."""
     if size >= LARGE:
         phase(text)
 
 
+def _check_memory(needed: float, purpose: str, advice: str = "") -> None:
+    """Refuse work that needs more memory [bytes] than is free, if the system states that."""
+    available = available_memory()
+    if available is not None and needed > available:
+        raise SlipmodeError(
+            f"{purpose}: needs about {needed / _GIB:.1f} GiB of memory, "
+            f"{available / _GIB:.1f} GiB are free{advice}"
+        )
+
+
+def available_memory() -> float | None:
+    """Return the free memory [bytes], with that of caches; None if it is not known."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+    except OSError:
+        return None
+    entries = dict(line.split(":", 1) for line in lines)
+    return float(entries["MemAvailable"].split()[0]) * 1024.0
+
+
 def _by_blocks(solve: Any, right: Floats) -> Floats:
-    """Solutions for a few right-hand sides at a time: all at once would need twice the memory."""
+    """Return solutions for BLOCK right-hand sides at a time."""
     if right.ndim == 1:
         return np.asarray(solve(right[:, np.newaxis]))[:, 0]
     solution = np.empty(right.shape)
-    for start in range(0, right.shape[1], _BLOCK):
-        block = slice(start, start + _BLOCK)
+    for start in range(0, right.shape[1], BLOCK):
+        block = slice(start, start + BLOCK)
         solution[:, block] = solve(right[:, block])
     return solution

@@ -78,7 +78,7 @@ DIRECTIONS = [
     (FrictionalContact(0.1, (1, 0), 1, 1, gap=(0, 0, 1)), E[:, :4], "gap: must be one number or"),
     (OPEN, E[:, :4], "gap: all contacts are open at rest; at least one must touch, or a static "),
     (Contacts([(OPEN, (0, 1)), (OPEN, (2, 3))]), E[:, :4], "gap: all contacts are open at rest"),
-    (Coulomb(1.0), E[:, :4], "law: is that of elastic contacts; leave it out for rigid ones"),
+    (Coulomb(1.0), E[:, :4], "law: must be an elastic law; leave it out for rigid friction"),
 ]
 
 

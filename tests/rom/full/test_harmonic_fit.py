@@ -22,7 +22,7 @@ def test_all_lines_of_a_window_are_found(even):
     time = fit.times(137.0)
     found = fit.lines(137.0, signal(time, fit, lines))
     assert found == pytest.approx(lines, abs=1e-10)
-    assert fit.beside(signal(time, fit, lines)) <= 1e-12
+    assert fit.nonharmonic_share(signal(time, fit, lines)) <= 1e-12
 
 
 def test_what_is_no_line_is_left():
@@ -30,7 +30,7 @@ def test_what_is_no_line_is_left():
     time = fit.times(0.0)
     moved = signal(time, fit, np.eye(len(fit.orders), 1)) + 5.0
     subharmonic = np.cos(0.5 * time)[:, np.newaxis]
-    assert fit.beside(moved - 5.0 + 0.1 * subharmonic) == pytest.approx(0.05, rel=0.1)
+    assert fit.nonharmonic_share(moved - 5.0 + 0.1 * subharmonic) == pytest.approx(0.05, rel=0.1)
 
 
 @pytest.mark.parametrize(("ratio", "periods"), [(3.0, 20.0), (3.004, 20.0), (3.004, 400.0)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipmode.rom.full.bases.orthonormal import orthonormal
+from slipmode.rom.full.structures import orthonormal
 
 N, MODES = 12, 3
 

@@ -6,7 +6,7 @@ from elastic.frictional_beam import ROWS, TIP, structure
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.full.bases.projection import Projection
+from slipmode.rom.full.structures import Projection
 
 
 @pytest.fixture(scope="module", params=["elastic", "rigid"])

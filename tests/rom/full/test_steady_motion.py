@@ -6,7 +6,7 @@ from elastic.family import member
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.full.bases.reduced_structure import ReducedStructure
+from slipmode.rom.full.structures import ReducedStructure
 from slipmode.rom.full.window import Window
 
 FREQUENCY = (1.0, 2.83)
@@ -27,7 +27,7 @@ def test_lines_beside_the_harmonics_are_found(frequency, line, share):
     signal += 0.2 * np.cos((4.0 * frequency[0] - frequency[-1]) * t)
     if line is not None:
         signal += share * (np.std(signal) * np.sqrt(2.0)) * np.cos(line * t)
-    found = looked.elsewhere(np.column_stack((signal, 2.0 * signal)))
+    found = looked.nonharmonic(np.column_stack((signal, 2.0 * signal)))
     assert found.share == pytest.approx(share, rel=0.02, abs=1e-4)
     if line is not None:
         assert found.frequency == pytest.approx(line, abs=0.01)

@@ -6,7 +6,7 @@ from elastic.family import blade
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError, Tanh, full
-from slipmode.rom.reduction.stiffness_margin import stiffness_loss
+from slipmode.rom.reduction.reaction import stiffness_loss
 
 LAW = Tanh(2.0, 0.02)
 FREQUENCY = (0.98, 1.65)

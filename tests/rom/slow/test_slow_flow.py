@@ -11,8 +11,8 @@ from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.reduction.combination import combination_resonances
-from slipmode.rom.reduction.coupling import coupling_factor
 from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.slow.steady import steady
 
 pytestmark = pytest.mark.quick

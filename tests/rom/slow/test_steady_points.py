@@ -35,7 +35,7 @@ def test_a_load_that_is_refused_leaves_the_others_alone(two_mode_model):
     assert (first, last) == ("", "")
     assert slow.startswith("frequency: must be 0.62")
     assert far.startswith("amplitude: ") and "outside the friction table" in far
-    assert met == "frequency: those of modes A and B must differ at each point"
+    assert met == "frequency: the frequencies of modes A and B must differ at each point"
     assert np.isnan(found.amplitude[1:4]).all()
     np.testing.assert_array_equal(found.amplitude[0], found.amplitude[4])
 

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
-from slipmode.rom.structure.source_files import source_files
+from slipmode.rom.structure.files import source_files
 from slipmode.runner.cli import main
 from slipmode.runner.scene.scene import read_scene, shipped_scenes
 from slipmode.runner.scene.toml_writer import toml_text

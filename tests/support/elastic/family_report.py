@@ -20,7 +20,7 @@ from elastic.family import Member, member
 from slipmode import rom
 from slipmode.rom import full, kernel
 from slipmode.rom.full.integration import Integrator
-from slipmode.rom.full.steady import OFF_LATTICE, beside_harmonics
+from slipmode.rom.full.steady import OFF_LATTICE, nonharmonic_motion
 
 SEEDS, LIMIT, TOLERANCE = 60, 120, 4e-3
 # of the strongest mode's contact motion: relative to that below, as `steady_state` has it
@@ -85,7 +85,7 @@ def full_order(
     except rom.SlipmodeError:
         found = settled(most_windows=WINDOWS, periods=PERIODS)
     integrator = Integrator(case.structure, case.law, excitation, outputs, 128)
-    return found, beside_harmonics(integrator, found.end)[1].share
+    return found, nonharmonic_motion(integrator, found.end)[1].share
 
 
 def relative(reduced: rom.Reduced, found: np.ndarray, expected: np.ndarray) -> np.ndarray:
