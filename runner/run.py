@@ -14,13 +14,18 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.contact_record import ContactRecord
+from slipmode.runner.motion.record import ContactRecord
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.interruption import interrupts_held_back
 from slipmode.runner.recording.load import RecordingData, read
-from slipmode.runner.recording.provenance import describe_run
-from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
+from slipmode.runner.recording.record import (
+    Header,
+    McapSink,
+    Recorder,
+    Sink,
+    describe_run,
+    interrupts_held_back,
+)
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper

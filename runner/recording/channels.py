@@ -38,7 +38,7 @@ EVENT_MESSAGE_TYPE = "foxglove.Log"
 
 _AMPLITUDE_UNIT = "kg^0.5 m"
 _DOUBLE_WIRE_TYPE = 1
-_NANOSECONDS = 1_000_000_000
+NANOSECONDS = 1_000_000_000  # in a second
 _LEVELS: tuple[Level, ...] = ("info", "warning", "error")
 _FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
 
@@ -122,72 +122,51 @@ class Channel:
         return FileDescriptorSet(file=[file])
 
     def encode(self, values: Floats) -> NDArray[np.void]:
-        """Protobuf messages of a batch.
+        """Return the protobuf messages of samples, shape (n,).
 
         Parameters
         ----------
         values : ndarray, shape (n, n_fields)
             One row per sample.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The bytes of an item are those of a message.
         """
         empty = self._empty_message
         size = np.dtype(f"V{empty.nbytes}")  # copied as a whole, not double by double
         wire = np.full(len(values), empty.view(size)).view(empty.dtype)
-        for tags, columns in self._groups:
-            wire[tags]["value"] = values[:, columns]
+        for number, column in enumerate(values.T):
+            wire[f"value {number}"] = column
         return wire
 
     def decode(self, messages: NDArray[np.void]) -> Floats:
-        """Values of a batch of protobuf messages; the inverse of `encode`.
+        """Return the values of protobuf messages, shape (n, n_fields); the inverse of `encode`.
 
         Parameters
         ----------
         messages : ndarray, shape (n,)
-            The bytes of an item are those of a message.
-
-        Returns
-        -------
-        ndarray, shape (n, n_fields)
+            The bytes of an item are the bytes of a message.
 
         Raises
         ------
         SlipmodeError
-            If a message has not the layout that `encode` writes.
+            If the layout of a message differs from the layout that `encode` writes.
         """
         empty = self._empty_message
         if messages.dtype.itemsize != empty.nbytes:
             raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
         wire = messages.view(empty.dtype)
         values = np.empty((len(messages), len(self.fields)))
-        for tags, columns in self._groups:
-            values[:, columns] = wire[tags]["value"]
-            if not np.all(wire[tags]["tag"] == empty[tags]["tag"]):
+        for number in range(len(self.fields)):
+            values[:, number] = wire[f"value {number}"]
+            if np.any(wire[f"tag {number}"] != empty[f"tag {number}"]):
                 raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
         return values
 
     @cached_property
-    def _groups(self) -> list[tuple[str, slice]]:
-        """Columns whose tags have the same length, and what they are called in a message."""
-        lengths = [len(_tag(number)) for number in range(1, len(self.fields) + 1)]
-        ends = np.cumsum([lengths.count(length) for length in sorted(set(lengths))]).tolist()
-        starts = [0, *ends[:-1]]
-        return [
-            (f"tags of {lengths[start]}", slice(start, end))
-            for start, end in zip(starts, ends, strict=True)
-        ]
-
-    @cached_property
     def _empty_message(self) -> NDArray[np.void]:
-        """A message of zeros, shape (): for each double, the tag that names it and its bytes."""
+        """A message of zeros, shape (): in front of each double the tag that names it."""
         tags = [_tag(number) for number in range(1, len(self.fields) + 1)]
-        layout = []
-        for name, columns in self._groups:
-            double = np.dtype([("tag", f"S{len(tags[columns.start])}"), ("value", "<f8")])
-            layout.append((name, double, (columns.stop - columns.start,)))
+        layout: list[tuple[str, str]] = []
+        for number, tag in enumerate(tags):
+            layout += [(f"tag {number}", f"S{len(tag)}"), (f"value {number}", "<f8")]
         data = b"".join(tag + bytes(8) for tag in tags)
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 
@@ -293,14 +272,14 @@ def encode_event(event: Event, time_ns: int) -> bytes:
     message = _log_message()(
         level=_FIRST_LEVEL + _LEVELS.index(event.level), message=event.message, name="slipmode"
     )
-    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, _NANOSECONDS)
+    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
     return bytes(message.SerializeToString())
 
 
 def decode_event(data: bytes, time_ns: int) -> Event:
     """Event of a protobuf message logged at `time_ns`; the inverse of `encode_event`."""
     message = _log_message().FromString(data)
-    return Event(time_ns / _NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
+    return Event(time_ns / NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
 
 
 _LOG_PROTO = """

@@ -13,9 +13,8 @@ import numpy as np
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.load import Signals, read
-from slipmode.runner.recording.mcapfile.source import naming
-from slipmode.runner.recording.selection import chosen
+from slipmode.runner.recording.load import Signals, chosen, read
+from slipmode.runner.recording.mcap_reader import naming
 
 
 def export(

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
-from slipmode.runner.recording.load import RecordingData, read
-from slipmode.runner.recording.mcapfile.source import naming
-from slipmode.runner.recording.selection import Selection
+from slipmode.runner.recording.external import as_curves, is_external, read_external
+from slipmode.runner.recording.load import RecordingData, Selection, read
+from slipmode.runner.recording.mcap_reader import naming
 from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer
 
 if TYPE_CHECKING:

@@ -16,16 +16,15 @@ import numpy as np
 import rerun as rr
 from google.protobuf import descriptor_pool, message_factory
 from mcap.reader import make_reader
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
-from zstandard import ZstdCompressor
+from zstandard import ZstdCompressor, ZstdDecompressor
 
 from slipmode.runner import load_scene, run
 from slipmode.runner.recording.channels import Channel, Field
 from slipmode.runner.recording.load import load
-from slipmode.runner.recording.mcapfile.chunk import decompress
-from slipmode.runner.recording.mcapfile.scan import StoredChunk, scan
-from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.writer import ZSTD_LEVEL
+from slipmode.runner.recording.mcap_writer import ZSTD_LEVEL
 from slipmode.runner.recording.record import Header, McapSink
 from slipmode.runner.view.phase_portraits import time_column
 from slipmode.runner.view.replay import replay
@@ -139,9 +138,10 @@ class _Signals:
         self.write()
         self._encoded = self._encode()
         self.write_plain()
-        with opened(self._path("ours")) as file:
-            chunks = [piece.record for piece in scan(file)]
-        self._raw = [decompress(c.chunk) for c in chunks if isinstance(c, StoredChunk)]
+        with self._path("ours").open("rb") as file:
+            found = list(StreamReader(file, emit_chunks=True).records)
+        decompress = ZstdDecompressor().decompress
+        self._raw = [decompress(c.data) for c in found if isinstance(c, Chunk)]
 
     def write(self) -> None:
         path = self._path("ours")

@@ -109,7 +109,7 @@ def _topics(options: argparse.Namespace) -> list[str]:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.selection import Selection
+    from slipmode.runner.recording.load import Selection
     from slipmode.runner.view.replay import in_browser, replay
     from slipmode.runner.view.views import Playing
 
@@ -141,14 +141,14 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _info(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.info import info
+    from slipmode.runner.recording.check import info
 
     print(info(options.file).text())
     return 0
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.doctor import doctor
+    from slipmode.runner.recording.check import doctor
 
     complaints = doctor(options.file)
     for complaint in complaints:
@@ -159,7 +159,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _recover(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.recover import recover
+    from slipmode.runner.recording.recover import recover
 
     print(recover(options.file, options.output).text())
     print(options.output)
