@@ -17,9 +17,8 @@ from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
 from slipmode.runner.study.study import StudyResults, run_study
-from slipmode.runner.view.mesh.mesh_motion import MeshMotion
-from slipmode.runner.view.mesh.rerun_mesh import show_mesh
-from slipmode.runner.view.mesh.vtk import write_mesh
+from slipmode.runner.view.mesh.motion import MeshMotion, write_mesh
+from slipmode.runner.view.mesh.show import show_mesh
 from slipmode.runner.view.replay import replay
 
 __all__ = [

@@ -30,8 +30,7 @@ from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.integrated import IntegratedPass
-from slipmode.runner.view.layout.foxglove import write_layout
-from slipmode.runner.view.rerun_file import RerunFile
+from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
 _log = logging.getLogger("slipmode.run")
@@ -229,9 +228,11 @@ def _open(
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
         if rrd:
-            sinks.append(RerunFile(rrd, header, listed))
+            from slipmode.runner.view.rerun_sink import RerunSink  # takes a while to import
+
+            sinks.append(RerunSink(rrd, header, listed))
         if live:
-            from slipmode.runner.view.live import LiveSink
+            from slipmode.runner.view.rerun_sink import LiveSink
 
             sinks.append(LiveSink(live, header, listed))
     except BaseException:

@@ -1,4 +1,4 @@
-"""Showing a recording in Rerun."""
+"""Replay of recordings in Rerun."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
 from slipmode.runner.recording.external import as_curves, is_external, read_external
 from slipmode.runner.recording.load import RecordingData, Selection, read
 from slipmode.runner.recording.mcap_reader import naming
@@ -30,7 +29,7 @@ def replay(
 ) -> list[str]:
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
 
-    Of a damaged recording what is whole is shown; of one of another program the numbers.
+    A damaged recording is shown up to its damage, of another program's recording the numbers.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def replay(
     Returns
     -------
     list of str
-        What is not shown, a line each: the loss of a damaged file, channels without numbers.
+        One line each for what is not shown: the rest of a damaged file, channels without numbers.
 
     Raises
     ------
@@ -64,16 +63,15 @@ def replay(
     if save is not None:
         _convert(data, Path(save), playing)
     if screenshot is not None:
-        from slipmode.runner.view.screenshot import photograph
+        from slipmode.runner.view.screenshot import write_picture
 
-        with tempfile.TemporaryDirectory() as folder:
-            rrd = Path(folder) / "recording.rrd"
-            _convert(data, rrd, None)
-            picture = photograph(rrd, data.end_time)
-        with replacing(screenshot) as file:
-            file.write(picture)
+        write_picture(screenshot, lambda rrd: _convert(data, rrd, None), data.end_time)
     if save is None and screenshot is None:
-        _convert(data, _window(), playing)
+        try:
+            viewer = find_viewer()
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{error}; --save and --screenshot need no window") from error
+        _convert(data, viewer, playing)
     return notes
 
 
@@ -118,13 +116,6 @@ def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
     if data.left_out:
         notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
     return notes
-
-
-def _window() -> Viewer:
-    try:
-        return find_viewer()
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{error}; --save and --screenshot need no window") from error
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:

@@ -1,4 +1,4 @@
-"""Motion of a contact over the phases of both carriers: a surface, and where it is on it now."""
+"""Motion of a contact over the phases of both carriers: a surface and a moving point on it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.layout.readable import readable
-from slipmode.runner.view.tail import tails
+from slipmode.runner.view.words import readable
 
 TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi
@@ -28,12 +27,12 @@ _POINT = (230, 230, 230)
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
-    """Whether motion over both phases is recorded."""
+    """Return whether motion over both phases is recorded."""
     return {TORUS, PHASES} <= {channel.topic for channel in channels}
 
 
 def view() -> rrb.Spatial3DView:
-    """The surface from above a corner."""
+    """Return the view of the surface, from above a corner."""
     middle = 0.5 * _TURN
     return rrb.Spatial3DView(
         origin=TORUS,
@@ -48,12 +47,12 @@ def view() -> rrb.Spatial3DView:
 
 
 def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
-    """Vertices and triangles of one whole period of both carriers.
+    """Return vertices and triangles over one whole period of both carriers.
 
     Parameters
     ----------
     torus : ndarray, shape (n, 5)
-        Samples of ``/torus`` of one instant, at any phases of B for each of some phases of A.
+        Samples of ``/torus`` at one instant: some phases of A, for each of them any phases of B.
 
     Returns
     -------
@@ -91,7 +90,7 @@ def draw(
     shown: NDArray[np.int64],
     tail: int,
 ) -> None:
-    """Draw the surface, and samples of x at some phases (n, 2) moving on it.
+    """Draw the surface, and a point that moves on it through samples of x at phases (n, 2).
 
     Parameters
     ----------
@@ -122,6 +121,17 @@ def draw(
     mark = rr.Points3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
+
+
+def tails(
+    points: Floats, starts: NDArray[np.int64], shown: NDArray[np.int64], length: int
+) -> list[Floats]:
+    """Return for each of the samples `shown` the strip of up to `length` points that ends there.
+
+    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point.
+    """
+    first = np.maximum(starts[shown], shown + 1 - length)
+    return [points[a : b + 1] for a, b in zip(first.tolist(), shown.tolist(), strict=True)]
 
 
 def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: float) -> None:
@@ -156,7 +166,7 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: floa
 
 
 def _turn_starts(phases: Floats) -> NDArray[np.int64]:
-    """For each sample, since when its way has not crossed an edge of the square."""
+    """Return for each sample the first one of its way that no edge of the square interrupts."""
     back = np.diff(phases, axis=0, prepend=phases[:1]) < -0.5 * _TURN
     numbers = np.arange(len(phases))
     return np.maximum.accumulate(np.where(back.any(axis=1), numbers, 0))

@@ -1,10 +1,11 @@
-"""What a recording looks like in Rerun: plots with units, texts, and the layout of it all."""
+"""Views of a recording in Rerun: plots with units, texts, and their layout."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -24,8 +25,6 @@ from slipmode.runner.recording.channels import (
     Level,
 )
 from slipmode.runner.view import torus_view
-from slipmode.runner.view.layout.reading import reading
-from slipmode.runner.view.layout.stretches import Window
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
     COLORS,
@@ -40,9 +39,10 @@ from slipmode.runner.view.phase_portraits import (
     portraits,
     time_column,
 )
+from slipmode.runner.view.samples import Window
+from slipmode.runner.view.words import reading
 
 _SCENE, _READING = "/scene", "/reading"
-
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "info": rr.TextLogLevel.INFO,
@@ -50,7 +50,6 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "error": rr.TextLogLevel.ERROR,
 }
 
-_PLOTS, _TEXTS = 5, 1  # shares of the height
 _MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
 _MOST_ROWS = 4  # of drawings, of which each is to be large enough
 
@@ -101,7 +100,7 @@ class Playing:
 
 @dataclass(frozen=True)
 class Series:
-    """Columns of a channel that share a plot, with their names in the legend."""
+    """Columns of a channel that share a plot, and their names in the legend."""
 
     entity: str
     columns: tuple[int, ...]
@@ -109,10 +108,10 @@ class Series:
 
 
 def series(channel: Channel) -> list[Series]:
-    """Plots of a channel: one entity for each quantity, or for a number of other programs."""
+    """Return the plots of a channel: an entity for each quantity, or each external number."""
     if channel.topic.startswith(OTHER):
         return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
-    if channel.topic in (PHASES, TORUS, SHARE):  # shown together, or told, not over time
+    if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
         return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
@@ -176,7 +175,7 @@ def send_series(
 def send_event(
     stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
 ) -> None:
-    """Append a line to the text log, in front of it its time."""
+    """Append a line to the text log; it begins with its time."""
     text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
     columns = rr.TextLog.columns(text=[text], level=[_LEVELS[level]])
     stream.send_columns(EVENTS, [time_column(time_ns)], columns)
@@ -187,7 +186,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     listed = list(channels)
     compared = any(channel.topic.startswith(FULL) for channel in listed)
     for channel in listed:
-        # Beneath the thin line of a full-order motion, the reduced one shows by its width.
+        # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
         shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
@@ -210,7 +209,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
 def explain(
     stream: rr.RecordingStream, channels: Sequence[Channel], drawn: Drawn | None = None
 ) -> None:
-    """Write what the views of the channels show; `drawn` as for `blueprint`."""
+    """Write the explanations of the views of the channels; `drawn` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, drawn)]
     for topic, quantity, title in (*_SLOW_PLOTS, *_MOTION_PLOTS):
         titles += [title] if _entities(channels, topic, quantity) else []
@@ -228,7 +227,7 @@ def _shown_portraits(channels: Sequence[Channel], drawn: Drawn | None) -> list[P
 
 
 def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
-    """At most two in a row, whose labels have room; as grouped where rows would be too many."""
+    """Return rows of two views, or one row for each group if these were too many."""
     groups = [group for group in groups if group]
     pairs = [group[k : k + 2] for group in groups for k in range(0, len(group), 2)]
     return pairs if len(pairs) <= _MOST_ROWS else groups
@@ -237,16 +236,16 @@ def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
 def blueprint(
     channels: Sequence[Channel], drawn: Drawn | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
-    """Layout of the views of the channels that are present.
+    """Return the layout of the views of the channels.
 
     Parameters
     ----------
     channels : sequence of Channel
         What is recorded.
     drawn : Drawn, optional
-        What `Paths.draw` returns; until then all portraits but responses, and all fast motion.
+        What `Paths.draw` returns; before, all portraits but responses, and all fast motion.
     playing : Playing, optional
-        By default a viewer does as it does with any recording.
+        By default a viewer does not play it by itself.
     """
     drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, drawn)}
 
@@ -270,23 +269,18 @@ def blueprint(
         (6, rows),
     ]
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
-    texts = _texts(channels)
-    if not filled:
-        return rrb.Blueprint(texts, _time_panel(playing), collapse_panels=True)
-    shares, contents = zip(*filled, strict=True)
-    return rrb.Blueprint(
-        rrb.Vertical(
-            rrb.Horizontal(*contents, column_shares=shares), texts, row_shares=(_PLOTS, _TEXTS)
-        ),
-        _time_panel(playing),
-        collapse_panels=True,
-    )
+    layout: rrb.Container = _texts(channels)
+    if filled:
+        shares, contents = zip(*filled, strict=True)
+        plots = rrb.Horizontal(*contents, column_shares=shares)
+        layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
+    return rrb.Blueprint(layout, _time_panel(playing), collapse_panels=True)
 
 
 def _motion(
     channels: Sequence[Channel], windows: Sequence[Window]
 ) -> list[rrb.View | rrb.Container]:
-    """Fast motion, of windows that are apart behind tabs of their own."""
+    """Return the plots of fast motion; each of several windows has a tab of its own."""
     if len(windows) < 2:
         return [*_plots(channels, _MOTION_PLOTS, windows[0] if windows else None)]
     tabs = [
@@ -300,11 +294,11 @@ def _motion(
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
-    """Events as wide as the screen allows; the scene and what the views show beside them."""
+    """Return the events, and tabs of the explanations and the scene."""
     events = rrb.TextLogView(
         origin=EVENTS,
         name="Events",
-        # a column of times would be too narrow for them: lines begin with theirs
+        # a column of times would be too narrow: lines begin with their times
         columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"]),
     )
     if any(channel.topic.startswith(OTHER) for channel in channels):
@@ -317,7 +311,7 @@ def _texts(channels: Sequence[Channel]) -> rrb.Container:
 
 
 def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
-    """Plots of what other programs recorded, one for each of their channels."""
+    """Return the plots of an external recording, one for each of its channels."""
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
@@ -330,15 +324,11 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
 
 
 def _time_panel(playing: Playing | None) -> rrb.TimePanel:
-    if playing is None:
-        return rrb.TimePanel(timeline=TIMELINE, state="collapsed")
-    return rrb.TimePanel(
-        timeline=TIMELINE,
-        state="collapsed",
-        play_state="playing",
-        playback_speed=playing.speed,
-        loop_mode="all" if playing.loop else "off",
-    )
+    plays: dict[str, Any] = {}
+    if playing is not None:
+        loop = "all" if playing.loop else "off"
+        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
+    return rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
 
 
 def _plots(
@@ -346,7 +336,7 @@ def _plots(
     wanted: Sequence[tuple[str, str, str]],
     window: Window | None = None,
 ) -> list[rrb.View]:
-    """Plots of the wanted quantities that are recorded, over a window or else the whole time."""
+    """Return the plots of wanted quantities that are recorded, over a window or the whole time."""
     boundary = rr.TimeRangeBoundary
     if window is None:
         shown = rr.TimeRange(boundary.infinite(), boundary.infinite())

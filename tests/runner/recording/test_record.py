@@ -23,6 +23,7 @@ from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.view import phase_portraits as portraits
 from slipmode.runner.view.rerun_sink import RerunSink
+from slipmode.runner.view.samples import Latest, Thinned
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e", "started": "now"}, "two")
 WIDE = channels.elastic(range(40))
@@ -335,14 +336,14 @@ def test_views_exist_only_for_what_is_recorded():
 
 
 def test_of_long_motion_the_latest_is_drawn():
-    samples = portraits._Latest()
+    samples = Latest()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     np.testing.assert_array_equal(samples.rows()[:, 0], np.arange(200_000)[-8192:])
 
 
 def test_long_paths_are_thinned_evenly():
-    samples = portraits._Thinned()
+    samples = Thinned()
     for start in range(0, 200_000, 777):
         samples.extend(np.arange(start, min(start + 777, 200_000))[:, np.newaxis])
     (kept,) = samples.rows().T

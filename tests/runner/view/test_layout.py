@@ -6,11 +6,10 @@ import pytest
 from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.view.layout.readable import readable
-from slipmode.runner.view.layout.reading import reading
-from slipmode.runner.view.layout.stretches import Stretches
 from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
+from slipmode.runner.view.samples import Latest
 from slipmode.runner.view.views import _in_rows
+from slipmode.runner.view.words import readable, reading
 
 
 @pytest.mark.parametrize(
@@ -34,15 +33,15 @@ def test_quantities_are_written_as_people_write_them(value, unit, text):
 @pytest.mark.parametrize("batch", [7, 50, 1000])
 def test_windows_are_found_however_their_samples_arrive(batch):
     times = np.concatenate((np.arange(0, 300), np.arange(5000, 5200))) * 1000
-    found = Stretches()
+    found = Latest()
     for start in range(0, len(times), batch):
-        found.extend(times[start : start + batch])
+        found.extend(times[start : start + batch, np.newaxis])
     assert found.windows() == [(0, 299_000), (5_000_000, 5_199_000)]
 
 
 def test_a_long_window_is_shown_from_where_it_is_readable():
-    found = Stretches()
-    found.extend(np.arange(10_000))
+    found = Latest()
+    found.extend(np.arange(10_000)[:, np.newaxis])
     assert found.windows() == [(10_000 - 2048, 9_999)]
 
 

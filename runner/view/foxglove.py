@@ -1,4 +1,4 @@
-"""A layout for Foxglove beside an MCAP file: its plots, the events, loops of the contacts."""
+"""A layout for Foxglove, written with an MCAP file: plots, events, hysteresis loops."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 from slipmode.rom.files import replacing
 from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import EVENTS, FULL, Channel
-from slipmode.runner.view.layout.shown_units import factors, in_units
+from slipmode.runner.view.words import factors, in_units
 
-_SLOW = (  # titles, topics, ends of the fields' names
+_SLOW = (  # title, topic, name of the fields (see `_has_name`)
     ("|A|", "/modes", "A_abs"),
     ("|B|", "/modes", "B_abs"),
     ("Force amplitude", "/forcing", "_force"),
@@ -32,30 +32,25 @@ _LOOPS = 3  # of the first contacts
 _Panel = tuple[str, dict[str, Any]]
 
 
-def layout_path(mcap: Path) -> Path:
-    """Where the layout of a recording is: ``two-mode.foxglove.json`` beside its MCAP file."""
-    return mcap.with_suffix(".foxglove.json")
-
-
 def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> Path:
-    """Write the layout of a recording with these channels beside its MCAP file.
+    """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``; return its path.
 
-    Plots are in `units`, whatever the file is in.
-    Foxglove opens it by its menu of layouts, Import from file.
+    Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
+    layouts, Import from file.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
-    path = layout_path(mcap)
+    path = mcap.with_suffix(".foxglove.json")
     with replacing(path) as file:
         file.write(json.dumps(layout(channels, units), indent=1).encode())
     return path
 
 
 def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
-    """Foxglove's layout data: slow time to the left, motion, loops and events to the right."""
+    """Return the layout: slow time to the left, fast motion, loops and events to the right."""
     slow = _plots(channels, _SLOW, units)
     motion = _plots(channels, _MOTION, units)
     contacts = [channel for channel in channels if channel.topic.startswith("/contact/")]
@@ -82,7 +77,7 @@ def _plots(
             for channel in channels
             if (channel.topic.removeprefix(FULL) + "/").startswith(topic)
             for field in channel.fields
-            if _is(field.name, name)
+            if _has_name(field.name, name)
         ]
         if paths:
             found.append(_plot(title, paths))
@@ -90,15 +85,15 @@ def _plots(
 
 
 def _path(channel: Channel, name: str, units: Units) -> dict[str, str]:
-    """A field in the units that are shown, with its name in the legend."""
+    """Return a field in the units that are shown, with its name in the legend."""
     at = channel.names.index(name)
     factor, unit = factors(channel, units)[at].item(), in_units(channel, units).fields[at].unit
     value = f"{channel.topic}.{name}" + (f".@mul({factor!r})" if factor != 1.0 else "")
     return {"value": value, "label": f"{name} [{unit}]"}
 
 
-def _is(field: str, name: str) -> bool:
-    """Whether a field is the one wanted; ``_force`` is of any mode, ``x_`` of any DOF."""
+def _has_name(field: str, name: str) -> bool:
+    """Return whether a field has a name; ``_force`` is of any mode, ``x_`` of any DOF."""
     if name.startswith("_"):
         return field.endswith(name)
     return field.startswith(name) if name.endswith("_") else field == name
@@ -131,7 +126,7 @@ def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
 
 
 def _split(parts: list[Any], direction: str) -> Any:
-    """Parts side by side, or above one another, each as large as the others."""
+    """Return parts of equal size side by side, or above one another."""
     first, *rest = parts
     if not rest:
         return first
