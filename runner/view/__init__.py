@@ -1,7 +1,7 @@
 """Recordings in Rerun.
 
 replay.py              a recording, shown. Start here; rerun_sink.py: to a file or a viewer
-views.py               plots, texts and their layout; words.py: explanations, units
+views.py               plots, texts and their layout; labels.py: titles, legends, units, words
 phase_portraits.py     paths and loops; torus_view.py: a surface; samples.py: what they keep
 charts.py              one quantity against another without time: of studies and curves
 mesh/                  a mesh as it vibrates, its contacts coloured by state

@@ -9,24 +9,16 @@ from typing import Any
 
 from slipmode.rom.files import replacing
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import EVENTS, FULL, Channel
-from slipmode.runner.view.words import factors, in_units
+from slipmode.runner.recording.channels import EVENTS, Channel
+from slipmode.runner.view.labels import (
+    MOTION_PLOTS,
+    SLOW_PLOTS,
+    factors,
+    find_series,
+    in_units,
+    legend,
+)
 
-_SLOW = (  # title, topic, name of the fields (see `_has_name`)
-    ("|A|", "/modes", "A_abs"),
-    ("|B|", "/modes", "B_abs"),
-    ("Force amplitude", "/forcing", "_force"),
-    ("Forcing frequency", "/forcing", "_frequency"),
-    ("Power", "/energy", "_power"),
-    ("Dissipated energy", "/energy", "_energy"),
-)
-_MOTION = (
-    ("Elastic displacement", "/elastic", "x_"),
-    ("Contact displacement", "/contact/", "x"),
-    ("Friction force", "/contact/", "f"),
-    ("Normal force", "/contact/", "N"),
-    ("Gap", "/contact/", "gap"),
-)
 _LOOPS = 3  # of the first contacts
 
 _Panel = tuple[str, dict[str, Any]]
@@ -51,8 +43,8 @@ def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> 
 
 def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
     """Return the layout: slow time to the left, fast motion, loops and events to the right."""
-    slow = _plots(channels, _SLOW, units)
-    motion = _plots(channels, _MOTION, units)
+    slow = _plots(channels, SLOW_PLOTS, units)
+    motion = _plots(channels, MOTION_PLOTS, units)
     contacts = [channel for channel in channels if channel.topic.startswith("/contact/")]
     loops = [_loop(channel, units) for channel in contacts[:_LOOPS]]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
@@ -71,41 +63,29 @@ def _plots(
     channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]], units: Units
 ) -> list[_Panel]:
     found = []
-    for title, topic, name in wanted:
+    for topic, quantity, title in wanted:
         paths = [
-            _path(channel, field.name, units)
-            for channel in channels
-            if (channel.topic.removeprefix(FULL) + "/").startswith(topic)
-            for field in channel.fields
-            if _has_name(field.name, name)
+            _path(channel, column, units)
+            for channel, plot in find_series(channels, topic, quantity)
+            for column in plot.columns
         ]
         if paths:
             found.append(_plot(title, paths))
     return found
 
 
-def _path(channel: Channel, name: str, units: Units) -> dict[str, str]:
+def _path(channel: Channel, column: int, units: Units) -> dict[str, str]:
     """Return a field in the units that are shown, with its name in the legend."""
-    at = channel.names.index(name)
-    factor, unit = factors(channel, units)[at].item(), in_units(channel, units).fields[at].unit
-    value = f"{channel.topic}.{name}" + (f".@mul({factor!r})" if factor != 1.0 else "")
-    return {"value": value, "label": f"{name} [{unit}]"}
-
-
-def _has_name(field: str, name: str) -> bool:
-    """Return whether a field has a name; ``_force`` is of any mode, ``x_`` of any DOF."""
-    if name.startswith("_"):
-        return field.endswith(name)
-    return field.startswith(name) if name.endswith("_") else field == name
+    factor, shown = factors(channel, units)[column].item(), in_units(channel, units)
+    value = f"{channel.topic}.{channel.names[column]}"
+    value += f".@mul({factor!r})" if factor != 1.0 else ""
+    return {"value": value, "label": legend(shown, column)}
 
 
 def _loop(channel: Channel, units: Units) -> _Panel:
-    number = channel.topic.rpartition("/")[2]
-    name, config = _plot(f"Hysteresis of contact {number}", [_path(channel, "f", units)])
-    return name, config | {
-        "xAxisVal": "custom",
-        "xAxisPath": _path(channel, "x", units) | {"enabled": True},
-    }
+    x, force = (_path(channel, channel.names.index(name), units) for name in ("x", "f"))
+    name, config = _plot(f"Hysteresis of contact {channel.topic.rpartition('/')[2]}", [force])
+    return name, config | {"xAxisVal": "custom", "xAxisPath": x | {"enabled": True}}
 
 
 def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
@@ -120,7 +100,7 @@ def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
         "legendDisplay": "floating",
         "showXAxisLabels": True,
         "showYAxisLabels": True,
-        "isSynced": title in {each for each, *_ in _SLOW},
+        "isSynced": title in {each for *_, each in SLOW_PLOTS},
     }
     return f"Plot!{title.replace(' ', '-').replace('|', '')}", config
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.labels import readable
 from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
-from slipmode.runner.view.words import readable
 
 TIMELINE = "time"
 PHASE_PORTRAIT, TRAJECTORY, LOOP, ORBIT = "/phase_plane", "/trajectory", "/loop", "/orbit"

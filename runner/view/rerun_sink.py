@@ -27,10 +27,10 @@ from slipmode.runner.recording.record import (
     nanoseconds,
 )
 from slipmode.runner.view import views
+from slipmode.runner.view.labels import factors, in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.samples import Envelope
 from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer
-from slipmode.runner.view.words import factors, in_units, units_of
 
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
 _RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last

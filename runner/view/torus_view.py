@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.words import readable
+from slipmode.runner.view.labels import readable
 
 TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi

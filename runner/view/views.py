@@ -18,13 +18,19 @@ from slipmode.runner.recording.channels import (
     EVENTS,
     FULL,
     OTHER,
-    PHASES,
-    SHARE,
-    TORUS,
     Channel,
     Level,
 )
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.labels import (
+    MOTION_PLOTS,
+    SLOW_PLOTS,
+    Series,
+    find_series,
+    is_contact,
+    reading,
+    series,
+)
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
     COLORS,
@@ -40,7 +46,6 @@ from slipmode.runner.view.phase_portraits import (
     time_column,
 )
 from slipmode.runner.view.samples import Window
-from slipmode.runner.view.words import reading
 
 _SCENE, _READING = "/scene", "/reading"
 
@@ -52,30 +57,6 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
 
 _MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
 _MOST_ROWS = 4  # of drawings, of which each is to be large enough
-
-# The last word of a field's name tells its quantity; fields of one quantity share a plot.
-_QUANTITIES = {"re": "components", "im": "components"}
-_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
-_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
-_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
-
-_SLOW_PLOTS = (
-    ("/modes", "amplitude_A", "Modal amplitude |A|"),
-    ("/modes", "amplitude_B", "Modal amplitude |B|"),
-    ("/forcing", "force", "Force amplitude"),
-    ("/forcing", "frequency", "Forcing frequency"),
-    ("/control", "scale", "Friction limit"),
-    ("/energy", "power", "Power"),
-    ("/energy", "energy", "Dissipated energy"),
-)
-_MOTION_PLOTS = (
-    ("/elastic", "displacement", "Elastic displacement"),
-    ("/contact", "displacement", "Contact displacement"),
-    ("/contact", "friction_force", "Friction force"),
-    ("/contact", "normal_force", "Normal force"),
-    ("/contact", "gap", "Gap"),
-    ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
-)
 
 
 @dataclass(frozen=True)
@@ -98,65 +79,10 @@ class Playing:
             raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
-@dataclass(frozen=True)
-class Series:
-    """Columns of a channel that share a plot, and their names in the legend."""
-
-    entity: str
-    columns: tuple[int, ...]
-    names: tuple[str, ...]
-
-
-def series(channel: Channel) -> list[Series]:
-    """Return the plots of a channel: an entity for each quantity, or each external number."""
-    if channel.topic.startswith(OTHER):
-        return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
-    if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
-        return []
-    columns: dict[str, list[int]] = {}
-    for column, name in enumerate(channel.names):
-        columns.setdefault(_quantity(name), []).append(column)
-    return [
-        Series(
-            f"{channel.topic}/{quantity}",
-            tuple(members),
-            tuple(_legend(channel, column) for column in members),
-        )
-        for quantity, members in columns.items()
-    ]
-
-
-def _quantity(name: str) -> str:
-    name = _ALONG.get(name, name)
-    if name.endswith("_abs"):  # modes differ too much in size for one scale
-        return f"amplitude_{name.removesuffix('_abs')}"
-    word = "x" if name.startswith("x_") else name.split("_")[-1]
-    return _QUANTITIES.get(word, word)
-
-
-def _legend(channel: Channel, column: int) -> str:
-    field = channel.fields[column]
-    mode, _, part = field.name.partition("_")
-    if channel.topic.startswith(OTHER):
-        return f"{field.name} [{field.unit}]" if field.unit else field.name
-    if part == "abs":
-        text = f"|{mode}|"
-    elif mode in ("A", "B"):
-        text = f"{part.capitalize()} {mode}"
-    elif _of_contact(channel):
-        text = f"{field.name} contact {channel.topic.split('/')[-1]}"
-        text += ", full order" if channel.topic.startswith(FULL) else ""
-    else:
-        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
-    return f"{text} [{field.unit}]"
-
-
-def _of_contact(channel: Channel) -> bool:
-    return channel.topic.removeprefix(FULL).startswith("/contact/")
-
-
-def _entity(topic: str) -> str:
-    return "/".join(map(rr.escape_entity_path_part, topic.split("/")))
+def _entity(channel: Channel, plot: Series) -> str:
+    """Return where a series is drawn."""
+    path = f"{channel.topic}/{plot.quantity}".removesuffix("/")
+    return "/".join(map(rr.escape_entity_path_part, path.split("/")))
 
 
 def send_series(
@@ -169,7 +95,7 @@ def send_series(
     index = [time_column(time_ns)]
     for plot in series(channel):
         columns = rr.Scalars.columns(scalars=values[:, plot.columns])
-        stream.send_columns(plot.entity, index, columns)
+        stream.send_columns(_entity(channel, plot), index, columns)
 
 
 def send_event(
@@ -188,7 +114,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     for channel in listed:
         # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
-        shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
+        shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
             colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
@@ -198,7 +124,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
-            stream.log(plot.entity, style, static=True)
+            stream.log(_entity(channel, plot), style, static=True)
     explain(stream, listed)
     if not scene_text:
         return
@@ -211,8 +137,8 @@ def explain(
 ) -> None:
     """Write the explanations of the views of the channels; `drawn` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, drawn)]
-    for topic, quantity, title in (*_SLOW_PLOTS, *_MOTION_PLOTS):
-        titles += [title] if _entities(channels, topic, quantity) else []
+    for topic, quantity, title in (*SLOW_PLOTS, *MOTION_PLOTS):
+        titles += [title] if find_series(channels, topic, quantity) else []
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
     stream.log(_READING, words, static=True)
@@ -264,7 +190,7 @@ def blueprint(
         rows.append(torus_view.view())
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
-        (6, _plots(channels, _SLOW_PLOTS)),
+        (6, _plots(channels, SLOW_PLOTS)),
         (5, [*motion, *beneath]),
         (6, rows),
     ]
@@ -282,10 +208,10 @@ def _motion(
 ) -> list[rrb.View | rrb.Container]:
     """Return the plots of fast motion; each of several windows has a tab of its own."""
     if len(windows) < 2:
-        return [*_plots(channels, _MOTION_PLOTS, windows[0] if windows else None)]
+        return [*_plots(channels, MOTION_PLOTS, windows[0] if windows else None)]
     tabs = [
         rrb.Vertical(
-            *_plots(channels, _MOTION_PLOTS, window),
+            *_plots(channels, MOTION_PLOTS, window),
             name=" to ".join(f"{time * 1e-9:.6g}" for time in window) + " s",
         )
         for window in windows
@@ -315,7 +241,8 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
-            sources.setdefault(channel.description, []).append(_entity(channel.topic))
+            entities = [_entity(channel, plot) for plot in series(channel)]
+            sources.setdefault(channel.description, []).extend(entities)
     plots = [
         rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
         for source, entities in sources.items()
@@ -345,12 +272,12 @@ def _plots(
     return [
         rrb.TimeSeriesView(
             name=title,
-            contents=entities,
+            contents=[_entity(channel, plot) for channel, plot in found],
             axis_x=rrb.TimeAxis(view_range=shown),
             plot_legend=rrb.Corner2D.LeftTop,
         )
         for topic, quantity, title in wanted
-        if (entities := _entities(channels, topic, quantity))
+        if (found := find_series(channels, topic, quantity))
     ]
 
 
@@ -361,13 +288,3 @@ def _drawing(portrait: Portrait) -> rrb.View:
         name=portrait.title,
         visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
     )
-
-
-def _entities(channels: Sequence[Channel], topic: str, quantity: str) -> list[str]:
-    return [
-        plot.entity
-        for channel in channels
-        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
-        for plot in series(channel)
-        if plot.entity == f"{channel.topic}/{quantity}"
-    ]

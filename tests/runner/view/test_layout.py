@@ -6,10 +6,10 @@ import pytest
 from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner.view.labels import readable, reading
 from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
 from slipmode.runner.view.samples import Latest
 from slipmode.runner.view.views import _in_rows
-from slipmode.runner.view.words import readable, reading
 
 
 @pytest.mark.parametrize(

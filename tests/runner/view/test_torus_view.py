@@ -12,8 +12,8 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import Selection
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.labels import readable
 from slipmode.runner.view.replay import replay
-from slipmode.runner.view.words import readable
 
 TURN = 2 * np.pi
 
