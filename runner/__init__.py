@@ -4,11 +4,11 @@ recording = runner.run("two-mode")  # or the path of a scene
 runner.replay(recording.mcap)
 
 run.py          what run does, from the scene to the recording. Start here; slow_pass.py: its steps
-scene/ plan/ recording/ view/   in the order in which it needs them; scenes/: the shipped ones
+scene/ plan/ motion/ recording/ view/   in the order in which it needs them; scenes/: shipped
 curves/ study/  what a scene does at other frequencies, forces, limits; and at any other values
 validate.py     a scene by slow time and by full order; report/, paper/: the method, measured so
 fmi/            a scene as an FMU
-cli.py          the command line; recording_commands.py: behind it
+cli.py          the command line; recording_commands.py: info, doctor, recover, export, replay
 """
 
 from slipmode.rom import __version__

@@ -18,7 +18,7 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.runner.command_words import command_words
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
-from slipmode.runner.recording.commands import add_recording_commands
+from slipmode.runner.recording_commands import add_recording_commands
 from slipmode.runner.study.command import add_study_command
 
 if TYPE_CHECKING:

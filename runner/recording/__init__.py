@@ -3,6 +3,6 @@
 channels.py    what is recorded: fields and units of each channel. Start here.
 record.py      Recorder and its sinks; overview.py: a channel that viewers plot by themselves
 load.py        read, load, Selection; external.py: files of other programs; export.py: to others
-check.py       info and doctor; recover.py: damaged files; commands.py: the command line
+check.py       info and doctor; recover.py: damaged files
 mcap_writer.py, mcap_reader.py   chunks of MCAP files as arrays of messages
 """

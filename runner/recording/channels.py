@@ -36,7 +36,6 @@ SHARE = "/contact_share"
 OTHER = "/other"  # prefix of what other programs recorded, whose topics may equal ours
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
-_AMPLITUDE_UNIT = "kg^0.5 m"
 NANOSECONDS = 1_000_000_000  # in a second
 _LEVELS: tuple[Level, ...] = ("info", "warning", "error")
 _FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
@@ -174,7 +173,7 @@ def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
     """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
     parts = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
     moduli = [f"{mode}_abs" for mode in present]
-    fields = tuple(Field(name, _AMPLITUDE_UNIT) for name in parts + moduli)
+    fields = tuple(Field(name, "kg^0.5 m") for name in parts + moduli)
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
 

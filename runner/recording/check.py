@@ -28,8 +28,6 @@ from slipmode.runner.recording.mcap_reader import (
     scan,
 )
 
-_BLOCK = 1024 * 1024
-
 
 @dataclass(frozen=True)
 class ChannelInfo:
@@ -271,7 +269,8 @@ class _Examination:
         here = self._file.tell()
         self._file.seek(0)
         crc = 0
-        for start in range(0, end, _BLOCK):
-            crc = zlib.crc32(self._file.read(min(_BLOCK, end - start)), crc)
+        block = 1024 * 1024
+        for start in range(0, end, block):
+            crc = zlib.crc32(self._file.read(min(block, end - start)), crc)
         self._file.seek(here)
         return crc

@@ -42,6 +42,8 @@ from slipmode.runner.recording.mcap_writer import McapWriter
 
 SCENE_FILE = "scene.toml"
 
+_ROWS_AT_ONCE = 1024  # that are encoded: few enough to stay in a core's own memory
+
 
 @dataclass(frozen=True)
 class Header:
@@ -193,7 +195,10 @@ class McapSink(Sink):
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
         with self._giving_up():
-            self._writer.add_messages(self._ids[topic], time_ns, channel.encode(rows))
+            for start in range(0, len(rows), _ROWS_AT_ONCE):
+                part = slice(start, start + _ROWS_AT_ONCE)
+                messages = channel.encode(rows[part])
+                self._writer.add_messages(self._ids[topic], time_ns[part], messages)
             if topic == overview.SOURCE:
                 shown = self._overview.encode(time_ns, rows)
                 self._writer.add_messages(self._ids[overview.TOPIC], *shown)

@@ -30,7 +30,6 @@ from slipmode.runner.recording.mcap_writer import McapWriter
 from slipmode.runner.recording.record import SCENE_FILE
 
 _CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, size uncompressed
-_MESSAGE_BYTES = 64  # guess of the size of a message if no message was kept
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,7 @@ class _Salvage:
         if not inventory.channels:
             raise SlipmodeError("cut before its first channel: nothing can be recovered")
         kept = inventory.counts.total()
-        mean = self._kept_bytes / kept if kept else _MESSAGE_BYTES
+        mean = self._kept_bytes / kept if kept else 64  # bytes of a message; 64 is a guess
         lost, exact = round(self._lost_bytes / mean), not self._lost_bytes
         for record in read_summary(self._file):
             if isinstance(record, records.Statistics):

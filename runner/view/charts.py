@@ -18,15 +18,11 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
 from slipmode.runner.view.viewer import FLUSH_SECONDS
 
-Color = tuple[int, int, int]
-BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
-RED, GREY = (224, 82, 82), (145, 153, 165)  # readable on black and on white, as the others
-_AXIS = (75, 80, 90)
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
 _TICKS = 4  # about so many on an axis
-_KEY = 0.09  # height of a line of the key
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +67,7 @@ class Chart:
     Attributes
     ----------
     entity : str
-        Where it is drawn, "/steady/A".
+        Its path in Rerun, "/steady/A".
     title : str
     x, y : Axis
     layers : sequence of Layer
@@ -100,13 +96,13 @@ class Chart:
             x = _ASPECT * _part(layer.x, xs, self.x.log)
             points = np.column_stack([x, -_part(layer.y, ys, self.y.log)])
             color, radius = layer.color, rr.Radius.ui_points(layer.width)
-            drawn: rr.LineStrips2D | rr.Points2D
+            marks: rr.LineStrips2D | rr.Points2D
             if layer.curve:
-                drawn = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
+                marks = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
             else:
                 seen = points[np.isfinite(points).all(axis=1)]
-                drawn = rr.Points2D(seen, colors=color, radii=radius)
-            stream.log(f"{self.entity}/layers/{k}", drawn, static=True)
+                marks = rr.Points2D(seen, colors=color, radii=radius)
+            stream.log(f"{self.entity}/layers/{k}", marks, static=True)
 
     def _box(
         self, stream: rr.RecordingStream, xs: tuple[float, float], ys: tuple[float, float]
@@ -125,8 +121,8 @@ class Chart:
         labels.append((0.3, -1.08, self.y.label, GREY))
         named = [layer for layer in self.layers if layer.name]
         for k, layer in enumerate(named):
-            labels.append((_ASPECT - 0.25, -1.0 + k * _KEY, layer.name, layer.color))
-        axes = rr.LineStrips2D(lines, colors=_AXIS, radii=rr.Radius.ui_points(0.5))
+            labels.append((_ASPECT - 0.25, -1.0 + k * 0.09, layer.name, layer.color))
+        axes = rr.LineStrips2D(lines, colors=DARK, radii=rr.Radius.ui_points(0.5))
         stream.log(f"{self.entity}/box", axes, static=True)
         texts = rr.Points2D(
             [(x, y) for x, y, *_ in labels],

@@ -11,6 +11,7 @@ from slipmode.rom.files import replacing
 from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import EVENTS, Channel
 from slipmode.runner.view.labels import (
+    LOOPS,
     MOTION_PLOTS,
     SLOW_PLOTS,
     factors,
@@ -18,8 +19,6 @@ from slipmode.runner.view.labels import (
     in_units,
     legend,
 )
-
-_LOOPS = 3  # of the first contacts
 
 _Panel = tuple[str, dict[str, Any]]
 
@@ -46,7 +45,7 @@ def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
     slow = _plots(channels, SLOW_PLOTS, units)
     motion = _plots(channels, MOTION_PLOTS, units)
     contacts = [channel for channel in channels if channel.topic.startswith("/contact/")]
-    loops = [_loop(channel, units) for channel in contacts[:_LOOPS]]
+    loops = [_loop(channel, units) for channel in contacts[:LOOPS]]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
     columns = [column for column in (slow, motion, [*loops, log]) if column]
     stacks = [_split([name for name, _ in column], "column") for column in columns]

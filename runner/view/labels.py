@@ -22,6 +22,12 @@ from slipmode.runner.recording.channels import (
     Field,
 )
 
+Color = tuple[int, int, int]
+BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
+YELLOW, RED = (200, 190, 90), (224, 82, 82)
+GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
+LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
+
 SLOW_PLOTS = (  # topic, quantity, title
     ("/modes", "amplitude_A", "Modal amplitude |A|"),
     ("/modes", "amplitude_B", "Modal amplitude |B|"),

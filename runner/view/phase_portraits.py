@@ -1,4 +1,4 @@
-"""One recorded quantity drawn against another: phase portraits, trajectories, hysteresis loops."""
+"""One recorded quantity over another: phase portraits, trajectories, hysteresis loops."""
 
 from __future__ import annotations
 
@@ -12,22 +12,17 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
-from slipmode.runner.view.labels import readable
+from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
 from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
 
 TIMELINE = "time"
 PHASE_PORTRAIT, TRAJECTORY, LOOP, ORBIT = "/phase_plane", "/trajectory", "/loop", "/orbit"
 RESPONSE = "/response"
 AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
-COLORS = [(76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190), (200, 190, 90)]
-_PATH_COLOR, _AXIS_COLOR = (110, 125, 145), (75, 80, 90)
-_LABEL_COLOR = _POINT_COLOR = (145, 153, 165)  # readable on black and on white
 
-_LOOPS = 3  # of the first contacts: more would be too small to read
 _MOVING_POINTS = 1000  # positions of the point that moves along a path
 _TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 _ELASTIC, _FIRST = "/elastic", "/contact/0"
-_SWEPT = 1e-6  # of a frequency: what changes less is no sweep
 
 
 @dataclass(frozen=True)
@@ -42,12 +37,12 @@ class Axis:
 
 @dataclass(frozen=True)
 class Portrait:
-    """One recorded quantity drawn against another.
+    """One recorded quantity over another.
 
     Parameters
     ----------
     entity : str
-        Where it is drawn.
+        Where it is logged.
     title : str
         What it shows.
     x, y : Axis
@@ -68,14 +63,14 @@ class Portrait:
     tail: int = 0
     corner: bool = False
 
-    def is_drawn(self, path: Floats) -> bool:
+    def has_picture(self, path: Floats) -> bool:
         """Return whether values (n, 2) make a picture; a constant frequency makes none."""
         if not self.corner:
             return len(path) > 0
-        return len(path) > 1 and bool(np.ptp(path[:, 0]) > _SWEPT * path[:, 0].max())
+        return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
 
     def placed(self, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
-        """Return where values (n, 2) are drawn, from -1 to 1, and the marks on the axes."""
+        """Return the places of values (n, 2), from -1 to 1, and the marks on the axes."""
         if self.corner:
             low, high = path[:, 0].min(), path[:, 0].max()
             top = path[:, 1].max() or 1.0
@@ -97,8 +92,8 @@ class Portrait:
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """The portraits that were drawn, and the windows of fast motion in them."""
+class FinalViews:
+    """The entities of portraits that have samples, and the windows of fast motion."""
 
     entities: tuple[str, ...]
     windows: tuple[Window, ...]
@@ -107,7 +102,7 @@ class Drawn:
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     """Return the portraits of recorded channels.
 
-    Phase portraits of the modes; their amplitudes over their frequencies, drawn in sweeps; the
+    Phase portraits of the modes; their amplitudes over their frequencies, for sweeps; the
     trajectory of two contacts; hysteresis loops of the first contacts, and their orbits if they
     slide in two directions.
     """
@@ -136,7 +131,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
         found.append(Portrait(TRAJECTORY, "Contacts", x, y, tail=_TAIL_SAMPLES))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
-    for topic in (*contacts[:_LOOPS], *full[:_LOOPS]):
+    for topic in (*contacts[:LOOPS], *full[:LOOPS]):
         title = f"Hysteresis of contact {topic.split('/')[-1]}"
         title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
@@ -173,12 +168,12 @@ class Paths:
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
-    def draw(self, stream: rr.RecordingStream) -> Drawn:
+    def draw(self, stream: rr.RecordingStream) -> FinalViews:
         """Draw every portrait that has samples."""
         entities, motion = [], ""
         for portrait in self._portraits:
             time_ns, path = self._path(portrait)
-            if not portrait.is_drawn(path):
+            if not portrait.has_picture(path):
                 continue
             entities.append(portrait.entity)
             points, marks = portrait.placed(path)
@@ -194,7 +189,7 @@ class Paths:
         windows: list[Window] = []
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
-        return Drawn(tuple(entities), tuple(windows))
+        return FinalViews(tuple(entities), tuple(windows))
 
     def _draw_torus(self, stream: rr.RecordingStream) -> None:
         """Draw contact motion over both phases, of the last window."""
@@ -233,15 +228,13 @@ def _draw_axes(
     at = 1.0 if portrait.corner else 0.0
     low = -1.0 if portrait.corner else -AXIS_REACH
     ends = [[(low, at), (AXIS_REACH, at)], [(-at, -low), (-at, -AXIS_REACH)]]
-    axes = rr.LineStrips2D(
-        ends, colors=_AXIS_COLOR, radii=rr.Radius.ui_points(0.5), draw_order=0.0
-    )
+    axes = rr.LineStrips2D(ends, colors=DARK, radii=rr.Radius.ui_points(0.5), draw_order=0.0)
     stream.log(f"{portrait.entity}/axes", axes, static=True)
     labels = rr.Points2D(
         [(x, -y) for x, y in marks],
         labels=list(marks.values()),
         show_labels=True,
-        colors=_LABEL_COLOR,
+        colors=GREY,
         radii=rr.Radius.ui_points(2.5),
     )
     stream.log(f"{portrait.entity}/labels", labels, static=True)
@@ -254,11 +247,11 @@ def _draw_path(
     points: Floats,
 ) -> None:
     """Draw the whole path thinly, its recent part brightly, and a moving point at its end."""
-    color = COLORS[1] if portrait.entity.endswith(("B", "1")) else COLORS[0]
+    color = ORANGE if portrait.entity.endswith(("B", "1")) else BLUE
     starts = window_starts(time_ns)
     whole = rr.LineStrips2D(
         np.split(points, np.unique(starts)[1:]),
-        colors=_PATH_COLOR if portrait.tail else color,
+        colors=GREY if portrait.tail else color,
         radii=rr.Radius.ui_points(0.6 if portrait.tail else 1.5),
         draw_order=1.0,
     )
@@ -274,9 +267,7 @@ def _draw_path(
         stream.send_columns(
             f"{portrait.entity}/tail", index, rr.LineStrips2D.columns(strips=strips)
         )
-    mark = rr.Points2D.from_fields(
-        colors=_POINT_COLOR, radii=rr.Radius.ui_points(5.0), draw_order=3.0
-    )
+    mark = rr.Points2D.from_fields(colors=GREY, radii=rr.Radius.ui_points(5.0), draw_order=3.0)
     stream.log(f"{portrait.entity}/now", mark, static=True)
     stream.send_columns(
         f"{portrait.entity}/now", index, rr.Points2D.columns(positions=points[shown])

@@ -108,10 +108,10 @@ class RerunSink(Sink):
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        drawn = self._paths.draw(self._stream)
+        final = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        views.explain(self._stream, filled, drawn)
-        self._stream.send_blueprint(views.blueprint(filled, drawn, self._playing))
+        views.explain(self._stream, filled, final)
+        self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()
         self._end()
 
@@ -190,7 +190,7 @@ class LiveSink(Sink):
                 self._sink.event(time, level, message)
 
     def close(self) -> None:
-        """Show what is drawn at the end. Closing again does nothing."""
+        """Draw what is complete only now. Closing again does nothing."""
         with self._leaving():
             if self._sink is not None:
                 self._sink.close()

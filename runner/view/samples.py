@@ -16,9 +16,7 @@ Window = tuple[int, int]  # first and last time [ns]
 _GAP = 10  # steps of time, of which a longer pause separates windows
 _SHOWN_SAMPLES = 2048  # of a window that a plot shows at first: some thirty periods
 _MOST_WINDOWS = 4  # with plots of their own
-_KEPT_SAMPLES = (
-    8192  # of a channel, to draw paths from; a viewer without a GPU slows down with more
-)
+_KEPT_SAMPLES = 8192  # of a channel: longer paths are slow without a GPU
 
 
 class Envelope:

@@ -5,25 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.labels import readable
+from slipmode.runner.view.labels import BLUE, DARK, GREY, ORANGE, readable
 
 TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
-_LIFT = 0.06  # of the moving point above the surface, that would hide half of it
-_DIGITS = 9  # by which phases of A are the same
-_CELLS = 64  # of the surface along the phase of B
-_STUCK, _POSITIVE, _NEGATIVE = (
-    np.array(c) for c in ((70, 75, 85), (240, 145, 60), (76, 159, 230))
-)
-_FRAME, _LABEL = (75, 80, 90), (145, 153, 165)
-_POINT = (230, 230, 230)
+_WHITE = (230, 230, 230)
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -60,10 +54,10 @@ def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
         Phases and displacements of the vertices, (m, 3), friction forces, (m,), and triangles,
         (k, 3).
     """
-    rounded = np.round(torus[:, 0], _DIGITS)
-    rounded[rounded == np.round(_TURN, _DIGITS)] = 0.0
+    rounded = np.round(torus[:, 0], 9)  # equal phases of A
+    rounded[rounded == np.round(_TURN, 9)] = 0.0
     columns, which = np.unique(rounded, return_inverse=True)
-    phase = np.linspace(0.0, _TURN, _CELLS + 1)
+    phase = np.linspace(0.0, _TURN, 64 + 1)
     profiles = []
     for number in range(len(columns)):
         _, b, x, _, f = torus[which == number].T
@@ -106,32 +100,47 @@ def draw(
     upright = (1.0, 1.0, _HEIGHT / scale)
     limit = np.abs(f).max() or 1.0
     share = (f / limit)[:, np.newaxis]
-    colors = _STUCK + np.maximum(share, 0) * (_POSITIVE - _STUCK)
-    colors = (colors + np.maximum(-share, 0) * (_NEGATIVE - _STUCK)).astype(np.uint8)
+    stuck, positive, negative = np.array((DARK, ORANGE, BLUE))
+    colors = stuck + np.maximum(share, 0) * (positive - stuck)
+    colors = (colors + np.maximum(-share, 0) * (negative - stuck)).astype(np.uint8)
     mesh = rr.Mesh3D(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
     _draw_frame(stream, scale, unit, limit)
-    points = np.column_stack((phases, x)) * upright + (0.0, 0.0, _LIFT)
+    points = np.column_stack((phases, x)) * upright + (
+        0.0,
+        0.0,
+        0.06,
+    )  # the surface would hide half of the point
     strips = tails(points, _turn_starts(phases), shown, tail)
-    style = rr.LineStrips3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(1.5))
+    style = rr.LineStrips3D.from_fields(colors=_WHITE, radii=rr.Radius.ui_points(1.5))
     stream.log(f"{TORUS}/tail", style, static=True)
     stream.send_columns(f"{TORUS}/tail", index, rr.LineStrips3D.columns(strips=strips))
-    mark = rr.Points3D.from_fields(colors=_POINT, radii=rr.Radius.ui_points(6.0))
+    mark = rr.Points3D.from_fields(colors=_WHITE, radii=rr.Radius.ui_points(6.0))
     stream.log(f"{TORUS}/now", mark, static=True)
     stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
 
 
 def tails(
     points: Floats, starts: NDArray[np.int64], shown: NDArray[np.int64], length: int
-) -> list[Floats]:
+) -> pa.ListArray:
     """Return for each of the samples `shown` the strip of up to `length` points that ends there.
 
-    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point.
+    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point. Rerun
+    would make the same array of a list of strips one by one, which adds 7 % to a run.
     """
     first = np.maximum(starts[shown], shown + 1 - length)
-    return [points[a : b + 1] for a, b in zip(first.tolist(), shown.tolist(), strict=True)]
+    count = shown + 1 - first
+    offsets = np.append(0, np.cumsum(count)).astype(np.int32)
+    taken = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], count)
+    batch = (
+        rr.components.LineStrip2DBatch if points.shape[1] == 2 else rr.components.LineStrip3DBatch
+    )
+    form = batch([points[:1]]).as_arrow_array().type
+    flat = points[taken].astype(np.float32).ravel()
+    vectors = pa.FixedSizeListArray.from_arrays(flat, type=form.value_type)
+    return pa.ListArray.from_arrays(offsets, vectors, type=form)
 
 
 def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: float) -> None:
@@ -140,7 +149,7 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: floa
     floor = np.column_stack((corners, np.full(5, low)))
     frame = rr.LineStrips3D(
         [floor, np.array([(0, 0, low), (0, 0, -low)])],
-        colors=_FRAME,
+        colors=DARK,
         radii=rr.Radius.ui_points(0.8),
     )
     stream.log(f"{TORUS}/frame", frame, static=True)
@@ -152,14 +161,16 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: floa
         "2π ": (_TURN, _TURN, low),
         f"height: x = {readable(scale, unit)}": (0, 0, -low),
         f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange": (
-            *(0.5 * _TURN, _TURN, -1.3 * low),
+            0.5 * _TURN,
+            _TURN,
+            -1.3 * low,
         ),
     }
     marks = rr.Points3D(
         list(labels.values()),
         labels=list(labels),
         show_labels=True,
-        colors=_LABEL,
+        colors=GREY,
         radii=rr.Radius.ui_points(0.5),
     )
     stream.log(f"{TORUS}/labels", marks, static=True)

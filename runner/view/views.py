@@ -23,8 +23,13 @@ from slipmode.runner.recording.channels import (
 )
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.labels import (
+    BLUE,
+    GREEN,
     MOTION_PLOTS,
+    ORANGE,
+    PURPLE,
     SLOW_PLOTS,
+    YELLOW,
     Series,
     find_series,
     is_contact,
@@ -33,20 +38,20 @@ from slipmode.runner.view.labels import (
 )
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
-    COLORS,
     LOOP,
     ORBIT,
     PHASE_PORTRAIT,
     RESPONSE,
     TIMELINE,
     TRAJECTORY,
-    Drawn,
+    FinalViews,
     Portrait,
     portraits,
     time_column,
 )
 from slipmode.runner.view.samples import Window
 
+_COLORS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)  # of the lines of a plot
 _SCENE, _READING = "/scene", "/reading"
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
@@ -80,7 +85,7 @@ class Playing:
 
 
 def _entity(channel: Channel, plot: Series) -> str:
-    """Return where a series is drawn."""
+    """Return the entity path of a series."""
     path = f"{channel.topic}/{plot.quantity}".removesuffix("/")
     return "/".join(map(rr.escape_entity_path_part, path.split("/")))
 
@@ -117,7 +122,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
         shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
-            colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
+            colors = [_COLORS[(shift + j) % len(_COLORS)] for j in range(len(plot.names))]
             style = rr.SeriesLines(
                 names=plot.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
@@ -133,10 +138,10 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
 
 
 def explain(
-    stream: rr.RecordingStream, channels: Sequence[Channel], drawn: Drawn | None = None
+    stream: rr.RecordingStream, channels: Sequence[Channel], final: FinalViews | None = None
 ) -> None:
-    """Write the explanations of the views of the channels; `drawn` as for `blueprint`."""
-    titles = [portrait.title for portrait in _shown_portraits(channels, drawn)]
+    """Write the explanations of the views of the channels; `final` as for `blueprint`."""
+    titles = [portrait.title for portrait in _shown_portraits(channels, final)]
     for topic, quantity, title in (*SLOW_PLOTS, *MOTION_PLOTS):
         titles += [title] if find_series(channels, topic, quantity) else []
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
@@ -144,11 +149,11 @@ def explain(
     stream.log(_READING, words, static=True)
 
 
-def _shown_portraits(channels: Sequence[Channel], drawn: Drawn | None) -> list[Portrait]:
+def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
     return [
         portrait
         for portrait in portraits(channels)
-        if (not portrait.corner if drawn is None else portrait.entity in drawn.entities)
+        if (not portrait.corner if final is None else portrait.entity in final.entities)
     ]
 
 
@@ -160,7 +165,7 @@ def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
 
 
 def blueprint(
-    channels: Sequence[Channel], drawn: Drawn | None = None, playing: Playing | None = None
+    channels: Sequence[Channel], final: FinalViews | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
     """Return the layout of the views of the channels.
 
@@ -168,17 +173,17 @@ def blueprint(
     ----------
     channels : sequence of Channel
         What is recorded.
-    drawn : Drawn, optional
+    final : FinalViews, optional
         What `Paths.draw` returns; before, all portraits but responses, and all fast motion.
     playing : Playing, optional
         By default a viewer does not play it by itself.
     """
-    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, drawn)}
+    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, final)}
 
     def of_kind(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
-    motion = _motion(channels, drawn.windows if drawn else ())
+    motion = _motion(channels, final.windows if final else ())
     beside, beneath = of_kind(PHASE_PORTRAIT), of_kind(TRAJECTORY)
     if len(motion) > _MOST_MOTION:
         beside, beneath = [*beside, *beneath], []

@@ -56,8 +56,8 @@ def test_a_sweep_is_drawn_from_its_least_frequency_and_from_zero():
     points, marks = response().placed(path)
     np.testing.assert_allclose(points, [[-1, -2 / 3], [0, 1], [1, 0]], atol=1e-12)
     assert list(marks.values()) == ["0.94", "1.02 rad/s", "|A| = 3 kg^0.5 m"]
-    assert response().is_drawn(path)
-    assert not response().is_drawn(path * (0, 1) + (0.98, 0))  # no sweep
+    assert response().has_picture(path)
+    assert not response().has_picture(path * (0, 1) + (0.98, 0))  # no sweep
 
 
 def test_the_words_are_of_the_views_that_are_there():
