@@ -10,6 +10,7 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Mapping
+from functools import cache
 from typing import IO
 
 import numpy as np
@@ -65,7 +66,7 @@ class McapWriter:
         self._file = file
         self._end = 0  # of the finished records, where the next one is written
         self._crc = 0
-        self._blocks: list[NDArray[np.void]] = []  # message records of the unfinished chunk
+        self._blocks: list[tuple[int, NDArray[np.void]]] = []  # records of the unfinished chunk
         self._filled = 0  # bytes of the blocks
         self._compressor = ZstdCompressor(level=ZSTD_LEVEL)
         self._last_flush = time.monotonic()
@@ -109,10 +110,7 @@ class McapWriter:
         messages : ndarray, shape (n,)
             The bytes of an item are the bytes of a message.
         """
-        size = messages.dtype.itemsize
-        layout = np.dtype(
-            [*((n, MESSAGE_PREFIX[n]) for n in MESSAGE_PREFIX.names or ()), ("data", f"V{size}")]
-        )
+        layout = _message_layout(messages.dtype.itemsize)
         rows = max(CHUNK_BYTES // layout.itemsize, 1)
         for start in range(0, len(messages), rows):
             part = slice(start, start + rows)
@@ -124,7 +122,7 @@ class McapWriter:
             block["data"] = messages[part].view(layout["data"])
             if self._filled + block.nbytes > CHUNK_BYTES:
                 self._finish_chunk()
-            self._blocks.append(block)
+            self._blocks.append((channel, block))
             self._filled += block.nbytes
         if time.monotonic() - self._last_flush > self._flush_after:
             self._flush_after = min(2.0 * self._flush_after, FLUSH_SECONDS)
@@ -192,25 +190,23 @@ class McapWriter:
 
     def _pack(self) -> tuple[records.Chunk, dict[int, NDArray[np.void]]]:
         """Return the blocks as a chunk, and the index entries of each channel."""
-        entries: dict[int, list[NDArray[np.void]]] = {}
-        start = 0
-        for block in self._blocks:
-            index = np.empty(len(block), INDEX_ENTRY)
-            index["log_time"] = block["log_time"]
-            index["offset"] = start + block.itemsize * np.arange(len(block))
-            entries.setdefault(int(block["channel"][0]), []).append(index)
-            start += block.nbytes
-        raw = b"".join(block.view(np.uint8).data for block in self._blocks)
-        times = [block["log_time"] for block in self._blocks]
+        counts = [len(block) for _, block in self._blocks]
+        sizes = np.repeat([block.itemsize for _, block in self._blocks], counts)
+        channels = np.repeat([channel for channel, _ in self._blocks], counts)
+        index = np.empty(len(sizes), INDEX_ENTRY)
+        index["log_time"] = np.concatenate([block["log_time"] for _, block in self._blocks])
+        index["offset"] = np.cumsum(sizes) - sizes
+        raw = b"".join(block.view(np.uint8).data for _, block in self._blocks)
         chunk = records.Chunk(
             compression="zstd",
             data=self._compressor.compress(raw),
-            message_start_time=int(min(time_ns.min() for time_ns in times)),
-            message_end_time=int(max(time_ns.max() for time_ns in times)),
+            message_start_time=int(index["log_time"].min()),
+            message_end_time=int(index["log_time"].max()),
             uncompressed_crc=zlib.crc32(raw),
             uncompressed_size=len(raw),
         )
-        return chunk, {channel: np.concatenate(parts) for channel, parts in entries.items()}
+        in_order = dict.fromkeys(channel for channel, _ in self._blocks)
+        return chunk, {channel: index[channels == channel] for channel in in_order}
 
     def _statistics(self) -> records.Statistics:
         kinds = Counter(type(record) for record in self._summary)
@@ -241,6 +237,13 @@ def record_bytes(record: records.McapRecord) -> bytes:
     record.write(builder)
     data: bytes = builder.end()  # type: ignore[no-untyped-call]
     return data
+
+
+@cache
+def _message_layout(size: int) -> np.dtype[np.void]:
+    """Return the layout of a message record with `size` bytes of "data"."""
+    prefix = [(name, MESSAGE_PREFIX[name]) for name in MESSAGE_PREFIX.names or ()]
+    return np.dtype([*prefix, ("data", f"V{size}")])
 
 
 def _index_bytes(channel: int, entries: NDArray[np.void]) -> bytes:
