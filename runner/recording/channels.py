@@ -120,13 +120,7 @@ class Channel:
         return FileDescriptorSet(file=[file])
 
     def encode(self, values: Floats) -> NDArray[np.void]:
-        """Return the protobuf messages of samples, shape (n,).
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, n_fields)
-            One row per sample.
-        """
+        """Return the protobuf messages of samples (n, n_fields), shape (n,)."""
         empty = self._empty_message
         size = np.dtype(f"V{empty.nbytes}")  # copied as a whole, not double by double
         wire = np.full(len(values), empty.view(size)).view(empty.dtype)
@@ -135,17 +129,9 @@ class Channel:
         return wire
 
     def decode(self, messages: NDArray[np.void]) -> Floats:
-        """Return the values of protobuf messages, shape (n, n_fields); the inverse of `encode`.
+        """Return the values (n, n_fields) of protobuf messages (n,); the inverse of `encode`.
 
-        Parameters
-        ----------
-        messages : ndarray, shape (n,)
-            The bytes of an item are the bytes of a message.
-
-        Raises
-        ------
-        SlipmodeError
-            If the layout of a message differs from the layout that `encode` writes.
+        Raises SlipmodeError if a message has another layout than `encode` writes.
         """
         empty = self._empty_message
         if messages.dtype.itemsize != empty.nbytes:

@@ -46,13 +46,7 @@ class UnreadableError(Exception):
 
 
 def is_external(path: str | PathLike[str]) -> bool:
-    """Return whether an MCAP file is not marked as a recording of slipmode.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not MCAP.
-    """
+    """Return whether an MCAP file is not marked as a recording of slipmode."""
     with opened(path) as file:
         try:
             return not any(

@@ -148,13 +148,7 @@ class Selection:
             raise SlipmodeError(f"start {self.start:g} s must not be after end {self.end:g} s")
 
     def of(self, data: RecordingData) -> RecordingData:
-        """Return the selected part of a recording.
-
-        Raises
-        ------
-        SlipmodeError
-            If it has no such channel, or no sample between the times.
-        """
+        """Return the selected part; refuse unknown channels and times without samples."""
         channels = chosen(data.channels, self.topics)
         header = data.header
         if self.start > -math.inf or self.end < math.inf:
@@ -174,13 +168,7 @@ class Selection:
 
 
 def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, Signals]:
-    """Return the channels of some topics; all channels if there are no topics.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such channel.
-    """
+    """Return the channels of some topics, all if there are none; refuse unknown topics."""
     for topic in topics:
         if topic not in channels:
             raise SlipmodeError(f"no channel {topic}: {', '.join(channels)}")
@@ -291,10 +279,7 @@ class _Gathered:
 def sample_channel(inventory: Inventory, number: int) -> Channel | None:
     """Return the fields of a channel with their units; None if it has no samples of slipmode.
 
-    Raises
-    ------
-    SlipmodeError
-        If its schema is not a schema of samples.
+    Raises SlipmodeError if its schema is not a schema of samples.
     """
     record = inventory.channels[number]
     if record.message_encoding != "protobuf" or record.topic == EVENTS:

@@ -89,13 +89,7 @@ class Messages:
         return found
 
     def data(self) -> NDArray[np.void]:
-        """Return the messages, shape (n,).
-
-        Raises
-        ------
-        DamagedError
-            If their lengths differ.
-        """
+        """Return the messages, shape (n,); raise DamagedError if their lengths differ."""
         if np.ptp(self.prefix["length"]):
             raise DamagedError("messages of one channel differ in length")
         size = int(self.prefix["length"][0]) + HEADER_BYTES - MESSAGE_PREFIX.itemsize
@@ -154,10 +148,7 @@ class Inventory:
     def add(self, record: Record) -> dict[int, Messages]:
         """Add a record; return its messages by channel.
 
-        Raises
-        ------
-        DamagedError
-            If a chunk cannot be read, or has messages of a channel that is not described.
+        Raises DamagedError if a chunk cannot be read, or a channel is not described.
         """
         match record:
             case records.Schema():
@@ -207,10 +198,7 @@ class Inventory:
 def scan(file: BinaryIO) -> Iterator[tuple[int, int, Record]]:
     """Yield first byte, end and content of each record from the file's position to its footer.
 
-    Raises
-    ------
-    DamagedError
-        If the file ends before its footer, or a record cannot be read.
+    Raises DamagedError if the file ends before its footer, or a record cannot be read.
     """
     start = file.tell()
     size = file.seek(0, os.SEEK_END)
@@ -251,10 +239,7 @@ def _parsed(opcode: int, body: bytes) -> Record:
 def unpack(chunk: records.Chunk) -> tuple[list[Record], dict[int, Messages]]:
     """Return the schemas and channels of a chunk, and its messages by channel.
 
-    Raises
-    ------
-    DamagedError
-        If the chunk is not what was written.
+    Raises DamagedError if the chunk is not what was written.
     """
     raw = _decompressed(chunk)
     described: list[Record] = []
@@ -337,10 +322,7 @@ def read_summary(file: BinaryIO) -> list[records.McapRecord]:
 def opened(path: str | PathLike[str]) -> Iterator[BinaryIO]:
     """Open an MCAP file for reading, after its magic; refusals within name the file.
 
-    Raises
-    ------
-    SlipmodeError
-        If it cannot be opened, or does not begin like MCAP.
+    Raises SlipmodeError if it cannot be opened, or does not begin like MCAP.
     """
     with ExitStack() as stack:
         try:

@@ -99,17 +99,7 @@ class McapWriter:
     def add_messages(
         self, channel: int, time_ns: NDArray[np.int64], messages: NDArray[np.void]
     ) -> None:
-        """Append messages of one length.
-
-        Parameters
-        ----------
-        channel : int
-            Number of their channel.
-        time_ns : ndarray, shape (n,)
-            When each message was logged and published [ns].
-        messages : ndarray, shape (n,)
-            The bytes of an item are the bytes of a message.
-        """
+        """Append messages (n,) of one length to a channel, logged at `time_ns` (n,) [ns]."""
         layout = _message_layout(messages.dtype.itemsize)
         rows = max(CHUNK_BYTES // layout.itemsize, 1)
         for start in range(0, len(messages), rows):

@@ -51,18 +51,9 @@ class Overview:
     def encode(
         self, time_ns: NDArray[np.int64], rows: Floats
     ) -> tuple[NDArray[np.int64], NDArray[np.void]]:
-        """Return the times [ns] and messages of those next samples of ``/modes`` that are kept.
+        """Return times (kept,) [ns] and messages (kept,) of next samples of ``/modes``.
 
-        Parameters
-        ----------
-        time_ns : ndarray, shape (n,)
-            Simulation time [ns].
-        rows : ndarray, shape (n, n_fields)
-            In the units of the channel.
-
-        Returns
-        -------
-        tuple of ndarray, shape (kept,)
+        The samples are given by times (n,) [ns] and values (n, n_fields).
         """
         number = np.arange(self._seen, self._seen + len(rows))
         self._seen += len(rows)

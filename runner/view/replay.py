@@ -82,24 +82,11 @@ def in_browser(
     playing: Playing | None = None,
     port: int = 0,
 ) -> Iterator[str]:
-    """Serve an MCAP recording in the viewer for browsers, until the context ends.
+    """Serve an MCAP recording to browsers of this machine until the context ends.
 
-    Parameters
-    ----------
-    path, selection, playing
-        As for `replay`.
-    port : int
-        Of the page; 0 for any that is free.
-
-    Yields
-    ------
-    str
-        The address of the page, which is on this machine alone.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` cannot be read or has no such part, or the viewer cannot be started.
+    Yields the address of the page, at `port`, or at any free port if that is 0; the other
+    parameters are those of `replay`. Raises SlipmodeError if `path` cannot be read or has no such
+    part, or the viewer cannot be started.
     """
     with tempfile.TemporaryDirectory() as folder:
         rrd = Path(folder) / "recording.rrd"

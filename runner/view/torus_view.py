@@ -41,18 +41,10 @@ def view() -> rrb.Spatial3DView:
 
 
 def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
-    """Return vertices and triangles over one whole period of both carriers.
+    """Return the surface over one whole period of both carriers.
 
-    Parameters
-    ----------
-    torus : ndarray, shape (n, 5)
-        Samples of ``/torus`` at one instant: some phases of A, for each of them any phases of B.
-
-    Returns
-    -------
-    tuple of ndarray
-        Phases and displacements of the vertices, (m, 3), friction forces, (m,), and triangles,
-        (k, 3).
+    From samples (n, 5) of ``/torus`` at one instant, with any phases of B at each phase of A:
+    vertices (m, 3), two phases and a displacement; friction forces (m,); triangles (k, 3).
     """
     rounded = np.round(torus[:, 0], 9)  # equal phases of A
     rounded[rounded == np.round(_TURN, 9)] = 0.0

@@ -113,21 +113,8 @@ def _last_words(log: BinaryIO) -> str:
 def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
     """Serve an .rrd file to browsers of this machine until the context ends.
 
-    Parameters
-    ----------
-    rrd : Path
-    port : int
-        Of the page; 0 for any that is free.
-
-    Yields
-    ------
-    str
-        The address of the page.
-
-    Raises
-    ------
-    SlipmodeError
-        If it cannot be started.
+    Yields the address of the page, at `port`, or at any free port if that is 0. Raises
+    SlipmodeError if the viewer cannot be started.
     """
     page, data = port or _free_port(), _free_port()
     command = [VIEWER or "rerun", "--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
@@ -175,10 +162,7 @@ def _listens(host: str, port: int) -> bool:
 def windowless_viewer() -> Iterator[ViewerClient]:
     """Run a viewer without a window until the context ends; it logs nothing.
 
-    Raises
-    ------
-    RuntimeError, ConnectionError
-        If there is no graphics driver for it.
+    Raises RuntimeError or ConnectionError if there is no graphics driver for it.
     """
     from rerun.experimental import ViewerClient
 
