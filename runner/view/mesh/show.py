@@ -83,7 +83,7 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
 
 
 def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
-    """All frames, the lighter the farther a node moves; facets have corners of their own."""
+    """Draw all frames; nodes that move far are light; facets have corners of their own."""
     import rerun as rr
 
     facets = skin(motion.cells)
@@ -106,7 +106,7 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
-    """All frames of their nodes, which move with the mesh, and by themselves lie still."""
+    """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
     import rerun as rr
 
     node, contact = motion.contact_nodes()
@@ -127,7 +127,7 @@ def _times(motion: MeshMotion) -> rr.TimeColumn:
 
 
 def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
-    """The mesh, seen from a side; the contacts, seen along the direction they extend least in."""
+    """Return the views: the mesh from a side, the contacts along their thinnest direction."""
     import rerun.blueprint as rrb
 
     x = motion.nodes[np.unique(motion.cells)]
@@ -166,7 +166,7 @@ def _size(points: Floats) -> float:
 
 
 def _spacing(points: Floats) -> float:
-    """Distance of a point from the next, the middle one of all."""
+    """Return the median distance of a point from the next."""
     from scipy.spatial import cKDTree  # takes a while to import
 
     if len(points) < 2:
