@@ -18,9 +18,6 @@ AddCommand = Callable[
 ]
 
 
-_PORTS = 65536
-
-
 def add_recording_commands(add: AddCommand) -> None:
     """Add the commands; `add` takes name, function, summary and example of one."""
     replay = add(
@@ -84,7 +81,11 @@ def add_recording_commands(add: AddCommand) -> None:
     )
     _recording_argument(export)
     export.add_argument(
-        *("-o", "--output"), type=Path, required=True, help="file to write: .npz, .csv or .parquet"
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="file to write: .npz, .csv or .parquet",
     )
     _topics_argument(export)
 
@@ -109,7 +110,7 @@ def _topics(options: argparse.Namespace) -> list[str]:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.selection import Selection
+    from slipmode.runner.recording.load import Selection
     from slipmode.runner.view.replay import in_browser, replay
     from slipmode.runner.view.views import Playing
 
@@ -123,8 +124,8 @@ def _replay(options: argparse.Namespace) -> int:
     if options.web is not None:
         if written or options.headless:
             raise SlipmodeError("--web goes without --save, --screenshot and --headless")
-        if not 0 <= options.web < _PORTS:
-            raise SlipmodeError(f"--web: a port is from 0 to {_PORTS - 1}, got {options.web}")
+        if not 0 <= options.web < 65536:
+            raise SlipmodeError(f"--web: a port is from 0 to 65535, got {options.web}")
         with (
             in_browser(options.file, selection, playing, options.web) as address,
             suppress(KeyboardInterrupt),
@@ -141,14 +142,14 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _info(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.info import info
+    from slipmode.runner.recording.check import info
 
     print(info(options.file).text())
     return 0
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.doctor import doctor
+    from slipmode.runner.recording.check import doctor
 
     complaints = doctor(options.file)
     for complaint in complaints:
@@ -159,7 +160,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 def _recover(options: argparse.Namespace) -> int:
-    from slipmode.runner.recording.check.recover import recover
+    from slipmode.runner.recording.recover import recover
 
     print(recover(options.file, options.output).text())
     print(options.output)

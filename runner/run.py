@@ -14,19 +14,23 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.contact_record import ContactRecord
+from slipmode.runner.motion.record import ContactRecord
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.interruption import interrupts_held_back
 from slipmode.runner.recording.load import RecordingData, read
-from slipmode.runner.recording.provenance import describe_run
-from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
+from slipmode.runner.recording.record import (
+    Header,
+    McapSink,
+    Recorder,
+    Sink,
+    describe_run,
+    interrupts_held_back,
+)
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.integrated import IntegratedPass
-from slipmode.runner.view.layout.foxglove import write_layout
-from slipmode.runner.view.rerun_file import RerunFile
+from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
 _log = logging.getLogger("slipmode.run")
@@ -224,9 +228,11 @@ def _open(
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
         if rrd:
-            sinks.append(RerunFile(rrd, header, listed))
+            from slipmode.runner.view.rerun_sink import RerunSink  # takes a while to import
+
+            sinks.append(RerunSink(rrd, header, listed))
         if live:
-            from slipmode.runner.view.live import LiveSink
+            from slipmode.runner.view.rerun_sink import LiveSink
 
             sinks.append(LiveSink(live, header, listed))
     except BaseException:

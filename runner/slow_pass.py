@@ -14,18 +14,18 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
-from slipmode.runner.plan.plan import Plan
-from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.scene import Window
-from slipmode.runner.scene_record import (
+from slipmode.runner.motion.record import (
     SAMPLES_PER_BATCH,
     WindowRecord,
     record_findings,
     record_points,
 )
-from slipmode.runner.torus_motion import carrier_phases, torus_motion
-from slipmode.runner.trajectory import sample_times, slow_trajectory
+from slipmode.runner.motion.torus_motion import carrier_phases, torus_motion
+from slipmode.runner.motion.trajectory import sample_times, slow_trajectory
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
 

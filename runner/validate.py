@@ -18,13 +18,12 @@ from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.contact_record import ContactRecord
+from slipmode.runner.motion.record import ContactRecord
+from slipmode.runner.motion.trajectory import sample_times, scripted, slow_trajectory, window_times
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.provenance import describe_run
-from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
+from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink, describe_run
 from slipmode.runner.scene.scene import Scene, Window, load_scene
-from slipmode.runner.trajectory import sample_times, scripted, slow_trajectory, window_times
 from slipmode.runner.transients.full_order import FastMotion, FullOrder
 from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.transients.reference import Reference, reference

@@ -22,7 +22,7 @@ FLOORS = {
         "table",
         "slow",
     ),
-    "runner": ("recording", "scene", "plan", "view"),
+    "runner": ("recording", "scene", "plan", "motion", "view"),
 }
 MOST_FILES, MOST_LINES = 12, 500
 

@@ -138,7 +138,7 @@ def _written(
 ) -> None:
     """A table of numbers, a picture and a recording."""
     from slipmode.runner.curves.curve_charts import curve_charts
-    from slipmode.runner.view.charts.rrd_file import write_charts
+    from slipmode.runner.view.charts import write_charts
 
     units = scene.units
     columns = curve.columns(options.dof, units)

@@ -8,7 +8,8 @@ from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.branches.response_curve import CurveSizes
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
+from slipmode.runner.view.charts import Axis, Chart, Layer
+from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
 
 _MODAL = "kg^0.5 m"  # no formulae there
 _COLORS = (BLUE, ORANGE)

@@ -1,7 +1,7 @@
-"""Recorded channels: their fields, their units, and how samples are laid out as protobuf.
+"""Recorded channels: their fields, their units, and the protobuf layout of their samples.
 
-A sample is a flat protobuf message of doubles, all of them present. Each field then takes the
-same bytes in every message, so a numpy structured array *is* the wire format of a whole batch.
+A sample is a flat protobuf message of doubles, all of them present. Each field has the same place
+in every message, so a numpy structured array has the bytes of a whole batch.
 """
 
 from __future__ import annotations
@@ -30,15 +30,13 @@ MODES: tuple[Mode, ...] = ("A", "B")
 Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"
-FULL = "/full"  # in front of the topics of a full-order motion, beside the reduced one
+FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
-OTHER = "/other"  # in front of what other programs recorded, whose topics may be called like ours
+OTHER = "/other"  # prefix of what other programs recorded, whose topics may equal ours
 EVENT_MESSAGE_TYPE = "foxglove.Log"
 
-_AMPLITUDE_UNIT = "kg^0.5 m"
-_DOUBLE_WIRE_TYPE = 1
-_NANOSECONDS = 1_000_000_000
+NANOSECONDS = 1_000_000_000  # in a second
 _LEVELS: tuple[Level, ...] = ("info", "warning", "error")
 _FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
 
@@ -53,14 +51,14 @@ class Field:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a simulation time, in words.
+    """Words about what happened at a simulation time.
 
     Parameters
     ----------
     time : float
         Simulation time [s].
     level : {"info", "warning", "error"}
-        How much it matters.
+        Importance.
     message : str
         One line for the reader.
     """
@@ -81,9 +79,9 @@ class Channel:
     fields : tuple of Field
         Columns of every batch of this channel, in order.
     description : str
-        What the channel holds, for a reader of the file.
+        Contents, for a reader of the file.
     kind : str
-        What a message is called, where the topic does not tell its fields.
+        Name of the messages, if the fields do not follow from the topic.
     """
 
     topic: str
@@ -102,7 +100,7 @@ class Channel:
         return f"slipmode.{self.kind or self.topic.split('/')[1].capitalize()}"
 
     def descriptor(self) -> FileDescriptorSet:
-        """Protobuf schema of a sample: field number j + 1 is column j."""
+        """Return the protobuf schema of a sample: field number j + 1 is column j."""
         package, _, name = self.message_type.partition(".")
         fields = [
             FieldDescriptorProto(
@@ -122,86 +120,51 @@ class Channel:
         return FileDescriptorSet(file=[file])
 
     def encode(self, values: Floats) -> NDArray[np.void]:
-        """Protobuf messages of a batch.
-
-        Parameters
-        ----------
-        values : ndarray, shape (n, n_fields)
-            One row per sample.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            The bytes of an item are those of a message.
-        """
+        """Return the protobuf messages of samples (n, n_fields), shape (n,)."""
         empty = self._empty_message
         size = np.dtype(f"V{empty.nbytes}")  # copied as a whole, not double by double
         wire = np.full(len(values), empty.view(size)).view(empty.dtype)
-        for tags, columns in self._groups:
-            wire[tags]["value"] = values[:, columns]
+        for number, column in enumerate(values.T):
+            wire[f"value {number}"] = column
         return wire
 
     def decode(self, messages: NDArray[np.void]) -> Floats:
-        """Values of a batch of protobuf messages; the inverse of `encode`.
+        """Return the values (n, n_fields) of protobuf messages (n,); the inverse of `encode`.
 
-        Parameters
-        ----------
-        messages : ndarray, shape (n,)
-            The bytes of an item are those of a message.
-
-        Returns
-        -------
-        ndarray, shape (n, n_fields)
-
-        Raises
-        ------
-        SlipmodeError
-            If a message has not the layout that `encode` writes.
+        Raises SlipmodeError if a message has another layout than `encode` writes.
         """
         empty = self._empty_message
         if messages.dtype.itemsize != empty.nbytes:
             raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
         wire = messages.view(empty.dtype)
         values = np.empty((len(messages), len(self.fields)))
-        for tags, columns in self._groups:
-            values[:, columns] = wire[tags]["value"]
-            if not np.all(wire[tags]["tag"] == empty[tags]["tag"]):
+        for number in range(len(self.fields)):
+            values[:, number] = wire[f"value {number}"]
+            if np.any(wire[f"tag {number}"] != empty[f"tag {number}"]):
                 raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
         return values
 
     @cached_property
-    def _groups(self) -> list[tuple[str, slice]]:
-        """Columns whose tags have the same length, and what they are called in a message."""
-        lengths = [len(_tag(number)) for number in range(1, len(self.fields) + 1)]
-        ends = np.cumsum([lengths.count(length) for length in sorted(set(lengths))]).tolist()
-        starts = [0, *ends[:-1]]
-        return [
-            (f"tags of {lengths[start]}", slice(start, end))
-            for start, end in zip(starts, ends, strict=True)
-        ]
-
-    @cached_property
     def _empty_message(self) -> NDArray[np.void]:
-        """A message of zeros, shape (): for each double, the tag that names it and its bytes."""
+        """A message of zeros, shape (): in front of each double the tag that names it."""
         tags = [_tag(number) for number in range(1, len(self.fields) + 1)]
-        layout = []
-        for name, columns in self._groups:
-            double = np.dtype([("tag", f"S{len(tags[columns.start])}"), ("value", "<f8")])
-            layout.append((name, double, (columns.stop - columns.start,)))
+        layout: list[tuple[str, str]] = []
+        for number, tag in enumerate(tags):
+            layout += [(f"tag {number}", f"S{len(tag)}"), (f"value {number}", "<f8")]
         data = b"".join(tag + bytes(8) for tag in tags)
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 
 
 def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
-    """Slow complex amplitudes of mass-normalised modes: x_e = 2 Re(phi a e^{i theta})."""
+    """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
     parts = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
     moduli = [f"{mode}_abs" for mode in present]
-    fields = tuple(Field(name, _AMPLITUDE_UNIT) for name in parts + moduli)
+    fields = tuple(Field(name, "kg^0.5 m") for name in parts + moduli)
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
 
 def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
-    """Force amplitude, frequency and phase of the modes that are modelled."""
+    """Return the channel of force amplitude, frequency and phase of each mode."""
     units = {"force": "N", "frequency": "rad/s", "phase": "rad"}
     fields = tuple(
         Field(f"{mode}_{name}", unit) for mode in present for name, unit in units.items()
@@ -210,22 +173,22 @@ def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
 
 
 def contact(index: int, prefix: str = "") -> Channel:
-    """Displacement, velocity and friction force of contact DOF number `index`."""
+    """Return the channel of displacement, velocity and friction force of a contact DOF."""
     fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
     topic = f"{prefix}/contact/{index}"
     return Channel(topic, fields, f"Motion of contact {index}")
 
 
 def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
-    """Motion of elastic contact number `index`, and what it does.
+    """Return the channel of the motion, forces and state of elastic contact number `index`.
 
-    x, v, f along its tangent, y, v_y, f_y along a second one; x_n, v_n along its normal, positive
-    closing; normal force N with its preload, clearance; state 0 stuck, 1 slipping, 2 open.
+    x, v, f along its tangent; y, v_y, f_y along a second tangent; x_n, v_n along its normal,
+    positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open.
 
     Parameters
     ----------
     tangents : int
-        Tangential directions of a frictional contact; 0 of a law without a normal.
+        Tangential directions of a frictional contact; 0 for a law without a normal.
     """
     named = list(contact(index).fields)
     kind = "ElasticContact"
@@ -241,32 +204,32 @@ def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
 
 
 def contact_share(contacts: int) -> Channel:
-    """Part of a window, which ends there, that each elastic contact spends in each state."""
+    """Return the channel of the shares of a window, by its end, of each contact in each state."""
     fields = tuple(Field(f"contact_{i}_{name}", "1") for i in range(contacts) for name in STATES)
     return Channel(SHARE, fields, "Part of a window that each contact is stuck, slipping, open")
 
 
 def phases() -> Channel:
-    """Carrier angles at the samples of contact motion."""
+    """Return the channel of the carrier angles at the samples of contact motion."""
     fields = (Field("A_phase", "rad"), Field("B_phase", "rad"))
     return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
 
 
 def torus() -> Channel:
-    """Motion of contact 0 over the phases of both carriers, at the end of a window."""
+    """Return the channel of the motion of contact 0 over both phases, at a window's end."""
     fields = (Field("A_phase", "rad"), Field("B_phase", "rad"), *contact(0).fields)
     words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
     return Channel(TORUS, fields, words)
 
 
 def elastic(dofs: Sequence[int]) -> Channel:
-    """Reconstructed displacement of chosen elastic DOFs."""
+    """Return the channel of reconstructed displacements of elastic DOFs."""
     fields = tuple(Field(f"x_{dof}", "m") for dof in dofs)
     return Channel("/elastic", fields, "Reconstructed displacement of elastic DOFs")
 
 
 def energy() -> Channel:
-    """Power put in by the forcing, power and energy taken out by friction and damping."""
+    """Return the channel of the forcing's power and what friction and damping dissipate."""
     fields = (
         Field("input_power", "W"),
         Field("dissipated_power", "W"),
@@ -276,12 +239,12 @@ def energy() -> Channel:
 
 
 def control() -> Channel:
-    """Friction limits relative to the model's, as a controller sets them."""
+    """Return the channel of friction limits relative to the model's, set by a controller."""
     return Channel("/control", (Field("limit_scale", "1"),), "Friction limits set by a controller")
 
 
 def event_descriptor() -> FileDescriptorSet:
-    """Protobuf schema of an event: the well-known ``foxglove.Log``, which viewers show as text."""
+    """Return the protobuf schema of an event: ``foxglove.Log``, which viewers show as text."""
     log = text_format.Parse(_LOG_PROTO, FileDescriptorProto())
     timestamp = FileDescriptorProto()
     timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
@@ -289,18 +252,18 @@ def event_descriptor() -> FileDescriptorSet:
 
 
 def encode_event(event: Event, time_ns: int) -> bytes:
-    """Protobuf message of an event; `time_ns` is its time in nanoseconds."""
+    """Return the protobuf message of an event; `time_ns` is its time in nanoseconds."""
     message = _log_message()(
         level=_FIRST_LEVEL + _LEVELS.index(event.level), message=event.message, name="slipmode"
     )
-    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, _NANOSECONDS)
+    message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
     return bytes(message.SerializeToString())
 
 
 def decode_event(data: bytes, time_ns: int) -> Event:
-    """Event of a protobuf message logged at `time_ns`; the inverse of `encode_event`."""
+    """Return the event of a protobuf message logged at `time_ns`; see `encode_event`."""
     message = _log_message().FromString(data)
-    return Event(time_ns / _NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
+    return Event(time_ns / NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
 
 
 _LOG_PROTO = """
@@ -331,7 +294,7 @@ message_type {
 
 @cache
 def _log_message() -> type[Any]:
-    """Python class of an event's message, from the schema that is written to the file."""
+    """Return the Python class of an event's message, from the schema in the file."""
     pool = descriptor_pool.DescriptorPool()
     for file in event_descriptor().file:
         pool.Add(file)
@@ -339,8 +302,8 @@ def _log_message() -> type[Any]:
 
 
 def _tag(number: int) -> bytes:
-    """Protobuf tag of a double: one byte up to field 15, two up to field 2047."""
-    key = number << 3 | _DOUBLE_WIRE_TYPE
+    """Return the protobuf tag of a double: one byte up to field 15, two up to field 2047."""
+    key = number << 3 | 1  # the wire type of a double
     tag = bytearray()
     while key >= 0x80:
         tag.append(key & 0x7F | 0x80)

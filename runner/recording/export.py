@@ -1,4 +1,4 @@
-"""Samples of a recording for other tools: `slipmode export` to .npz, .csv or .parquet."""
+"""Export of samples to other tools: `slipmode export` to .npz, .csv or .parquet."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ import numpy as np
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.load import Signals, read
-from slipmode.runner.recording.mcapfile.source import naming
-from slipmode.runner.recording.selection import chosen
+from slipmode.runner.recording.load import Signals, chosen, read
+from slipmode.runner.recording.mcap_reader import naming
 
 
 def export(
     path: str | PathLike[str], output: str | PathLike[str], topics: Sequence[str] = ()
 ) -> list[Path]:
-    """Write the samples of a recording in a format of other tools.
+    """Write the samples of a recording as .npz, .csv or .parquet; return the files.
 
     Parameters
     ----------
@@ -34,11 +33,6 @@ def export(
         ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``.
     topics : sequence of str
         Channels to write; all of them if empty.
-
-    Returns
-    -------
-    list of Path
-        The files.
 
     Raises
     ------
@@ -98,7 +92,7 @@ def _write_parquet(signals: Signals, path: Path) -> None:
 
 
 def _columns(signals: Signals) -> list[Any]:
-    """Time and fields as Arrow arrays."""
+    """Return time and fields as Arrow arrays."""
     pa = extra("pyarrow", "export")
     return [pa.array(signals.time), *(pa.array(column) for column in signals.values.T)]
 

@@ -1,33 +1,36 @@
-"""Reading a recording back from MCAP, as arrays."""
+"""Reading of recordings as arrays, whole or in part."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
 from google.protobuf.message import DecodeError
-from mcap import records
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError, UnknownChannelError
 from slipmode.rom.short_repr import short_list, short_repr
 from slipmode.runner.recording import overview
-from slipmode.runner.recording.channels import EVENTS, Channel, Event, Field, decode_event
-from slipmode.runner.recording.mcapfile.chunk import Contents, Messages
-from slipmode.runner.recording.mcapfile.prefetch import Unpacked, take_all
-from slipmode.runner.recording.mcapfile.source import opened
-from slipmode.runner.recording.mcapfile.statistics import Statistics
+from slipmode.runner.recording.channels import (
+    EVENTS,
+    NANOSECONDS,
+    Channel,
+    Event,
+    Field,
+    decode_event,
+)
+from slipmode.runner.recording.mcap_reader import Inventory, Messages, opened
 from slipmode.runner.recording.record import SCENE_FILE, Header
-
-_NANOSECONDS = 1e9
 
 
 class Signals(NamedTuple):
-    """What was recorded on one channel; `column` takes one of them.
+    """Samples of one channel; `column` returns one of its fields.
 
     Attributes
     ----------
@@ -52,7 +55,7 @@ class Signals(NamedTuple):
         return {field.name: field.unit for field in self.channel.fields}
 
     def column(self, name: str) -> Floats:
-        """Values of the field of a name, shape (n,)."""
+        """Return the values of a field, shape (n,)."""
         if name not in self.channel.names:
             raise SlipmodeError(
                 f"{self.channel.topic} has no field {name}: {', '.join(self.channel.names)}"
@@ -61,7 +64,7 @@ class Signals(NamedTuple):
 
 
 class Channels(dict[str, Signals]):
-    """Signals by topic; a topic that is not there raises an error that lists the topics."""
+    """Signals by topic; an unknown topic raises an error that lists the topics."""
 
     def __missing__(self, topic: object) -> Signals:
         known = ", ".join(self) or "none"
@@ -81,7 +84,7 @@ class RecordingData:
     events : list of Event
         In order of writing.
     damage : str
-        What is wrong with the file, of which this is then what was whole; "" for a sound one.
+        Why the file was not read to its end; "" for a sound file.
     left_out : tuple of str
         Channels that cannot be read: topic, encoding and schema.
     external : bool
@@ -104,7 +107,7 @@ class RecordingData:
 
     @property
     def complete(self) -> bool:
-        """Whether the file is whole, and what it records came to its end."""
+        """Whether the file is whole, and the run came to its end."""
         return not self.damage and all(event.level != "error" for event in self.events)
 
     @property
@@ -119,30 +122,78 @@ class RecordingData:
         return max([*ends, *(event.time for event in self.events)], default=0.0)
 
 
+@dataclass(frozen=True)
+class Selection:
+    """A part of a recording.
+
+    Parameters
+    ----------
+    topics : sequence of str
+        Channels; all of them if empty.
+    start, end : float
+        First and last simulation time [s].
+
+    Raises
+    ------
+    SlipmodeError
+        If the times are not in order.
+    """
+
+    topics: Sequence[str] = ()
+    start: float = -math.inf
+    end: float = math.inf
+
+    def __post_init__(self) -> None:
+        if not self.start <= self.end:
+            raise SlipmodeError(f"start {self.start:g} s must not be after end {self.end:g} s")
+
+    def of(self, data: RecordingData) -> RecordingData:
+        """Return the selected part; refuse unknown channels and times without samples."""
+        channels = chosen(data.channels, self.topics)
+        header = data.header
+        if self.start > -math.inf or self.end < math.inf:
+            channels = {topic: self._within(signals) for topic, signals in channels.items()}
+            header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
+            if not any(signals.time.size for signals in channels.values()):
+                raise SlipmodeError(
+                    f"no samples from {self.start:g} to {self.end:g} s: "
+                    f"the recording ends at {data.end_time:g} s"
+                )
+        events = [event for event in data.events if self.start <= event.time <= self.end]
+        return replace(data, header=header, channels=channels, events=events)
+
+    def _within(self, signals: Signals) -> Signals:
+        kept = (self.start <= signals.time) & (signals.time <= self.end)
+        return signals._replace(time=signals.time[kept], values=signals.values[kept])
+
+
+def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, Signals]:
+    """Return the channels of some topics, all if there are none; refuse unknown topics."""
+    for topic in topics:
+        if topic not in channels:
+            raise SlipmodeError(f"no channel {topic}: {', '.join(channels)}")
+    return {topic: channels[topic] for topic in topics or channels}
+
+
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
-    """The samples of a recording, by channel.
+    """Return the samples of a recording by topic: ``load("run.mcap")["/modes"].column("A_abs")``.
 
     Parameters
     ----------
     path : path
-        An MCAP file written by slipmode, or what is left of one.
-
-    Returns
-    -------
-    dict of str to Signals
-        Arrays by topic: ``load("run.mcap")["/modes"].column("A_abs")``, with `time` and `units`.
+        An MCAP file written by slipmode. Of a damaged file the part before the damage is read.
 
     Raises
     ------
     SlipmodeError
         If there is no such file, or it is not such a recording; and by a look-up of a topic that
-        is not in it. The message names the topics that are.
+        is not in it. The message names the topics.
     """
     return read(path).channels
 
 
 def read(path: str | PathLike[str]) -> RecordingData:
-    """Read an MCAP recording, or what is whole of a truncated one.
+    """Read an MCAP recording, or the part of a damaged recording before the damage.
 
     Parameters
     ----------
@@ -152,8 +203,8 @@ def read(path: str | PathLike[str]) -> RecordingData:
     Returns
     -------
     RecordingData
-        A truncated recording has `complete` false and ends with an event of level "warning"; that
-        of a run that was stopped has `complete` false and ends with one of level "error".
+        `complete` is false if the file is damaged (its last event has level "warning") or the run
+        stopped early (its last event has level "error").
 
     Raises
     ------
@@ -162,92 +213,78 @@ def read(path: str | PathLike[str]) -> RecordingData:
     """
     gathered = _Gathered()
     with opened(path) as file:
-        damage = take_all(file, gathered.take)
-        return gathered.recording(damage)
+        gathered.inventory.read(file, gathered.take)
+        return gathered.recording()
 
 
 @dataclass
 class _Gathered:
-    """Records of a file, as they are met."""
+    """Samples and events of a file as they are read."""
 
-    statistics: Statistics = field(default_factory=Statistics)
-    layouts: dict[int, Channel] = field(default_factory=dict)
+    inventory: Inventory = field(default_factory=Inventory)
+    layouts: dict[int, Channel | None] = field(default_factory=dict)
     times: dict[int, list[NDArray[np.uint64]]] = field(default_factory=dict)
     values: dict[int, list[Floats]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
-    def take(self, record: Unpacked) -> None:
-        """Keep what a record says, if it belongs to a recording."""
-        if isinstance(record, Contents):
-            self.statistics.take_contents(record)
-            for number, messages in record.messages.items():
-                self._take_messages(number, messages)
-        else:
-            self.statistics.take(record)
-
-    def _take_messages(self, number: int, messages: Messages) -> None:
-        record = self.statistics.channels[number]
-        stamps = messages.prefix["log_time"]
-        if record.topic == EVENTS:
-            for data, stamp in zip(messages.each(), stamps.tolist(), strict=True):
+    def take(self, number: int, messages: Messages) -> None:
+        """Decode messages of a channel."""
+        if self.inventory.channels[number].topic == EVENTS:
+            for time_ns, data in messages.each():
                 try:
-                    self.events.append(decode_event(data, stamp))
+                    self.events.append(decode_event(data, time_ns))
                 except (DecodeError, IndexError) as error:
                     raise SlipmodeError(f"{EVENTS} holds something else than events") from error
-        elif (channel := self._layout(record)) is not None:
-            self.times.setdefault(number, []).append(stamps)
+        elif (channel := self._layout(number)) is not None:
+            self.times.setdefault(number, []).append(messages.prefix["log_time"])
             self.values.setdefault(number, []).append(channel.decode(messages.data()))
 
-    def _layout(self, record: records.Channel) -> Channel | None:
-        """Fields of a channel, None for one that holds no samples of ours."""
-        if record.id not in self.layouts:
-            found = sample_channel(record, self.statistics.schemas.get(record.schema_id))
-            if found is None:
-                return None
-            self.layouts[record.id] = found
-        return self.layouts[record.id]
+    def _layout(self, number: int) -> Channel | None:
+        if number not in self.layouts:
+            self.layouts[number] = sample_channel(self.inventory, number)
+        return self.layouts[number]
 
-    def recording(self, damage: str) -> RecordingData:
-        """The recording that the records describe."""
-        if "units" not in self.statistics.metadata:
+    def recording(self) -> RecordingData:
+        """Return the recording that the file describes."""
+        inventory = self.inventory
+        if "units" not in inventory.metadata:
             raise SlipmodeError("no slipmode recording")
-        for complaint in self.statistics.mixed_clocks():
+        if complaint := inventory.mixed_clocks():
             raise SlipmodeError(complaint)
         channels, left_out = Channels(), []
-        for number, record in self.statistics.channels.items():
+        for number, record in inventory.channels.items():
             if record.topic in (EVENTS, overview.TOPIC):
                 continue
-            channel = self._layout(record)
+            channel = self._layout(number)
             if channel is None:
-                left_out.append(kind_of(record, self.statistics.schemas.get(record.schema_id)))
+                left_out.append(kind_of(inventory, number))
                 continue
             none = np.empty((0, len(channel.fields)))
             time = np.concatenate([none[:, 0], *self.times.get(number, [])])
             values = np.concatenate([none, *self.values.get(number, [])])
-            channels[record.topic] = Signals(channel, time / _NANOSECONDS, values)
-        scene = self.statistics.metadata.get("scene", {})
+            channels[record.topic] = Signals(channel, time / NANOSECONDS, values)
+        scene = inventory.metadata.get("scene", {})
         header = Header(
             title=scene.get("title", ""),
-            scene_text=self.statistics.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
-            run=self.statistics.metadata.get("run", {}),
+            scene_text=inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
+            run=inventory.metadata.get("run", {}),
             scene_name=scene.get("name", ""),
         )
-        data = RecordingData(header, channels, self.events, damage, tuple(left_out))
-        if damage:
+        data = RecordingData(header, channels, self.events, inventory.damage, tuple(left_out))
+        if data.damage:
             data.events.append(truncation(data.end_time))
         return data
 
 
-def sample_channel(record: records.Channel, schema: records.Schema | None) -> Channel | None:
-    """Fields of a channel with their units; None for one that holds no samples of ours.
+def sample_channel(inventory: Inventory, number: int) -> Channel | None:
+    """Return the fields of a channel with their units; None if it has no samples of slipmode.
 
-    Raises
-    ------
-    SlipmodeError
-        If its schema is not one of samples.
+    Raises SlipmodeError if its schema is not a schema of samples.
     """
+    record = inventory.channels[number]
     if record.message_encoding != "protobuf" or record.topic == EVENTS:
         return None
+    schema = inventory.schemas.get(record.schema_id)
     try:
         proto = FileDescriptorSet.FromString(b"" if schema is None else schema.data)
         message = proto.file[-1].message_type[0]
@@ -260,13 +297,15 @@ def sample_channel(record: records.Channel, schema: records.Schema | None) -> Ch
     return Channel(record.topic, fields, record.metadata.get("description", ""))
 
 
-def kind_of(record: records.Channel, schema: records.Schema | None) -> str:
-    """Topic of a channel, with its encoding and the name of its schema."""
+def kind_of(inventory: Inventory, number: int) -> str:
+    """Return the topic of a channel, with its encoding and the name of its schema."""
+    record = inventory.channels[number]
+    schema = inventory.schemas.get(record.schema_id)
     schema_name = "" if schema is None else f" {schema.name}"
     return f"{record.topic} ({record.message_encoding or 'no encoding'}{schema_name})"
 
 
 def truncation(end: float) -> Event:
-    """The event that says up to which time [s] a damaged recording was read."""
+    """Return the event that says up to which time [s] a damaged recording was read."""
     text = f"the recording was cut short: it was read up to its last whole part, t = {end:g} s"
     return Event(end, "warning", text)

@@ -1,4 +1,4 @@
-"""A channel that viewers plot without being told how: the modal amplitudes as joint states."""
+"""The modal amplitudes as joint states, which viewers plot without a layout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import Channel
+from slipmode.runner.recording.channels import NANOSECONDS, Channel
 
 SOURCE = "/modes"
 TOPIC = "/overview/modes"
@@ -30,14 +30,11 @@ int32 sec
 uint32 nanosec
 """
 
-_DENSE_ROWS = (
-    4096  # kept one and all; later, one in 2, 4, 8... as the run gets 2, 4, 8 times longer
-)
-_NANOSECONDS = 1_000_000_000
+_DENSE_ROWS = 4096  # all of which are kept; later one in 2, 4, 8... as the run gets so much longer
 
 
 class Overview:
-    """Moduli of the modes as joint positions, thinned to a part of the time that has passed.
+    """Encodes the moduli of the modes as joint positions, thinned as the run gets longer.
 
     Parameters
     ----------
@@ -54,50 +51,42 @@ class Overview:
     def encode(
         self, time_ns: NDArray[np.int64], rows: Floats
     ) -> tuple[NDArray[np.int64], NDArray[np.void]]:
-        """Times and messages of the samples that are kept of the next ones of ``/modes``.
+        """Return times (kept,) [ns] and messages (kept,) of next samples of ``/modes``.
 
-        Parameters
-        ----------
-        time_ns : ndarray, shape (n,)
-            Simulation time [ns].
-        rows : ndarray, shape (n, n_fields)
-            In the units of the channel.
-
-        Returns
-        -------
-        tuple of ndarray, shape (kept,)
+        The samples are given by times (n,) [ns] and values (n, n_fields).
         """
         number = np.arange(self._seen, self._seen + len(rows))
         self._seen += len(rows)
         doublings = np.frexp(number // _DENSE_ROWS)[1]
         kept = number % (1 << doublings.astype(np.int64)) == 0
         messages = np.full(np.count_nonzero(kept), self._empty)
-        messages["sec"], messages["nanosec"] = np.divmod(time_ns[kept], _NANOSECONDS)
+        messages["sec"], messages["nanosec"] = np.divmod(time_ns[kept], NANOSECONDS)
         messages["position"] = rows[kept][:, self._columns]
         return time_ns[kept], messages
 
 
 def _joint_state(names: Sequence[str]) -> NDArray[np.void]:
-    """A joint state of zeros in CDR, little-endian, shape (): only positions are present."""
+    """Return a joint state of zero positions, without velocity and effort, shape ().
+
+    It is in CDR, little-endian: every item is aligned to its size.
+    """
+    count = struct.pack("<I", len(names))
     body = bytes(8) + _string("")  # the stamp and an empty frame_id
-    body += _aligned(body, 4) + struct.pack("<I", len(names))
+    body = _aligned(body, 4) + count
     for name in names:
-        body += _aligned(body, 4) + _string(name)
-    body += _aligned(body, 4) + struct.pack("<I", len(names))
-    body += _aligned(body, 8)
-    constant = body[8:]
-    empty = struct.pack("<II", 0, 0)  # velocity and effort
+        body = _aligned(body, 4) + _string(name)
+    body = _aligned(_aligned(body, 4) + count, 8)
     layout = np.dtype(
         [
             ("encoding", "V4"),
             ("sec", "<i4"),
             ("nanosec", "<u4"),
-            ("constant", f"V{len(constant)}"),
+            ("constant", f"V{len(body) - 8}"),
             ("position", "<f8", (len(names),)),
-            ("empty", f"V{len(empty)}"),
+            ("empty", "V8"),  # the lengths of velocity and effort
         ]
     )
-    data = b"\0\1\0\0" + body + bytes(8 * len(names)) + empty
+    data = b"\0\1\0\0" + body + bytes(8 * len(names) + 8)
     return np.frombuffer(data, layout).reshape(())
 
 
@@ -107,5 +96,5 @@ def _string(text: str) -> bytes:
 
 
 def _aligned(body: bytes, size: int) -> bytes:
-    """What has to follow for the next item to lie at a multiple of its size."""
-    return bytes(-len(body) % size)
+    """Return bytes with zeros appended up to a multiple of `size`."""
+    return body + bytes(-len(body) % size)

@@ -1,15 +1,22 @@
-"""Writing a recording: the protocol of a sink, and the MCAP file."""
+"""Writing of recordings: sinks, the MCAP file, and what a recording says of its run."""
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
+import signal
+import subprocess
 import sys
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import IO, Self
 
 import numpy as np
@@ -17,29 +24,30 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap import records
 from numpy.typing import ArrayLike, NDArray
 
+from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
     EVENT_MESSAGE_TYPE,
     EVENTS,
+    NANOSECONDS,
     Channel,
     Event,
     Level,
     encode_event,
     event_descriptor,
 )
-from slipmode.runner.recording.mcapfile.writer import McapWriter
-from slipmode.runner.recording.overview import Overview
+from slipmode.runner.recording.mcap_writer import McapWriter
 
 SCENE_FILE = "scene.toml"
 
-_ROWS_AT_ONCE = 4096  # to be encoded: few enough to stay in a core's own memory
+_ROWS_AT_ONCE = 1024  # that are encoded: few enough to stay in a core's own memory
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a recording says of itself.
+    """Description of a recording within itself.
 
     Parameters
     ----------
@@ -59,8 +67,43 @@ class Header:
     scene_name: str = ""
 
 
+def describe_run(scene_text: str, model: Model | None) -> dict[str, str]:
+    """Return the metadata of a run, with a model or integrated in full.
+
+    Nothing else in a recording depends on the wall clock.
+    """
+    modelled = {}
+    if model is not None:
+        modelled = {
+            "model_hash": model.hash,
+            "formulation": model.reduced.formulation,
+            "table_tolerance": f"{model.accuracy.tolerance:g}",
+        }
+    return {
+        "scene_hash": hashlib.sha256(scene_text.encode()).hexdigest(),
+        **modelled,
+        **{package: version(package) for package in ("slipmode", "numpy", "rerun-sdk", "mcap")},
+        "python": platform.python_version(),
+        "git_revision": _revision(),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _revision() -> str:
+    """Return the git revision of the checkout that slipmode runs from; "" for an installation."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return ""
+    command = ["git", "-C", str(root), "rev-parse", "HEAD"]
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, check=False, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
+    return answer.stdout.strip()
+
+
 class Sink(ABC):
-    """Where samples go: one file, or several of them.
+    """A place where samples go: one file, or several.
 
     Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced. A
     directory, or a file that another run is writing, is refused with SlipmodeError, a file that
@@ -85,7 +128,7 @@ class Sink(ABC):
         SlipmodeError
             If a value is not finite, a time negative, or the shape not that of the channel.
         OSError
-            If the file cannot be written; it names the file, and what it holds stays readable.
+            If the file cannot be written; it names the file. What the file holds stays readable.
         """
 
     @abstractmethod
@@ -115,35 +158,35 @@ class Sink(ABC):
 class McapSink(Sink):
     """Writes an MCAP file: protobuf samples, units, run metadata and the scene.
 
-    Whatever happens later, samples are in the file, for `slipmode recover` to find, as soon as
-    they fill a chunk (`CHUNK_BYTES`), or at the first sample written `FLUSH_SECONDS` after the
-    last time that something was put there.
+    Samples are in the file, where `slipmode recover` finds them after a kill, as soon as they
+    fill a chunk (`CHUNK_BYTES`), or with the first sample written `FLUSH_SECONDS` after the
+    previous flush.
 
     Parameters
     ----------
     path : path
         File to write.
     header : Header
-        What the recording says of itself.
+        Description of the recording.
     channels : sequence of Channel
-        What will be written.
+        Channels that can be written.
     """
 
     def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
         self._path = Path(path)
         self._channels = {channel.topic: channel for channel in channels}
+        self._ids: dict[str, int] = {}
         self._file = create_file(self._path)
-        with self._complaining():
+        with self._giving_up():
             self._writer = McapWriter(self._file)
             self._describe(header)
-            self._ids: dict[str, int] = {}
             for channel in channels:
                 units = {field.name: field.unit for field in channel.fields}
                 about = units | {"description": channel.description}
                 self._register(channel.topic, channel.message_type, channel.descriptor(), about)
             self._register(EVENTS, EVENT_MESSAGE_TYPE, event_descriptor(), {})
             if overview.SOURCE in self._channels:
-                self._overview = Overview(self._channels[overview.SOURCE])
+                self._overview = overview.Overview(self._channels[overview.SOURCE])
                 self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
             self._writer.flush()
 
@@ -151,7 +194,7 @@ class McapSink(Sink):
         """Append a batch of samples; see `Sink.write`."""
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
-        with self._complaining():
+        with self._giving_up():
             for start in range(0, len(rows), _ROWS_AT_ONCE):
                 part = slice(start, start + _ROWS_AT_ONCE)
                 messages = channel.encode(rows[part])
@@ -164,14 +207,14 @@ class McapSink(Sink):
         """Record in words what happened at simulation time `time` [s]."""
         time_ns = nanoseconds(EVENTS, np.array([time]))
         data = encode_event(Event(time, level, message), int(time_ns[0]))
-        with self._complaining():
+        with self._giving_up():
             self._writer.add_messages(self._ids[EVENTS], time_ns, np.array([data], np.void))
 
     def close(self) -> None:
-        """Write what is buffered, the index and the footer."""
+        """Write the unfinished chunk, the index and the footer."""
         if self._file.closed:
             return
-        with self._complaining():
+        with self._giving_up():
             self._writer.finish()
             self._file.close()
 
@@ -181,18 +224,11 @@ class McapSink(Sink):
             for topic, channel in self._channels.items()
             for field in channel.fields
         }
-        self._writer.add_metadata("run", header.run)
-        self._writer.add_metadata("scene", {"title": header.title, "name": header.scene_name})
-        self._writer.add_metadata("units", units)
-        self._writer.add_attachment(
-            records.Attachment(
-                create_time=0,
-                log_time=0,
-                name=SCENE_FILE,
-                media_type="application/toml",
-                data=header.scene_text.encode(),
-            )
-        )
+        scene = {"title": header.title, "name": header.scene_name}
+        for name, data in {"run": dict(header.run), "scene": scene, "units": units}.items():
+            self._writer.add(records.Metadata(name, data))
+        text = header.scene_text.encode()
+        self._writer.add(records.Attachment(0, 0, SCENE_FILE, "application/toml", text))
 
     def _register(
         self,
@@ -207,12 +243,12 @@ class McapSink(Sink):
             encoding, schema_encoding, data = "cdr", "ros2msg", schema.encode()
         else:
             encoding, schema_encoding, data = "protobuf", "protobuf", schema.SerializeToString()
-        self._writer.add_schema(records.Schema(number, data, schema_encoding, message_type))
-        self._writer.add_channel(records.Channel(number, topic, encoding, about, number))
+        self._writer.add(records.Schema(number, data, schema_encoding, message_type))
+        self._writer.add(records.Channel(number, topic, encoding, about, number))
 
     @contextmanager
-    def _complaining(self) -> Iterator[None]:
-        """Give up the file at the first failure, and say which file it was."""
+    def _giving_up(self) -> Iterator[None]:
+        """Close the file at the first failure, and name it in the error."""
         try:
             yield
         except OSError as error:
@@ -222,9 +258,9 @@ class McapSink(Sink):
 
 
 class Recorder(Sink):
-    """Writes the same recording to several sinks.
+    """Writes one recording to several sinks.
 
-    Left by an exception, the recording ends with an event that says which.
+    Left by an exception, the recording ends with an event that names it.
 
     Parameters
     ----------
@@ -234,7 +270,7 @@ class Recorder(Sink):
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = tuple(sinks)
-        self._now = 0.0  # simulation time of what was written last [s]
+        self._now = 0.0  # latest simulation time that was written [s]
 
     @property
     def keeps(self) -> bool:
@@ -273,7 +309,7 @@ class Recorder(Sink):
 
 
 def _reason(error: BaseException) -> str:
-    """Why a run ended, in one line."""
+    """Return in one line why a run ended."""
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by the user"
     words = " ".join(str(error).split())
@@ -281,11 +317,41 @@ def _reason(error: BaseException) -> str:
     return words if expected else f"{type(error).__name__}: {words}"
 
 
+@contextmanager
+def interrupts_held_back() -> Iterator[Callable[[], None]]:
+    """Hold back the first Ctrl-C until the yielded function is called, or the context ends.
+
+    A recording then ends with a whole sample. A second Ctrl-C acts at once. Outside the main
+    thread, where Ctrl-C never arrives, and where it is ignored, nothing changes.
+    """
+    pending = False
+    previous = signal.getsignal(signal.SIGINT)
+
+    def hold_back(signal_number: int, frame: FrameType | None) -> None:
+        nonlocal pending
+        pending = True
+        signal.signal(signal.SIGINT, previous)
+
+    def raise_if_pending() -> None:
+        if pending:
+            raise KeyboardInterrupt
+
+    if not callable(previous) or threading.current_thread() is not threading.main_thread():
+        yield raise_if_pending
+        return
+    signal.signal(signal.SIGINT, hold_back)
+    try:
+        yield raise_if_pending
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    raise_if_pending()
+
+
 def create_file(path: Path) -> IO[bytes]:
     """Open a file for writing, emptied, and locked against other runs until it is closed.
 
-    The lock ends with the process, however that ends. Where the system or the file system has no
-    such locks (Windows, some network drives) the file is not locked.
+    The lock ends with the process, however that ends. Without locks (Windows, some network
+    drives) the file is not locked.
 
     Raises
     ------
@@ -312,7 +378,7 @@ def create_file(path: Path) -> IO[bytes]:
 
 
 def _lock(file: IO[bytes]) -> None:
-    """Lock a file; BlockingIOError if somebody else has it locked."""
+    """Lock a file; BlockingIOError if it is locked already."""
     if sys.platform == "win32":
         return
     import fcntl
@@ -326,7 +392,7 @@ def _lock(file: IO[bytes]) -> None:
 
 
 def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
-    """The channel of a topic that the sink was opened with."""
+    """Return the channel of a topic that the sink was opened with."""
     if topic not in channels:
         raise SlipmodeError(f"{topic} is not recorded: channels are {', '.join(channels)}")
     return channels[topic]
@@ -335,7 +401,7 @@ def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
 def checked_batch(
     channel: Channel, time: ArrayLike, values: ArrayLike
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Times in nanoseconds and values of a batch, or the reason why it is refused."""
+    """Return the times [ns] and values of a batch; refuse what is not finite or of wrong shape."""
     seconds, rows = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     expected = (seconds.size, len(channel.fields))
     if seconds.ndim != 1 or rows.shape != expected:
@@ -349,7 +415,7 @@ def checked_batch(
 
 
 def nanoseconds(topic: str, seconds: Floats) -> NDArray[np.int64]:
-    """Simulation times [s] as nanoseconds, rounded to the nearest."""
-    if not np.all((seconds >= 0.0) & (seconds < 2**63 / 1e9)):
+    """Return simulation times [s] in nanoseconds, rounded to the nearest."""
+    if not np.all((seconds >= 0.0) & (seconds < 2**63 / NANOSECONDS)):
         raise SlipmodeError(f"{topic}: times must be finite and not negative")
-    return np.rint(seconds * 1e9).astype(np.int64)
+    return np.rint(seconds * NANOSECONDS).astype(np.int64)

@@ -22,9 +22,9 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct, sum_harmonics
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import SETTLED
-from slipmode.runner.trajectory import slow_trajectory
 from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import FastMotion, FullOrder, SlowPart, Stretch
 

@@ -10,17 +10,17 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.validity import Finding as Decision
-from slipmode.runner.plan.plan import Plan
-from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.scene import Window
-from slipmode.runner.scene_record import (
+from slipmode.runner.motion.record import (
     SAMPLES_PER_BATCH,
     WindowRecord,
     record_findings,
     record_points,
 )
-from slipmode.runner.trajectory import scripted, window_times
+from slipmode.runner.motion.trajectory import scripted, window_times
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 
 _WINDOWS_AT_ONCE = 16.0  # of demodulation

@@ -1,9 +1,10 @@
 """Recordings in Rerun.
 
-replay.py              a recording, shown. Start here; live.py: while it is being made.
-rerun_sink.py          samples to Rerun, by the layout of views.py; rerun_file.py: to a file
-phase_portraits.py, torus_view.py, tail.py, envelope.py   what is drawn other than curves
-charts/                one quantity against another without time: of studies and curves
+replay.py              a recording, shown. Start here; rerun_sink.py: to a file or a viewer
+views.py               plots, texts and their layout; labels.py: titles, legends, units, words
+phase_portraits.py     paths and loops; torus_view.py: a surface; samples.py: what they keep
+charts.py              one quantity against another without time: of studies and curves
 mesh/                  a mesh as it vibrates, its contacts coloured by state
 viewer.py, screenshot.py   viewers with a window and without; pictures
+foxglove.py            a layout for Foxglove
 """

@@ -1,4 +1,4 @@
-"""Showing a recording in Rerun."""
+"""Replay of recordings in Rerun."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
-from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
-from slipmode.runner.recording.load import RecordingData, read
-from slipmode.runner.recording.mcapfile.source import naming
-from slipmode.runner.recording.selection import Selection
+from slipmode.runner.recording.external import as_curves, is_external, read_external
+from slipmode.runner.recording.load import RecordingData, Selection, read
+from slipmode.runner.recording.mcap_reader import naming
 from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer
 
 if TYPE_CHECKING:
@@ -31,7 +29,7 @@ def replay(
 ) -> list[str]:
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
 
-    Of a damaged recording what is whole is shown; of one of another program the numbers.
+    A damaged recording is shown up to its damage, of another program's recording the numbers.
 
     Parameters
     ----------
@@ -49,7 +47,7 @@ def replay(
     Returns
     -------
     list of str
-        What is not shown, a line each: the loss of a damaged file, channels without numbers.
+        One line each for what is not shown: the rest of a damaged file, channels without numbers.
 
     Raises
     ------
@@ -65,16 +63,15 @@ def replay(
     if save is not None:
         _convert(data, Path(save), playing)
     if screenshot is not None:
-        from slipmode.runner.view.screenshot import photograph
+        from slipmode.runner.view.screenshot import write_picture
 
-        with tempfile.TemporaryDirectory() as folder:
-            rrd = Path(folder) / "recording.rrd"
-            _convert(data, rrd, None)
-            picture = photograph(rrd, data.end_time)
-        with replacing(screenshot) as file:
-            file.write(picture)
+        write_picture(screenshot, lambda rrd: _convert(data, rrd, None), data.end_time)
     if save is None and screenshot is None:
-        _convert(data, _window(), playing)
+        try:
+            viewer = find_viewer()
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{error}; --save and --screenshot need no window") from error
+        _convert(data, viewer, playing)
     return notes
 
 
@@ -85,24 +82,11 @@ def in_browser(
     playing: Playing | None = None,
     port: int = 0,
 ) -> Iterator[str]:
-    """Serve an MCAP recording in the viewer for browsers, until the context ends.
+    """Serve an MCAP recording to browsers of this machine until the context ends.
 
-    Parameters
-    ----------
-    path, selection, playing
-        As for `replay`.
-    port : int
-        Of the page; 0 for any that is free.
-
-    Yields
-    ------
-    str
-        The address of the page, which is on this machine alone.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` cannot be read or has no such part, or the viewer cannot be started.
+    Yields the address of the page, at `port`, or at any free port if that is 0; the other
+    parameters are those of `replay`. Raises SlipmodeError if `path` cannot be read or has no such
+    part, or the viewer cannot be started.
     """
     with tempfile.TemporaryDirectory() as folder:
         rrd = Path(folder) / "recording.rrd"
@@ -119,13 +103,6 @@ def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
     if data.left_out:
         notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
     return notes
-
-
-def _window() -> Viewer:
-    try:
-        return find_viewer()
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{error}; --save and --screenshot need no window") from error
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:

@@ -1,15 +1,15 @@
-"""Sending a recording to Rerun: an .rrd file with its views embedded, or a viewer."""
+"""Sending of recordings to Rerun: an .rrd file with its views embedded, or a viewer."""
 
 from __future__ import annotations
 
 import errno
 import hashlib
+import logging
 import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 import rerun as rr
@@ -17,7 +17,6 @@ import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.slow.units import SI
 from slipmode.runner.recording.channels import EVENTS, Channel, Level
 from slipmode.runner.recording.record import (
     Header,
@@ -28,22 +27,23 @@ from slipmode.runner.recording.record import (
     nanoseconds,
 )
 from slipmode.runner.view import views
-from slipmode.runner.view.envelope import Envelope
-from slipmode.runner.view.layout.shown_units import factors, in_units, units_of
+from slipmode.runner.view.labels import factors, in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
-from slipmode.runner.view.viewer import Viewer
+from slipmode.runner.view.samples import Envelope
+from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer
 
 _ROWS_PER_SEND = 8192  # what Rerun takes fastest
 _RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
 _FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
-_FLUSH_TIMEOUT = 60.0  # [s]
+
+_log = logging.getLogger("slipmode.view")
 
 
 class RerunSink(Sink):
     """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
 
-    What is in rad/s and m is shown in the [units] of the scene. A series longer than
-    `DENSE_SAMPLES` goes on as its extremes, so that views stay fluent.
+    Views are in the [units] of the scene. Of a series longer than `DENSE_SAMPLES` the later part
+    is shown by its extremes, so that views stay fluent.
 
     Parameters
     ----------
@@ -53,8 +53,6 @@ class RerunSink(Sink):
         As for `McapSink`.
     playing : Playing, optional
         How it is played once opened.
-    file : binary file, optional
-        The target, where it is open and locked already (`create_file`); closed at the end.
     """
 
     def __init__(
@@ -63,32 +61,30 @@ class RerunSink(Sink):
         header: Header,
         channels: Sequence[Channel],
         playing: views.Playing | None = None,
-        file: IO[bytes] | None = None,
     ) -> None:
         self._target = target if isinstance(target, Viewer) else Path(target)
         self._playing = playing
-        self._file = file  # open while Rerun writes, for its lock
         units = units_of(header.scene_text)
         self._factors = {channel.topic: factors(channel, units) for channel in channels}
-        self._shown_as_recorded = units == SI
-        channels = [in_units(channel, units) for channel in channels]
-        self._channels = {channel.topic: channel for channel in channels}
-        self._paths = Paths(channels)
+        self._channels = {channel.topic: in_units(channel, units) for channel in channels}
+        shown = list(self._channels.values())
+        self._paths = Paths(shown)
         self._envelopes = {topic: Envelope() for topic in self._channels}
         self._stream = rr.RecordingStream(_application(header, channels, playing))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
-        self._open(views.blueprint(channels, playing=playing))
+        # Rerun reports no errno of its own; the file stays open for its lock
+        self._file = create_file(self._target) if isinstance(self._target, Path) else None
+        self._open(views.blueprint(shown, playing=playing))
         self._stream.send_recording_name(header.title)
-        views.describe(self._stream, channels, header.scene_text)
+        views.describe(self._stream, shown, header.scene_text)
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
         channel = find_channel(self._channels, topic)
         time_ns, rows = checked_batch(channel, time, values)
-        if not self._shown_as_recorded:
-            rows = rows * self._factors[topic]
+        rows = rows * self._factors[topic]
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
         if len(rows):
@@ -112,11 +108,10 @@ class RerunSink(Sink):
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
                 self._send(self._channels[topic], *rest)
-        drawn = self._paths.draw(self._stream)
+        final = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        views.explain(self._stream, filled, drawn)
-        blueprint = views.blueprint(filled, drawn, self._playing)
-        self._stream.send_blueprint(blueprint)
+        views.explain(self._stream, filled, final)
+        self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()
         self._end()
 
@@ -129,16 +124,14 @@ class RerunSink(Sink):
             self._flush()
 
     def _open(self, blueprint: rrb.Blueprint) -> None:
-        if self._file is None and isinstance(self._target, Path):
-            self._file = create_file(self._target)  # Rerun reports no errno of its own
-        with self._complaining():
+        with self._ending():
             if isinstance(self._target, Path):
                 self._stream.save(self._target, default_blueprint=blueprint)
             else:
                 self._stream.connect_grpc(self._target.url, default_blueprint=blueprint)
 
     def _make_room(self, size: int) -> None:
-        """Stop before the disk is full: Rerun's writing thread would die of it and not say so."""
+        """Stop before the disk is full: Rerun's writing thread would fail without a word."""
         if isinstance(self._target, Path):
             free = shutil.disk_usage(self._target.absolute().parent).free
             if free < size + _RESERVED_BYTES:
@@ -153,11 +146,12 @@ class RerunSink(Sink):
 
     def _flush(self) -> None:
         self._unflushed = 0
-        with self._complaining():
-            self._stream.flush(timeout_sec=_FLUSH_TIMEOUT)
+        with self._ending():
+            self._stream.flush(timeout_sec=FLUSH_SECONDS)
 
     @contextmanager
-    def _complaining(self) -> Iterator[None]:
+    def _ending(self) -> Iterator[None]:
+        """End at the first failure of Rerun; raise OSError with the target's name."""
         try:
             yield
         except RuntimeError as error:
@@ -167,10 +161,54 @@ class RerunSink(Sink):
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
 
 
+class LiveSink(Sink):
+    """Sends a recording to a viewer; the run goes on if the viewer goes away.
+
+    Parameters
+    ----------
+    viewer : Viewer
+        Where to show it.
+    header, channels
+        As for `McapSink`.
+    """
+
+    def __init__(self, viewer: Viewer, header: Header, channels: Sequence[Channel]) -> None:
+        self._sink: RerunSink | None = None
+        with self._leaving():
+            self._sink = RerunSink(viewer, header, channels)
+
+    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
+        """Show a batch of samples; see `Sink.write`."""
+        with self._leaving():
+            if self._sink is not None:
+                self._sink.write(topic, time, values)
+
+    def event(self, time: float, level: Level, message: str) -> None:
+        """Show in words what happened at simulation time `time` [s]."""
+        with self._leaving():
+            if self._sink is not None:
+                self._sink.event(time, level, message)
+
+    def close(self) -> None:
+        """Draw what is complete only now. Closing again does nothing."""
+        with self._leaving():
+            if self._sink is not None:
+                self._sink.close()
+
+    @contextmanager
+    def _leaving(self) -> Iterator[None]:
+        """Leave the viewer at its first failure, and say so once."""
+        try:
+            yield
+        except OSError as error:
+            self._sink = None
+            _log.warning("%s; the run goes on without the viewer", error.strerror)
+
+
 def _application(
     header: Header, channels: Sequence[Channel], playing: views.Playing | None
 ) -> str:
-    """Name under which a viewer keeps the layout of views: that of one recording alone."""
+    """Return the name under which a viewer keeps the layout of this recording alone."""
     topics = [channel.topic for channel in channels]
     words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
     return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

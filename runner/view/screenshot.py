@@ -1,7 +1,8 @@
-"""Pictures of recordings, by a viewer without a window."""
+"""Pictures of recordings, made by a viewer without a window."""
 
 from __future__ import annotations
 
+import tempfile
 import time as clock
 from collections.abc import Callable
 from io import BytesIO
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
+from slipmode.rom.files import replacing
 from slipmode.runner.view.phase_portraits import TIMELINE
 from slipmode.runner.view.viewer import windowless_viewer
 
@@ -31,16 +33,26 @@ _CORNER = (0.82, 0.04, 0.99, 0.12)
 
 
 class _NotReadyError(Exception):
-    """A viewer that is too slow for a picture, and in what."""
+    """Why a viewer is too slow for a picture."""
+
+
+def write_picture(path: str | Path, write_rrd: Callable[[Path], None], time: float) -> None:
+    """Write a PNG of the .rrd file that `write_rrd` writes, at simulation time `time` [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        rrd = Path(folder) / "recording.rrd"
+        write_rrd(rrd)
+        picture = photograph(rrd, time)
+    with replacing(path) as file:
+        file.write(picture)
 
 
 def photograph(rrd: Path, time: float) -> bytes:
-    """PNG of all views of an .rrd file at simulation time `time` [s].
+    """Return a PNG of all views of an .rrd file at simulation time `time` [s].
 
     Raises
     ------
     SlipmodeError
-        If no viewer can be started, or none comes to rest: there is no picture then.
+        If no viewer can be started, or its views do not stand still.
     """
     reason = ""
     for _ in range(_ATTEMPTS):
@@ -63,7 +75,7 @@ def photograph(rrd: Path, time: float) -> bytes:
 
 
 def _picture(viewer: ViewerClient, rrd: Path, time: float) -> bytes:
-    """All views, without notices and as they stay: it takes them a few frames to fill."""
+    """Return a picture of all views once they are filled and no notice covers them."""
     _wait(viewer, "it keeps a notice over its views", _is_plain)
     viewer.open(str(rrd))
     viewer.run_command("ui.toggle_top_panel")
@@ -72,7 +84,7 @@ def _picture(viewer: ViewerClient, rrd: Path, time: float) -> bytes:
 
 
 def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -> bytes:
-    """The picture that some shots in a row agree on, and that fits."""
+    """Return a picture that some shots in a row agree on, and that fits."""
     started, alike = clock.monotonic(), [b""]
     while clock.monotonic() < started + _PATIENCE:
         picture = viewer.take_screenshot()
@@ -84,7 +96,7 @@ def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -
 
 
 def _is_plain(picture: bytes) -> bool:
-    """Whether there is nothing in the corner for notices."""
+    """Return whether the corner for notices is empty."""
     with _image().open(BytesIO(picture)) as image:
         left, top, right, bottom = (
             round(part * size) for part, size in zip(_CORNER, 2 * image.size, strict=True)
@@ -94,7 +106,7 @@ def _is_plain(picture: bytes) -> bool:
 
 
 def _small(picture: bytes) -> bytes:
-    """The same PNG with fewer colours."""
+    """Return a PNG with fewer colours."""
     Image = _image()
     with Image.open(BytesIO(picture)) as image:
         few = image.convert("RGB").quantize(

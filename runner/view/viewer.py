@@ -1,4 +1,4 @@
-"""The Rerun viewer: one with a window, to send recordings to, and one without, for pictures."""
+"""Rerun viewers: with a window, for recordings; without one, for pictures; for browsers."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 VIEWER = shutil.which("rerun", path=sysconfig.get_path("scripts"))  # also off the PATH
 
+FLUSH_SECONDS = 60.0  # at most, for Rerun to write what it was given
+
 _URL = "rerun+http://127.0.0.1:9876/proxy"  # where viewers listen by default
 _MEMORY = "75%"  # of the machine's; beyond it a viewer drops its oldest data
 _STARTING_TIME = 30.0  # [s] at most; a busy machine needs some seconds
@@ -40,7 +42,7 @@ class Viewer:
 
 
 def find_viewer(url: str | None = None) -> Viewer:
-    """A viewer to send recordings to, which is started if there is none yet.
+    """Return a viewer to send recordings to; start one if there is none yet.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def find_viewer(url: str | None = None) -> Viewer:
 
 
 def _answers(url: str) -> bool:
-    """Whether something listens there."""
+    """Return whether something listens at a viewer's URL."""
     try:
         parts = urlsplit(url)
         host, port = parts.hostname, parts.port
@@ -74,7 +76,7 @@ def _answers(url: str) -> bool:
 
 
 def _start(url: str) -> None:
-    """Start a viewer with a window, which stays when we end; wait until it answers."""
+    """Start a viewer with a window, which outlives this process; wait until it answers."""
     command = [VIEWER or "rerun", "--port", str(urlsplit(url).port), "--expect-data-soon"]
     command += ["--memory-limit", _MEMORY]
     with tempfile.TemporaryFile() as log:
@@ -91,7 +93,7 @@ def _start(url: str) -> None:
 
 
 def _shows(url: str) -> bool:
-    """Whether a viewer has its window: it listens a moment before it finds that it can't."""
+    """Return whether a viewer has its window; it listens already a moment before."""
     from rerun.experimental import ViewerClient
 
     try:
@@ -109,23 +111,10 @@ def _last_words(log: BinaryIO) -> str:
 
 @contextmanager
 def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
-    """A viewer for browsers of this machine, which shows an .rrd file and ends with the context.
+    """Serve an .rrd file to browsers of this machine until the context ends.
 
-    Parameters
-    ----------
-    rrd : Path
-    port : int
-        Of the page; 0 for any that is free.
-
-    Yields
-    ------
-    str
-        The address of the page.
-
-    Raises
-    ------
-    SlipmodeError
-        If it cannot be started.
+    Yields the address of the page, at `port`, or at any free port if that is 0. Raises
+    SlipmodeError if the viewer cannot be started.
     """
     page, data = port or _free_port(), _free_port()
     command = [VIEWER or "rerun", "--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
@@ -146,7 +135,7 @@ def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process and those that it started: the command rerun is but a launcher."""
+    """End a process and the processes that it started: the command rerun is a launcher."""
     if os.name == "posix":
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGTERM)
@@ -171,12 +160,9 @@ def _listens(host: str, port: int) -> bool:
 
 @contextmanager
 def windowless_viewer() -> Iterator[ViewerClient]:
-    """A viewer without a window, which ends with the context and logs nothing.
+    """Run a viewer without a window until the context ends; it logs nothing.
 
-    Raises
-    ------
-    RuntimeError, ConnectionError
-        If there is no graphics driver for it.
+    Raises RuntimeError or ConnectionError if there is no graphics driver for it.
     """
     from rerun.experimental import ViewerClient
 

@@ -1,10 +1,11 @@
-"""What a recording looks like in Rerun: plots with units, texts, and the layout of it all."""
+"""Views of a recording in Rerun: plots with units, texts, and their layout."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import rerun as rr
@@ -17,32 +18,41 @@ from slipmode.runner.recording.channels import (
     EVENTS,
     FULL,
     OTHER,
-    PHASES,
-    SHARE,
-    TORUS,
     Channel,
     Level,
 )
 from slipmode.runner.view import torus_view
-from slipmode.runner.view.layout.reading import reading
-from slipmode.runner.view.layout.stretches import Window
+from slipmode.runner.view.labels import (
+    BLUE,
+    GREEN,
+    MOTION_PLOTS,
+    ORANGE,
+    PURPLE,
+    SLOW_PLOTS,
+    YELLOW,
+    Series,
+    find_series,
+    is_contact,
+    reading,
+    series,
+)
 from slipmode.runner.view.phase_portraits import (
     AXIS_REACH,
-    COLORS,
     LOOP,
     ORBIT,
     PHASE_PORTRAIT,
     RESPONSE,
     TIMELINE,
     TRAJECTORY,
-    Drawn,
+    FinalViews,
     Portrait,
     portraits,
     time_column,
 )
+from slipmode.runner.view.samples import Window
 
+_COLORS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)  # of the lines of a plot
 _SCENE, _READING = "/scene", "/reading"
-
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "info": rr.TextLogLevel.INFO,
@@ -50,33 +60,8 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "error": rr.TextLogLevel.ERROR,
 }
 
-_PLOTS, _TEXTS = 5, 1  # shares of the height
 _MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
 _MOST_ROWS = 4  # of drawings, of which each is to be large enough
-
-# The last word of a field's name tells its quantity; fields of one quantity share a plot.
-_QUANTITIES = {"re": "components", "im": "components"}
-_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
-_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
-_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
-
-_SLOW_PLOTS = (
-    ("/modes", "amplitude_A", "Modal amplitude |A|"),
-    ("/modes", "amplitude_B", "Modal amplitude |B|"),
-    ("/forcing", "force", "Force amplitude"),
-    ("/forcing", "frequency", "Forcing frequency"),
-    ("/control", "scale", "Friction limit"),
-    ("/energy", "power", "Power"),
-    ("/energy", "energy", "Dissipated energy"),
-)
-_MOTION_PLOTS = (
-    ("/elastic", "displacement", "Elastic displacement"),
-    ("/contact", "displacement", "Contact displacement"),
-    ("/contact", "friction_force", "Friction force"),
-    ("/contact", "normal_force", "Normal force"),
-    ("/contact", "gap", "Gap"),
-    ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
-)
 
 
 @dataclass(frozen=True)
@@ -99,65 +84,10 @@ class Playing:
             raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
-@dataclass(frozen=True)
-class Series:
-    """Columns of a channel that share a plot, with their names in the legend."""
-
-    entity: str
-    columns: tuple[int, ...]
-    names: tuple[str, ...]
-
-
-def series(channel: Channel) -> list[Series]:
-    """Plots of a channel: one entity for each quantity, or for a number of other programs."""
-    if channel.topic.startswith(OTHER):
-        return [Series(_entity(channel.topic), (0,), (_legend(channel, 0),))]
-    if channel.topic in (PHASES, TORUS, SHARE):  # shown together, or told, not over time
-        return []
-    columns: dict[str, list[int]] = {}
-    for column, name in enumerate(channel.names):
-        columns.setdefault(_quantity(name), []).append(column)
-    return [
-        Series(
-            f"{channel.topic}/{quantity}",
-            tuple(members),
-            tuple(_legend(channel, column) for column in members),
-        )
-        for quantity, members in columns.items()
-    ]
-
-
-def _quantity(name: str) -> str:
-    name = _ALONG.get(name, name)
-    if name.endswith("_abs"):  # modes differ too much in size for one scale
-        return f"amplitude_{name.removesuffix('_abs')}"
-    word = "x" if name.startswith("x_") else name.split("_")[-1]
-    return _QUANTITIES.get(word, word)
-
-
-def _legend(channel: Channel, column: int) -> str:
-    field = channel.fields[column]
-    mode, _, part = field.name.partition("_")
-    if channel.topic.startswith(OTHER):
-        return f"{field.name} [{field.unit}]" if field.unit else field.name
-    if part == "abs":
-        text = f"|{mode}|"
-    elif mode in ("A", "B"):
-        text = f"{part.capitalize()} {mode}"
-    elif _of_contact(channel):
-        text = f"{field.name} contact {channel.topic.split('/')[-1]}"
-        text += ", full order" if channel.topic.startswith(FULL) else ""
-    else:
-        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
-    return f"{text} [{field.unit}]"
-
-
-def _of_contact(channel: Channel) -> bool:
-    return channel.topic.removeprefix(FULL).startswith("/contact/")
-
-
-def _entity(topic: str) -> str:
-    return "/".join(map(rr.escape_entity_path_part, topic.split("/")))
+def _entity(channel: Channel, plot: Series) -> str:
+    """Return the entity path of a series."""
+    path = f"{channel.topic}/{plot.quantity}".removesuffix("/")
+    return "/".join(map(rr.escape_entity_path_part, path.split("/")))
 
 
 def send_series(
@@ -170,13 +100,13 @@ def send_series(
     index = [time_column(time_ns)]
     for plot in series(channel):
         columns = rr.Scalars.columns(scalars=values[:, plot.columns])
-        stream.send_columns(plot.entity, index, columns)
+        stream.send_columns(_entity(channel, plot), index, columns)
 
 
 def send_event(
     stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
 ) -> None:
-    """Append a line to the text log, in front of it its time."""
+    """Append a line to the text log; it begins with its time."""
     text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
     columns = rr.TextLog.columns(text=[text], level=[_LEVELS[level]])
     stream.send_columns(EVENTS, [time_column(time_ns)], columns)
@@ -187,19 +117,19 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     listed = list(channels)
     compared = any(channel.topic.startswith(FULL) for channel in listed)
     for channel in listed:
-        # Beneath the thin line of a full-order motion, the reduced one shows by its width.
+        # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
-        shift = int(channel.topic.split("/")[-1]) if _of_contact(channel) else 0
+        shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
-            colors = [COLORS[(shift + j) % len(COLORS)] for j in range(len(plot.names))]
+            colors = [_COLORS[(shift + j) % len(_COLORS)] for j in range(len(plot.names))]
             style = rr.SeriesLines(
                 names=plot.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
-            stream.log(plot.entity, style, static=True)
+            stream.log(_entity(channel, plot), style, static=True)
     explain(stream, listed)
     if not scene_text:
         return
@@ -208,52 +138,52 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
 
 
 def explain(
-    stream: rr.RecordingStream, channels: Sequence[Channel], drawn: Drawn | None = None
+    stream: rr.RecordingStream, channels: Sequence[Channel], final: FinalViews | None = None
 ) -> None:
-    """Write what the views of the channels show; `drawn` as for `blueprint`."""
-    titles = [portrait.title for portrait in _shown_portraits(channels, drawn)]
-    for topic, quantity, title in (*_SLOW_PLOTS, *_MOTION_PLOTS):
-        titles += [title] if _entities(channels, topic, quantity) else []
+    """Write the explanations of the views of the channels; `final` as for `blueprint`."""
+    titles = [portrait.title for portrait in _shown_portraits(channels, final)]
+    for topic, quantity, title in (*SLOW_PLOTS, *MOTION_PLOTS):
+        titles += [title] if find_series(channels, topic, quantity) else []
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
     stream.log(_READING, words, static=True)
 
 
-def _shown_portraits(channels: Sequence[Channel], drawn: Drawn | None) -> list[Portrait]:
+def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
     return [
         portrait
         for portrait in portraits(channels)
-        if (not portrait.corner if drawn is None else portrait.entity in drawn.entities)
+        if (not portrait.corner if final is None else portrait.entity in final.entities)
     ]
 
 
 def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
-    """At most two in a row, whose labels have room; as grouped where rows would be too many."""
+    """Return rows of two views, or one row for each group if these were too many."""
     groups = [group for group in groups if group]
     pairs = [group[k : k + 2] for group in groups for k in range(0, len(group), 2)]
     return pairs if len(pairs) <= _MOST_ROWS else groups
 
 
 def blueprint(
-    channels: Sequence[Channel], drawn: Drawn | None = None, playing: Playing | None = None
+    channels: Sequence[Channel], final: FinalViews | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
-    """Layout of the views of the channels that are present.
+    """Return the layout of the views of the channels.
 
     Parameters
     ----------
     channels : sequence of Channel
         What is recorded.
-    drawn : Drawn, optional
-        What `Paths.draw` returns; until then all portraits but responses, and all fast motion.
+    final : FinalViews, optional
+        What `Paths.draw` returns; before, all portraits but responses, and all fast motion.
     playing : Playing, optional
-        By default a viewer does as it does with any recording.
+        By default a viewer does not play it by itself.
     """
-    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, drawn)}
+    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, final)}
 
     def of_kind(kind: str) -> list[rrb.View]:
         return [view for entity, view in drawings.items() if entity.startswith(kind)]
 
-    motion = _motion(channels, drawn.windows if drawn else ())
+    motion = _motion(channels, final.windows if final else ())
     beside, beneath = of_kind(PHASE_PORTRAIT), of_kind(TRAJECTORY)
     if len(motion) > _MOST_MOTION:
         beside, beneath = [*beside, *beneath], []
@@ -265,33 +195,28 @@ def blueprint(
         rows.append(torus_view.view())
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
-        (6, _plots(channels, _SLOW_PLOTS)),
+        (6, _plots(channels, SLOW_PLOTS)),
         (5, [*motion, *beneath]),
         (6, rows),
     ]
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
-    texts = _texts(channels)
-    if not filled:
-        return rrb.Blueprint(texts, _time_panel(playing), collapse_panels=True)
-    shares, contents = zip(*filled, strict=True)
-    return rrb.Blueprint(
-        rrb.Vertical(
-            rrb.Horizontal(*contents, column_shares=shares), texts, row_shares=(_PLOTS, _TEXTS)
-        ),
-        _time_panel(playing),
-        collapse_panels=True,
-    )
+    layout: rrb.Container = _texts(channels)
+    if filled:
+        shares, contents = zip(*filled, strict=True)
+        plots = rrb.Horizontal(*contents, column_shares=shares)
+        layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
+    return rrb.Blueprint(layout, _time_panel(playing), collapse_panels=True)
 
 
 def _motion(
     channels: Sequence[Channel], windows: Sequence[Window]
 ) -> list[rrb.View | rrb.Container]:
-    """Fast motion, of windows that are apart behind tabs of their own."""
+    """Return the plots of fast motion; each of several windows has a tab of its own."""
     if len(windows) < 2:
-        return [*_plots(channels, _MOTION_PLOTS, windows[0] if windows else None)]
+        return [*_plots(channels, MOTION_PLOTS, windows[0] if windows else None)]
     tabs = [
         rrb.Vertical(
-            *_plots(channels, _MOTION_PLOTS, window),
+            *_plots(channels, MOTION_PLOTS, window),
             name=" to ".join(f"{time * 1e-9:.6g}" for time in window) + " s",
         )
         for window in windows
@@ -300,11 +225,11 @@ def _motion(
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
-    """Events as wide as the screen allows; the scene and what the views show beside them."""
+    """Return the events, and tabs of the explanations and the scene."""
     events = rrb.TextLogView(
         origin=EVENTS,
         name="Events",
-        # a column of times would be too narrow for them: lines begin with theirs
+        # a column of times would be too narrow: lines begin with their times
         columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"]),
     )
     if any(channel.topic.startswith(OTHER) for channel in channels):
@@ -317,11 +242,12 @@ def _texts(channels: Sequence[Channel]) -> rrb.Container:
 
 
 def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
-    """Plots of what other programs recorded, one for each of their channels."""
+    """Return the plots of an external recording, one for each of its channels."""
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
-            sources.setdefault(channel.description, []).append(_entity(channel.topic))
+            entities = [_entity(channel, plot) for plot in series(channel)]
+            sources.setdefault(channel.description, []).extend(entities)
     plots = [
         rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
         for source, entities in sources.items()
@@ -330,15 +256,11 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
 
 
 def _time_panel(playing: Playing | None) -> rrb.TimePanel:
-    if playing is None:
-        return rrb.TimePanel(timeline=TIMELINE, state="collapsed")
-    return rrb.TimePanel(
-        timeline=TIMELINE,
-        state="collapsed",
-        play_state="playing",
-        playback_speed=playing.speed,
-        loop_mode="all" if playing.loop else "off",
-    )
+    plays: dict[str, Any] = {}
+    if playing is not None:
+        loop = "all" if playing.loop else "off"
+        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
+    return rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
 
 
 def _plots(
@@ -346,7 +268,7 @@ def _plots(
     wanted: Sequence[tuple[str, str, str]],
     window: Window | None = None,
 ) -> list[rrb.View]:
-    """Plots of the wanted quantities that are recorded, over a window or else the whole time."""
+    """Return the plots of wanted quantities that are recorded, over a window or the whole time."""
     boundary = rr.TimeRangeBoundary
     if window is None:
         shown = rr.TimeRange(boundary.infinite(), boundary.infinite())
@@ -355,12 +277,12 @@ def _plots(
     return [
         rrb.TimeSeriesView(
             name=title,
-            contents=entities,
+            contents=[_entity(channel, plot) for channel, plot in found],
             axis_x=rrb.TimeAxis(view_range=shown),
             plot_legend=rrb.Corner2D.LeftTop,
         )
         for topic, quantity, title in wanted
-        if (entities := _entities(channels, topic, quantity))
+        if (found := find_series(channels, topic, quantity))
     ]
 
 
@@ -371,13 +293,3 @@ def _drawing(portrait: Portrait) -> rrb.View:
         name=portrait.title,
         visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
     )
-
-
-def _entities(channels: Sequence[Channel], topic: str, quantity: str) -> list[str]:
-    return [
-        plot.entity
-        for channel in channels
-        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
-        for plot in series(channel)
-        if plot.entity == f"{channel.topic}/{quantity}"
-    ]

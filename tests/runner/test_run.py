@@ -22,9 +22,9 @@ from slipmode.rom import Tanh, steady, two_mass
 from slipmode.rom.full import Excitation, integrate
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.runner import slow_pass
-from slipmode.runner.recording.check.recover import recover
-from slipmode.runner.recording.mcapfile.writer import FIRST_FLUSH_SECONDS
-from slipmode.runner.trajectory import sample_times
+from slipmode.runner.motion.trajectory import sample_times
+from slipmode.runner.recording.mcap_writer import FIRST_FLUSH_SECONDS
+from slipmode.runner.recording.recover import recover
 
 # What a run returns
 

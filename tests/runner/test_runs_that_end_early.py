@@ -15,8 +15,7 @@ from slipmode.fmu import Component
 from slipmode.rom import SlipmodeError
 from slipmode.runner.cli import main
 from slipmode.runner.recording.channels import Event
-from slipmode.runner.recording.interruption import interrupts_held_back
-from slipmode.runner.recording.record import McapSink
+from slipmode.runner.recording.record import McapSink, interrupts_held_back
 from slipmode.runner.transients import hybrid
 
 

@@ -22,8 +22,8 @@ from slipmode.runner.study.summary.picture import (
     quantiles,
     some_samples,
 )
-from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
-from slipmode.runner.view.charts.rrd_file import write_charts
+from slipmode.runner.view.charts import Axis, Chart, Layer, write_charts
+from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
 
 _MOST_ROWS = 4  # of charts, that they can be read
 _MOST_BINS = 40

@@ -1,6 +1,5 @@
-"""A mesh as it vibrates, with its contacts coloured by what they do.
+"""A mesh as it vibrates, its contacts coloured by state.
 
-mesh_motion.py   MeshMotion: nodes, cells, displacements, contact states. Start here.
-skin.py          what is seen of a mesh: facets that one cell alone has
-rerun_mesh.py    show_mesh: in Rerun; vtk.py: write_mesh, for ParaView
+motion.py   MeshMotion, from arrays or a recording; write_mesh, for ParaView. Start here.
+show.py     show_mesh, in Rerun
 """

@@ -137,7 +137,7 @@ def test_views_show_units_of_the_scene_and_files_keep_theirs(tmp_path, monkeypat
         assert recorded[0][topic].units == recorded[1][topic].units
     layout = json.loads(recording.mcap.with_suffix(".foxglove.json").read_text(encoding="utf-8"))
     (path,) = layout["configById"]["Plot!Forcing-frequency"]["paths"]
-    assert path["label"] == "A_frequency [Hz]"
+    assert path["label"] == "Frequency A [Hz]"
     topic, _, factor = path["value"].partition(".@mul(")
     assert topic == "/forcing.A_frequency"
     assert float(factor.rstrip(")")) == pytest.approx(1 / (2 * np.pi), rel=1e-15)

@@ -6,10 +6,9 @@ from recordings import damaged, flip, rewritten, write
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.recording.check.doctor import doctor
-from slipmode.runner.recording.check.info import info
-from slipmode.runner.recording.check.recover import recover
+from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.load import read
+from slipmode.runner.recording.recover import recover
 
 COMMANDS = {
     "info": (),

@@ -14,8 +14,8 @@ from rrd import RERUN, verified
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.recording.external.recording import as_curves, is_external, read_external
-from slipmode.runner.recording.selection import Selection
+from slipmode.runner.recording.external import as_curves, is_external, read_external
+from slipmode.runner.recording.load import Selection
 
 COUNT = 50
 WALL = 1_700_000_000 * 10**9

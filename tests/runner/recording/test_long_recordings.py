@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from slipmode.runner.view.envelope import Envelope
+from slipmode.runner.view.samples import Envelope
 
 
 @pytest.mark.parametrize("batches", [[40_000], [1] * 100 + [3999] * 10, [64, 7, 1000] * 40])

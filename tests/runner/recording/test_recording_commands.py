@@ -14,11 +14,10 @@ from recordings import COUNT, STEP, chunk_end, chunks, damaged, flip, rewritten,
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner import load
 from slipmode.runner.cli import main
-from slipmode.runner.recording.check.doctor import doctor
-from slipmode.runner.recording.check.info import info
-from slipmode.runner.recording.check.recover import recover
+from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.export import export
 from slipmode.runner.recording.load import read
+from slipmode.runner.recording.recover import recover
 
 
 @pytest.fixture(scope="module")

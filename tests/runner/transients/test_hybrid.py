@@ -9,9 +9,9 @@ from elastic.frictional_beam import ROWS, SLIDER, TIP, structure
 from slipmode import rom, runner
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner.motion.trajectory import sample_times, slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.trajectory import sample_times, slow_trajectory
 from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.transients.reference import on_all_modes
 from slipmode.runner.validate import _lost

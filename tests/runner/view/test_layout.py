@@ -6,10 +6,9 @@ import pytest
 from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.view.layout.readable import readable
-from slipmode.runner.view.layout.reading import reading
-from slipmode.runner.view.layout.stretches import Stretches
+from slipmode.runner.view.labels import readable, reading
 from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
+from slipmode.runner.view.samples import Latest
 from slipmode.runner.view.views import _in_rows
 
 
@@ -34,15 +33,15 @@ def test_quantities_are_written_as_people_write_them(value, unit, text):
 @pytest.mark.parametrize("batch", [7, 50, 1000])
 def test_windows_are_found_however_their_samples_arrive(batch):
     times = np.concatenate((np.arange(0, 300), np.arange(5000, 5200))) * 1000
-    found = Stretches()
+    found = Latest()
     for start in range(0, len(times), batch):
-        found.extend(times[start : start + batch])
+        found.extend(times[start : start + batch, np.newaxis])
     assert found.windows() == [(0, 299_000), (5_000_000, 5_199_000)]
 
 
 def test_a_long_window_is_shown_from_where_it_is_readable():
-    found = Stretches()
-    found.extend(np.arange(10_000))
+    found = Latest()
+    found.extend(np.arange(10_000)[:, np.newaxis])
     assert found.windows() == [(10_000 - 2048, 9_999)]
 
 
@@ -57,8 +56,8 @@ def test_a_sweep_is_drawn_from_its_least_frequency_and_from_zero():
     points, marks = response().placed(path)
     np.testing.assert_allclose(points, [[-1, -2 / 3], [0, 1], [1, 0]], atol=1e-12)
     assert list(marks.values()) == ["0.94", "1.02 rad/s", "|A| = 3 kg^0.5 m"]
-    assert response().is_drawn(path)
-    assert not response().is_drawn(path * (0, 1) + (0.98, 0))  # no sweep
+    assert response().has_picture(path)
+    assert not response().has_picture(path * (0, 1) + (0.98, 0))  # no sweep
 
 
 def test_the_words_are_of_the_views_that_are_there():

@@ -19,7 +19,7 @@ from slipmode.runner.cli import main
 from slipmode.runner.recording.load import read
 from slipmode.runner.recording.record import McapSink, Recorder
 from slipmode.runner.view import viewer
-from slipmode.runner.view.live import LiveSink
+from slipmode.runner.view.rerun_sink import LiveSink
 from slipmode.runner.view.viewer import Viewer, find_viewer
 
 

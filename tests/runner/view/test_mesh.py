@@ -5,7 +5,7 @@ import pytest
 from rrd import verified
 
 from slipmode import rom, runner
-from slipmode.runner.view.mesh.skin import skin, triangles
+from slipmode.runner.view.mesh.motion import skin, triangles
 
 FOUR = [[0, 1, 3, 7], [0, 1, 7, 5], [0, 5, 7, 4], [0, 3, 2, 7], [0, 6, 4, 7], [0, 2, 6, 7]]
 

@@ -10,8 +10,7 @@ from recordings import COUNT, STEP, samples, write
 from rrd import RERUN, verified
 
 from slipmode.runner.cli import main
-from slipmode.runner.recording.load import read
-from slipmode.runner.recording.selection import Selection
+from slipmode.runner.recording.load import Selection, read
 
 
 @pytest.fixture(scope="module")

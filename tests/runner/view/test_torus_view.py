@@ -9,10 +9,10 @@ from scipy.interpolate import RegularGridInterpolator
 
 from slipmode.runner import load, run
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.selection import Selection
+from slipmode.runner.recording.load import Selection
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view import torus_view
-from slipmode.runner.view.layout.readable import readable
+from slipmode.runner.view.labels import readable
 from slipmode.runner.view.replay import replay
 
 TURN = 2 * np.pi

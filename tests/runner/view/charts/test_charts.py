@@ -6,8 +6,8 @@ import pytest
 from slipmode.rom import SlipmodeError
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.summary.summary import summarise
-from slipmode.runner.view.charts.chart import BLUE, Axis, Chart, Layer
-from slipmode.runner.view.charts.rrd_file import write_charts
+from slipmode.runner.view.charts import Axis, Chart, Layer, write_charts
+from slipmode.runner.view.labels import BLUE
 
 
 class Stream:

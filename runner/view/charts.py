@@ -1,24 +1,28 @@
-"""A chart: curves and points in a box with its scales, whatever their units."""
+"""Charts of one quantity against another, without time, in Rerun: of studies and curves.
+
+Rerun plots against time alone: a chart draws its own scales in a 2D view.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
+from pathlib import Path
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
+from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
+from slipmode.runner.view.viewer import FLUSH_SECONDS
 
-Color = tuple[int, int, int]
-BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
-RED, GREY = (224, 82, 82), (145, 153, 165)  # readable on black and on white, as the others
-_AXIS = (75, 80, 90)
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
 _TICKS = 4  # about so many on an axis
-_KEY = 0.09  # height of a line of the key
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ class Chart:
     Attributes
     ----------
     entity : str
-        Where it is drawn, "/steady/A".
+        Its path in Rerun, "/steady/A".
     title : str
     x, y : Axis
     layers : sequence of Layer
@@ -78,13 +82,13 @@ class Chart:
     layers: Sequence[Layer]
     from_zero: bool = True
 
-    @property
-    def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """What a view shows: the box and its labels."""
-        return (-0.3, _ASPECT + 0.1), (-1.12, 0.24)
+    def view(self) -> rrb.View:
+        """Return the view of the chart: its box and its labels."""
+        bounds = rrb.VisualBounds2D(x_range=(-0.3, _ASPECT + 0.1), y_range=(-1.12, 0.24))
+        return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
 
     def draw(self, stream: rr.RecordingStream) -> None:
-        """Draw it, box, scales and key too."""
+        """Draw the layers, the box with its scales, and the key."""
         xs = _span(self.x, [layer.x[np.isfinite(layer.y)] for layer in self.layers], False)
         ys = _span(self.y, [layer.y for layer in self.layers], self.from_zero)
         self._box(stream, xs, ys)
@@ -92,13 +96,13 @@ class Chart:
             x = _ASPECT * _part(layer.x, xs, self.x.log)
             points = np.column_stack([x, -_part(layer.y, ys, self.y.log)])
             color, radius = layer.color, rr.Radius.ui_points(layer.width)
-            drawn: rr.LineStrips2D | rr.Points2D
+            marks: rr.LineStrips2D | rr.Points2D
             if layer.curve:
-                drawn = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
+                marks = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
             else:
                 seen = points[np.isfinite(points).all(axis=1)]
-                drawn = rr.Points2D(seen, colors=color, radii=radius)
-            stream.log(f"{self.entity}/layers/{k}", drawn, static=True)
+                marks = rr.Points2D(seen, colors=color, radii=radius)
+            stream.log(f"{self.entity}/layers/{k}", marks, static=True)
 
     def _box(
         self, stream: rr.RecordingStream, xs: tuple[float, float], ys: tuple[float, float]
@@ -117,8 +121,8 @@ class Chart:
         labels.append((0.3, -1.08, self.y.label, GREY))
         named = [layer for layer in self.layers if layer.name]
         for k, layer in enumerate(named):
-            labels.append((_ASPECT - 0.25, -1.0 + k * _KEY, layer.name, layer.color))
-        axes = rr.LineStrips2D(lines, colors=_AXIS, radii=rr.Radius.ui_points(0.5))
+            labels.append((_ASPECT - 0.25, -1.0 + k * 0.09, layer.name, layer.color))
+        axes = rr.LineStrips2D(lines, colors=DARK, radii=rr.Radius.ui_points(0.5))
         stream.log(f"{self.entity}/box", axes, static=True)
         texts = rr.Points2D(
             [(x, y) for x, y, *_ in labels],
@@ -130,11 +134,46 @@ class Chart:
         stream.log(f"{self.entity}/labels", texts, static=True)
 
 
+def write_charts(
+    path: Path, title: str, rows: Sequence[Sequence[Chart]], texts: Mapping[str, str]
+) -> None:
+    """Write an .rrd file: rows of charts, and beneath them tabs of texts (Markdown) by name.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file cannot be written.
+    """
+    try:
+        create_file(path).close()  # Rerun reports no errno of its own
+        stream = rr.RecordingStream(f"slipmode {title}")
+        views = rrb.Vertical(*(rrb.Horizontal(*(chart.view() for chart in row)) for row in rows))
+        tabs = rrb.Tabs(*(rrb.TextDocumentView(origin=_entity(name), name=name) for name in texts))
+        layout = rrb.Vertical(views, tabs, row_shares=(4, 1))
+        stream.save(path, default_blueprint=rrb.Blueprint(layout, collapse_panels=True))
+        stream.send_recording_name(title)
+        for row in rows:
+            for chart in row:
+                chart.draw(stream)
+        for name, text in texts.items():
+            words = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+            stream.log(_entity(name), words, static=True)
+        stream.flush(timeout_sec=FLUSH_SECONDS)
+        stream.disconnect()
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
+        raise SlipmodeError(f"{path}: cannot be written: {reason}") from error
+
+
+def _entity(name: str) -> str:
+    return f"/texts/{rr.escape_entity_path_part(name)}"
+
+
 def _span(axis: Axis, values: Sequence[Floats], from_zero: bool) -> tuple[float, float]:
-    """Least and largest value that are shown."""
+    """Return the least and largest value that are shown."""
     if axis.names:
         return -0.5, len(axis.names) - 0.5
-    all_of = np.concatenate([np.ravel(v) for v in values])
+    all_of = np.concatenate(values)
     finite = all_of[np.isfinite(all_of)]
     if not finite.size:
         return 0.0, 1.0
@@ -147,13 +186,13 @@ def _span(axis: Axis, values: Sequence[Floats], from_zero: bool) -> tuple[float,
 
 
 def _part(values: Floats, span: tuple[float, float], log: bool) -> Floats:
-    """Of the way from one end of a scale to the other."""
+    """Return where values are on a scale, from 0 to 1."""
     low, high = np.log(span) if log else span
     return np.asarray(((np.log(values) if log else values) - low) / (high - low))
 
 
 def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
-    """Round values in a span, or the names of values."""
+    """Return round values in a span, or the names of values."""
     if axis.names:
         return list(enumerate(axis.names))
     low, high = span

@@ -11,12 +11,12 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 
 LINES, SAMPLES = 32, 64  # phases of B, and of A, at which the motion is computed
 
-_STEPS_PER_PERIOD = 8  # of the slow amplitudes, which are held: a step has no time to drift
+_STEPS_PER_PERIOD = 8  # of the slow amplitudes, which are constant here
 _TURN = 2 * np.pi
 
 
 def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
-    """Angles theta_j of the carriers, from 0 to 2 pi, at times inside a trajectory, (n, modes)."""
+    """Return the carrier angles theta_j, from 0 to 2 pi, at times of a trajectory, (n, modes)."""
     steps = trajectory.time.size - 1
     k = np.clip(np.searchsorted(trajectory.time, times, side="right") - 1, 0, steps - 1)
     later = (times - trajectory.time[k])[:, np.newaxis]
@@ -25,7 +25,7 @@ def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
 
 
 def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Floats:
-    """Motion of contact 0 over the phases of both carriers, marched with the amplitudes held.
+    """Return the motion of contact 0 over the phases of both carriers at constant amplitudes.
 
     The ratio of the frequencies is rounded to an odd multiple of 1 / LINES, so that the march
     closes after as many periods of A and covers the phases of B evenly; the
@@ -34,8 +34,7 @@ def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Float
     Parameters
     ----------
     time : float
-        Whose amplitudes, frequencies and forces are held [s]; the next point of the trajectory
-        is taken.
+        The amplitudes, frequencies and forces at the next point of the trajectory are used [s].
 
     Returns
     -------

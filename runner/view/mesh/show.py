@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +9,9 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
 from slipmode.rom.laws.states import STATES
 from slipmode.runner.recording.record import create_file
-from slipmode.runner.view.mesh.mesh_motion import MeshMotion
-from slipmode.runner.view.mesh.skin import skin, triangles
+from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
 from slipmode.runner.view.viewer import Viewer, find_viewer
 
 if TYPE_CHECKING:
@@ -60,14 +57,10 @@ def show_mesh(
     if save is not None:
         _write(motion, Path(save), largest)
     if screenshot is not None:
-        from slipmode.runner.view.screenshot import photograph
+        from slipmode.runner.view.screenshot import write_picture
 
-        with tempfile.TemporaryDirectory() as folder:
-            rrd = Path(folder) / "mesh.rrd"
-            _write(motion, rrd, largest)
-            picture = photograph(rrd, float(motion.time[-1]))
-        with replacing(screenshot) as file:
-            file.write(picture)
+        end = float(motion.time[-1])
+        write_picture(screenshot, lambda rrd: _write(motion, rrd, largest), end)
     if save is None and screenshot is None:
         _write(motion, find_viewer(), largest)
 
@@ -90,7 +83,7 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
 
 
 def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
-    """All frames, the lighter the farther a node moves; facets have corners of their own."""
+    """Draw all frames; nodes that move far are light; facets have corners of their own."""
     import rerun as rr
 
     facets = skin(motion.cells)
@@ -113,11 +106,10 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
-    """All frames of their nodes, which move with the mesh, and by themselves lie still."""
+    """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
     import rerun as rr
 
-    node = np.concatenate(motion.contacts)
-    contact = np.repeat(np.arange(len(motion.contacts)), [len(c) for c in motion.contacts])
+    node, contact = motion.contact_nodes()
     radius = _DOT * _spacing(motion.nodes[node])
     for entity, enlarged in ((_CONTACTS, scale), (_INTERFACE, 0.0)):
         stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
@@ -135,7 +127,7 @@ def _times(motion: MeshMotion) -> rr.TimeColumn:
 
 
 def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
-    """The mesh, seen from a side; the contacts, seen along the direction they extend least in."""
+    """Return the views: the mesh from a side, the contacts along their thinnest direction."""
     import rerun.blueprint as rrb
 
     x = motion.nodes[np.unique(motion.cells)]
@@ -174,7 +166,7 @@ def _size(points: Floats) -> float:
 
 
 def _spacing(points: Floats) -> float:
-    """Distance of a point from the next, the middle one of all."""
+    """Return the median distance of a point from the next."""
     from scipy.spatial import cKDTree  # takes a while to import
 
     if len(points) < 2:

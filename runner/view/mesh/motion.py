@@ -1,10 +1,11 @@
-"""A mesh in motion: where its nodes are, and what its contacts do, at some instants."""
+"""A mesh in motion: displacements and contact states at some instants, also as VTK files."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
+from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -12,16 +13,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.files import replacing
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.recording.load import Signals, load
-from slipmode.runner.view.mesh.skin import CORNERS
+
+_KINDS = {4: "tetra", 8: "hexahedron"}  # of cells, by their corners
+# corners of each face, counter-clockwise as seen from outside
+_FACES = {
+    4: [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+    8: [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+}
 
 
 @dataclass(frozen=True, eq=False)
 class MeshMotion:
-    """Frames of a mesh and its contacts; `show_mesh` and `write_mesh` take it.
+    """Frames of a mesh and its contacts, for `show_mesh` and `write_mesh`.
 
     Parameters
     ----------
@@ -76,7 +85,7 @@ class MeshMotion:
         if not np.isin(states, range(len(STATES))).all():
             raise SlipmodeError("state: must be 0 (stuck), 1 (slipping) or 2 (open)")
         corners = _numbers("cells", cells, len(x))
-        if corners.ndim != 2 or corners.shape[1] not in CORNERS:
+        if corners.ndim != 2 or corners.shape[1] not in _KINDS:
             raise SlipmodeError(f"cells: must be (cells, 4 or 8), got {corners.shape}")
         values = (x, corners, u, members, states.astype(np.int8), instants)
         for name, value in zip(self.__dataclass_fields__, values, strict=True):
@@ -91,7 +100,7 @@ class MeshMotion:
         contacts: Sequence[ArrayLike],
         state: ArrayLike,
     ) -> Self:
-        """One frame: a mode shape or static displacement (nodes, 3), and states (contacts,)."""
+        """Return one frame: a mode shape or static displacement (nodes, 3), states (contacts,)."""
         displacement, states = (np.asarray(each)[np.newaxis] for each in (shape, state))
         return cls(nodes, cells, displacement, contacts, states, [0.0])
 
@@ -105,7 +114,7 @@ class MeshMotion:
         contacts: Sequence[ArrayLike],
         most: int = 64,
     ) -> Self:
-        """The last period of mode A in a recording that has contact motion.
+        """Return the last period of mode A in a recording that has contact motion.
 
         Parameters
         ----------
@@ -134,9 +143,14 @@ class MeshMotion:
         displacement = np.tensordot(q, phi, axes=1)
         return cls(nodes, cells, displacement, contacts, states[kept], time[kept])
 
+    def contact_nodes(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return the nodes of all contacts, and the contact of each."""
+        contact = np.repeat(np.arange(len(self.contacts)), [len(c) for c in self.contacts])
+        return np.concatenate(self.contacts), contact
+
 
 def _states(signals: dict[str, Signals], contacts: int) -> NDArray[np.int8]:
-    """(samples, contacts) as they are recorded."""
+    """Return the recorded states (samples, contacts)."""
     topics = [f"/contact/{k}" for k in range(contacts)]
     if not contacts or not set(topics) <= set(signals) or f"/contact/{contacts}" in signals:
         found = sum(topic.startswith("/contact/") for topic in signals)
@@ -148,7 +162,7 @@ def _states(signals: dict[str, Signals], contacts: int) -> NDArray[np.int8]:
 
 
 def _carriers(signals: dict[str, Signals], time: Floats) -> tuple[Floats, NDArray[np.complex128]]:
-    """Carrier angles theta_j and amplitudes a_j at times, (times, modes)."""
+    """Return the carrier angles theta_j and amplitudes a_j, (times, modes)."""
     slow, forcing = signals["/modes"], signals["/forcing"]
     present = [mode for mode in MODES if f"{mode}_abs" in slow.channel.names]
     amplitude = [slow.column(f"{m}_re") + 1j * slow.column(f"{m}_im") for m in present]
@@ -182,3 +196,79 @@ def _numbers(name: str, given: ArrayLike, nodes: int) -> NDArray[np.intp]:
     if numbers.min() < 0 or numbers.max() >= nodes:
         raise SlipmodeError(f"{name}: nodes must be 0 to {nodes - 1}")
     return np.asarray(numbers, dtype=np.intp)
+
+
+def skin(cells: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the facets that belong to one cell alone: what is seen of a mesh from outside.
+
+    Parameters
+    ----------
+    cells : (cells, 4 or 8) ndarray of int
+        Tetrahedra; hexahedra, the lower four corners first, as Abaqus and VTK order them.
+
+    Returns
+    -------
+    (facets, 3 or 4) ndarray of int
+        Counter-clockwise as seen from outside.
+    """
+    cells = np.asarray(cells)
+    faces = cells[:, _FACES[cells.shape[1]]]
+    faces = faces.reshape(-1, faces.shape[-1])
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(faces[np.sort(first[count == 1])])
+
+
+def triangles(facets: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return facets (facets, 3 or 4) as triangles (triangles, 3)."""
+    if facets.shape[1] == 3:
+        return facets
+    return facets[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
+    """Write frames of a mesh and its contacts as VTK files (needs `slipmode[mesh]`).
+
+    Nodes have a "displacement" [m], to warp by. The nodes of contacts are cells of their own,
+    vertices, whose "state" is 0 stuck, 1 slipping, 2 open; the "state" of other cells is -1.
+
+    Parameters
+    ----------
+    motion : MeshMotion
+    path : path
+        Ending in .vtu. Each of several frames gets a file, NAME_000.vtu and so on, which
+        ParaView opens as one series.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    SlipmodeError
+        If the path ends otherwise, or meshio is not installed.
+    OSError
+        If a file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix != ".vtu":
+        raise SlipmodeError(f"path: must end in .vtu, got {target.name}")
+    meshio = extra("meshio", "mesh")
+    files = [target]
+    if len(motion.time) > 1:
+        files = [target.with_stem(f"{target.stem}_{k:03}") for k in range(len(motion.time))]
+    node, contact = motion.contact_nodes()
+    blocks = [(_KINDS[motion.cells.shape[1]], motion.cells), ("vertex", node[:, np.newaxis])]
+    none = np.full(len(motion.cells), -1, dtype=np.int32)
+    for file, u, state in zip(files, motion.displacement, motion.state, strict=True):
+        mesh = meshio.Mesh(
+            motion.nodes,
+            blocks,
+            point_data={"displacement": u},
+            cell_data={"state": [none, state[contact].astype(np.int32)]},
+        )
+        with replacing(file) as stream:
+            meshio.write(stream.name, mesh, "vtu")  # it opens files by name alone
+    return files

@@ -1,4 +1,4 @@
-"""The slow trajectory of a run, as the reconstruction of fast motion takes it."""
+"""The slow trajectory of a run, from which fast motion is reconstructed."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ _SCRIPTED = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequen
 def slow_trajectory(
     plan: Plan, model: Model, names: Sequence[str], outputs: Floats, first: int = 0
 ) -> SlowTrajectory:
-    """Trajectory through the outputs (steps + 1, names) of a component from a point on."""
+    """Return the trajectory of a component's outputs (steps + 1, names) from point `first` on."""
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
     column = {name: k for k, name in enumerate(names)}
 
-    def taken(pattern: str) -> Floats:
+    def of_modes(pattern: str) -> Floats:
         return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
 
     force_response = ForceResponse.of(model.reduced, excited.force_patterns, plan.structure)
-    script, angle = scripted(excited, schedule, steps), taken("theta_{}")
+    script, angle = scripted(excited, schedule, steps), of_modes("theta_{}")
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)
     onset = start[1:] - end[:-1]
@@ -40,7 +40,7 @@ def slow_trajectory(
         onset = np.vstack((np.zeros_like(start[:1]), onset))
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
-        amplitude=taken("{}_re") + 1j * taken("{}_im"),
+        amplitude=of_modes("{}_re") + 1j * of_modes("{}_im"),
         angle=angle,
         frequency=script.frequency,
         frequency_rate=script.frequency_rate,
@@ -56,7 +56,7 @@ def slow_trajectory(
 
 @dataclass(frozen=True, eq=False)
 class Script:
-    """Forcing at the start of steps, (steps, modes); as in `SlowTrajectory`."""
+    """Forcing at the start of each step, (steps, modes); see `SlowTrajectory`."""
 
     force: Complexes
     force_rate: Complexes
@@ -67,7 +67,7 @@ class Script:
 
 
 def scripted(excited: Excited, schedule: Schedule, steps: slice) -> Script:
-    """Forcing of the modes as it is scripted."""
+    """Return the forcing of the modes by the script of the scene."""
     names = [f"{quantity}_{mode}" for quantity in _SCRIPTED for mode in excited.modes]
     found = np.split(schedule.inputs(names, steps), len(_SCRIPTED), axis=1)
     size, size_rate, phase, phase_rate, frequency, frequency_rate = found
@@ -79,19 +79,27 @@ def scripted(excited: Excited, schedule: Schedule, steps: slice) -> Script:
 
 
 def _limit_scale(schedule: Schedule, steps: slice) -> dict[str, Floats]:
-    """Limits and preloads over the steps, where they are scripted."""
+    """Return the scale of limits and preloads and its rate; nothing if it is always 1."""
     names = (LIMIT_SCALE, rate_of(LIMIT_SCALE))
     scale, rate = schedule.inputs(names, steps).T
     return {} if np.all(scale == 1.0) and not rate.any() else {"scale": scale, "scale_rate": rate}
 
 
 def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
-    """Equally spaced times over a window, at least as dense as asked for at every frequency."""
+    """Return the equally spaced times at which a window is sampled."""
     return window_times(window, trajectory.time, trajectory.frequency, trajectory.frequency_rate)
 
 
 def window_times(window: Window, time: Floats, frequency: Floats, rate: Floats) -> Floats:
-    """The same for frequencies and rates (steps, modes) between times (steps + 1,)."""
+    """Return times over a window with `samples_per_period` of its highest frequency.
+
+    Parameters
+    ----------
+    time : (steps + 1,) ndarray
+        Communication points [s].
+    frequency, rate : (steps, modes) ndarray
+        Carrier frequencies [rad/s] at the start of each step, and their rates [rad/s^2].
+    """
     inside = (time[1:] >= window.start) & (time[:-1] <= window.end)
     later = frequency + rate * np.diff(time)[:, None]
     fastest = max(frequency[inside].max(), later[inside].max())

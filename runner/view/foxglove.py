@@ -1,0 +1,117 @@
+"""A layout for Foxglove, written with an MCAP file: plots, events, hysteresis loops."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from slipmode.rom.files import replacing
+from slipmode.rom.slow.units import SI, Units
+from slipmode.runner.recording.channels import EVENTS, Channel
+from slipmode.runner.view.labels import (
+    LOOPS,
+    MOTION_PLOTS,
+    SLOW_PLOTS,
+    factors,
+    find_series,
+    in_units,
+    legend,
+)
+
+_Panel = tuple[str, dict[str, Any]]
+
+
+def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> Path:
+    """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``; return its path.
+
+    Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
+    layouts, Import from file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    path = mcap.with_suffix(".foxglove.json")
+    with replacing(path) as file:
+        file.write(json.dumps(layout(channels, units), indent=1).encode())
+    return path
+
+
+def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
+    """Return the layout: slow time to the left, fast motion, loops and events to the right."""
+    slow = _plots(channels, SLOW_PLOTS, units)
+    motion = _plots(channels, MOTION_PLOTS, units)
+    contacts = [channel for channel in channels if channel.topic.startswith("/contact/")]
+    loops = [_loop(channel, units) for channel in contacts[:LOOPS]]
+    log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
+    columns = [column for column in (slow, motion, [*loops, log]) if column]
+    stacks = [_split([name for name, _ in column], "column") for column in columns]
+    return {
+        "configById": dict(panel for column in columns for panel in column),
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": _split(stacks, "row"),
+    }
+
+
+def _plots(
+    channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]], units: Units
+) -> list[_Panel]:
+    found = []
+    for topic, quantity, title in wanted:
+        paths = [
+            _path(channel, column, units)
+            for channel, plot in find_series(channels, topic, quantity)
+            for column in plot.columns
+        ]
+        if paths:
+            found.append(_plot(title, paths))
+    return found
+
+
+def _path(channel: Channel, column: int, units: Units) -> dict[str, str]:
+    """Return a field in the units that are shown, with its name in the legend."""
+    factor, shown = factors(channel, units)[column].item(), in_units(channel, units)
+    value = f"{channel.topic}.{channel.names[column]}"
+    value += f".@mul({factor!r})" if factor != 1.0 else ""
+    return {"value": value, "label": legend(shown, column)}
+
+
+def _loop(channel: Channel, units: Units) -> _Panel:
+    x, force = (_path(channel, channel.names.index(name), units) for name in ("x", "f"))
+    name, config = _plot(f"Hysteresis of contact {channel.topic.rpartition('/')[2]}", [force])
+    return name, config | {"xAxisVal": "custom", "xAxisPath": x | {"enabled": True}}
+
+
+def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
+    config = {
+        "foxglovePanelTitle": title,
+        "paths": [
+            path | {"enabled": True, "timestampMethod": "receiveTime", "showLine": True}
+            for path in paths
+        ],
+        "xAxisVal": "timestamp",
+        "showLegend": True,
+        "legendDisplay": "floating",
+        "showXAxisLabels": True,
+        "showYAxisLabels": True,
+        "isSynced": title in {each for *_, each in SLOW_PLOTS},
+    }
+    return f"Plot!{title.replace(' ', '-').replace('|', '')}", config
+
+
+def _split(parts: list[Any], direction: str) -> Any:
+    """Return parts of equal size side by side, or above one another."""
+    first, *rest = parts
+    if not rest:
+        return first
+    return {
+        "direction": direction,
+        "first": first,
+        "second": _split(rest, direction),
+        "splitPercentage": round(100.0 / len(parts), 2),
+    }

@@ -1,0 +1,185 @@
+"""Labels of views, whatever program draws them: titles, legends, units and explanations."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.slow.units import SI, Units
+from slipmode.runner.recording.channels import (
+    FULL,
+    OTHER,
+    PHASES,
+    SHARE,
+    TORUS,
+    Channel,
+    Field,
+)
+
+Color = tuple[int, int, int]
+BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
+YELLOW, RED = (200, 190, 90), (224, 82, 82)
+GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
+LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
+
+SLOW_PLOTS = (  # topic, quantity, title
+    ("/modes", "amplitude_A", "Modal amplitude |A|"),
+    ("/modes", "amplitude_B", "Modal amplitude |B|"),
+    ("/forcing", "force", "Force amplitude"),
+    ("/forcing", "frequency", "Forcing frequency"),
+    ("/control", "scale", "Friction limit"),
+    ("/energy", "power", "Power"),
+    ("/energy", "energy", "Dissipated energy"),
+)
+MOTION_PLOTS = (
+    ("/elastic", "displacement", "Elastic displacement"),
+    ("/contact", "displacement", "Contact displacement"),
+    ("/contact", "friction_force", "Friction force"),
+    ("/contact", "normal_force", "Normal force"),
+    ("/contact", "gap", "Gap"),
+    ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
+)
+
+# The last word of a field's name tells its quantity; fields of one quantity share a plot.
+_QUANTITIES = {"re": "components", "im": "components"}
+_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
+_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
+_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
+
+
+@dataclass(frozen=True)
+class Series:
+    """Columns of a channel that share a plot, and their names in the legend."""
+
+    quantity: str
+    columns: tuple[int, ...]
+    names: tuple[str, ...]
+
+
+def series(channel: Channel) -> list[Series]:
+    """Return the plots of a channel: one for each quantity, or for an external number."""
+    if channel.topic.startswith(OTHER):
+        return [Series("", (0,), (legend(channel, 0),))]
+    if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
+        return []
+    columns: dict[str, list[int]] = {}
+    for column, name in enumerate(channel.names):
+        columns.setdefault(_quantity(name), []).append(column)
+    return [
+        Series(quantity, tuple(members), tuple(legend(channel, column) for column in members))
+        for quantity, members in columns.items()
+    ]
+
+
+def find_series(
+    channels: Sequence[Channel], topic: str, quantity: str
+) -> list[tuple[Channel, Series]]:
+    """Return the series of a quantity that channels of a topic have, full-order ones too."""
+    return [
+        (channel, plot)
+        for channel in channels
+        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
+        for plot in series(channel)
+        if plot.quantity == quantity
+    ]
+
+
+def is_contact(channel: Channel) -> bool:
+    """Return whether a channel has the motion of a contact."""
+    return channel.topic.removeprefix(FULL).startswith("/contact/")
+
+
+def _quantity(name: str) -> str:
+    name = _ALONG.get(name, name)
+    if name.endswith("_abs"):  # modes differ too much in size for one scale
+        return f"amplitude_{name.removesuffix('_abs')}"
+    word = "x" if name.startswith("x_") else name.split("_")[-1]
+    return _QUANTITIES.get(word, word)
+
+
+def legend(channel: Channel, column: int) -> str:
+    """Return the name of a column in a legend, with its unit."""
+    field = channel.fields[column]
+    mode, _, part = field.name.partition("_")
+    if channel.topic.startswith(OTHER):
+        return f"{field.name} [{field.unit}]" if field.unit else field.name
+    if part == "abs":
+        text = f"|{mode}|"
+    elif mode in ("A", "B"):
+        text = f"{part.capitalize()} {mode}"
+    elif is_contact(channel):
+        text = f"{field.name} contact {channel.topic.split('/')[-1]}"
+        text += ", full order" if channel.topic.startswith(FULL) else ""
+    else:
+        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
+    return f"{text} [{field.unit}]"
+
+
+_WORDS = {
+    "|A|": "**|A|, |B|**: amplitudes of the two modes in slow time. The displacement of a DOF is "
+    "`2 Re(phi A exp(i theta))`, so that a mass-normalised mode moves by twice its amplitude.",
+    "Mode A": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
+    "against the forcing; a steady state is a point.",
+    "over its frequency": "**|A| over its frequency**: amplitude against forcing frequency as the "
+    "sweep went on. It lags behind the steady response curve where the sweep is quick.",
+    "Hysteresis": "**Hysteresis**: friction force against displacement of a contact. The area of "
+    "a loop is the energy it takes out in a cycle; steep sides are sticking, level ones sliding.",
+    "Orbit": "**Orbit**: displacement of a contact in its plane.",
+    "Contacts": "**Contacts**: displacement of one contact against that of another.",
+    "over the phases": "**Contact over the phases of both carriers**: while amplitudes stand "
+    "still, the motion of a contact depends on two angles alone, the phases of both forcings. The "
+    "height of the surface is its displacement there, the colour its friction force: orange "
+    "slides one way, blue the other, grey is without force. The white point is the motion itself: "
+    "it crosses the square again and again, and comes back at the opposite edge.",
+    "stuck": "**State**: 0 while a contact sticks, 1 while it slips, 2 while it is open.",
+}
+_USE = (
+    "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
+    "double-click to see all of it."
+)
+_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+_WITH_PREFIX = ("m", "m/s", "N", "W", "J")  # not kg^0.5 m, whose prefix would not say of what
+
+
+def reading(titles: Iterable[str]) -> str:
+    """Return Markdown that explains the views with these titles, and how to use them."""
+    shown = "\n".join(titles)
+    found = [words for part, words in _WORDS.items() if part in shown]
+    return "\n\n".join([*found, _USE])
+
+
+def readable(value: float, unit: str) -> str:
+    """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
+    size = abs(value)
+    if unit in _WITH_PREFIX and size > 0.0 and not 0.1 <= size < 1000.0:
+        power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
+        power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+        return f"{value / 10.0**power:.3g} {_PREFIXES[power]}{unit}"
+    return f"{value:.3g} {unit}"
+
+
+def units_of(scene_text: str) -> Units:
+    """Return the [units] of a scene; SI units if it has none, or if there is no scene."""
+    try:
+        return Units(**tomllib.loads(scene_text).get("units", {}))
+    except (tomllib.TOMLDecodeError, TypeError, SlipmodeError):
+        return SI  # a scene of another version, or another program
+
+
+def in_units(channel: Channel, units: Units) -> Channel:
+    """Return a channel with the units in which views show it; files keep rad/s and m."""
+    shown = {"rad/s": units.frequency, "m": units.displacement}
+    fields = (Field(field.name, shown.get(field.unit, field.unit)) for field in channel.fields)
+    return replace(channel, fields=tuple(fields))
+
+
+def factors(channel: Channel, units: Units) -> Floats:
+    """Return what recorded values of a channel are multiplied by to be shown, (n_fields,)."""
+    per = {"rad/s": float(units.of_frequency(1.0)), "m": float(units.of_displacement(1.0))}
+    return np.array([per.get(field.unit, 1.0) for field in channel.fields])
