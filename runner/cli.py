@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
-from slipmode.runner.command_words import command_words
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
@@ -137,7 +137,7 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
-    from slipmode.runner.mode_table import mode_table
+    from slipmode.runner.commands.mode_table import mode_table
 
     print(
         mode_table(options.file, options.mass, options.contact, options.stiffness, options.number)
@@ -161,7 +161,7 @@ def _scenes(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
-    from slipmode.runner.validate import validate
+    from slipmode.runner.validation.validate import validate
 
     found = validate(options.scene, options.output, progress=True)
     print(found.compared())

@@ -9,7 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.validity import Finding as Decision
+from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -99,7 +99,7 @@ class IntegratedPass:
         self.samples += record.samples
 
 
-def integration_cost(plan: Plan) -> list[Decision]:
+def integration_cost(plan: Plan) -> list[Finding]:
     """Return the cost of full order, for the scene without a table and for stretches of it.
 
     It is extrapolated from the first part of the scene.
@@ -114,9 +114,9 @@ def integration_cost(plan: Plan) -> list[Decision]:
     seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
     seconds += (demodulated - integrated) * plan.schedule.steps / _TIMED_POINTS
     reason = 'model.table = "none" needs no friction table, which pays for many runs'
-    found = [Decision("a single run", f"{seconds:.2g} s of a processor integrated", reason)]
+    found = [Finding("a single run", f"{seconds:.2g} s of a processor integrated", reason)]
     if plan.full_order:
         share = sum(end - start for start, end in plan.full_order) / plan.scene.run.duration
         choice = f"about {share * seconds:.2g} s of a processor"
-        found.append(Decision("full order", choice, f"for {share:.1%} of the scene"))
+        found.append(Finding("full order", choice, f"for {share:.1%} of the scene"))
     return found

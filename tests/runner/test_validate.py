@@ -10,8 +10,8 @@ from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
-from slipmode.runner.transients import reference
-from slipmode.runner.validate import validate
+from slipmode.runner.validation import reference
+from slipmode.runner.validation.validate import validate
 from slipmode.runner.view.phase_portraits import portraits
 
 # relative errors as measured, with a tenth to spare

@@ -27,7 +27,8 @@ from typing import Any
 
 from slipmode.rom.extras import extra
 from slipmode.runner.study import tasks
-from slipmode.runner.study.cluster import SETTINGS, most_at_once
+from slipmode.runner.study.cluster import SETTINGS
+from slipmode.runner.study.foreman import most_at_once
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.tasks import AT_ONCE
 

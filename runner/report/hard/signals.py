@@ -15,7 +15,7 @@ from slipmode.runner.report.cases.cases import Case
 from slipmode.runner.report.measure import relative_rms
 from slipmode.runner.report.methods.ours import SlowCase
 from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.validate import validate
+from slipmode.runner.validation.validate import validate
 
 _TOLERANCE = 3e-3  # of the friction table
 _REFERENCE_STEPS = 512  # per period

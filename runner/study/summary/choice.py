@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.units import Shown
 from slipmode.runner.study.study_file import Choose
-from slipmode.runner.study.summary.shown import shown_output
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,52 +20,45 @@ class Choice:
     ----------
     of : Choose
     values : (n,) ndarray
-        Of the key; strings where some are no numbers.
+        The values of the key; strings if some are no numbers.
     quantile, failed : (n,) ndarray
-        Of the output over the samples with each value, NaN where one of them failed; and how
-        many did.
-    unit, where : str
-        Of the output: its unit, and of which DOF it is.
+        The quantile over the samples with each value, NaN if one of them failed; and the number of
+        these.
     """
 
     of: Choose
     values: np.ndarray
     quantile: Floats
     failed: np.ndarray
-    unit: str
-    where: str
 
     __repr__ = short_repr
 
     @property
     def best(self) -> int:
-        """Place of the value for which the quantile is least."""
+        """Index of the value for which the quantile is least."""
         return int(np.nanargmin(self.quantile))
 
-    def text(self) -> str:
-        """In a line."""
+    def text(self, unit: str, where: str) -> str:
+        """Return the best value in a line; `where` is the DOF of the output, in words."""
         value, least = self.values[self.best], self.quantile[self.best]
         shown = f"{value:.4g}" if isinstance(value, float) else str(value)
         part = "highest" if self.of.quantile == 1.0 else f"{self.of.quantile:.0%} quantile"
-        output = f"{self.of.output}{self.where}"
-        return f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {self.unit}"
+        output = f"{self.of.output}{where}"
+        return f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {unit}"
 
 
-def choice(dataset: Any, of: Choose, shown: Shown) -> Choice:
-    """Return the quantile of the output, as it is shown, for each value of the key.
+def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
+    """Return the quantile of an output (samples,) for each value of a key (samples,).
 
     Raises
     ------
     SlipmodeError
-        If no value is without failures.
+        If every value has a failed sample.
     """
-    kind, mode = of.output.rsplit("_", 1)
-    output = shown_output(dataset, kind, shown)
-    size, column = output.values.sel(mode=mode).values, dataset[of.key].values
     values, group = np.unique(column, return_inverse=True)
     quantile, failed = np.full(values.size, np.nan), np.zeros(values.size, dtype=int)
     for k in range(values.size):
-        own = size[group == k]
+        own = output[group == k]
         failed[k] = np.count_nonzero(np.isnan(own))
         if not failed[k]:
             quantile[k] = np.quantile(own, of.quantile)
@@ -76,4 +66,4 @@ def choice(dataset: Any, of: Choose, shown: Shown) -> Choice:
         raise SlipmodeError(
             f"choose: of each value of {of.key} some samples failed; `reason` of them says why"
         )
-    return Choice(of, values, quantile, failed, output.unit, output.where)
+    return Choice(of, values, quantile, failed)

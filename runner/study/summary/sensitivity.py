@@ -1,4 +1,4 @@
-"""Sobol indices: how much of an output's variance each key explains, alone and with others."""
+"""Sobol indices: the share of an output's variance due to each key, alone and with others."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Sensitivity:
     output : str
     keys : tuple of str
     first, total : (keys,) ndarray
-        Part of the variance by each key alone, and with the others.
+        Share of the variance due to each key alone, and with the others.
     first_error, total_error : (keys,) ndarray
         Half of their confidence intervals of 95 %.
     """
@@ -38,33 +38,30 @@ class Sensitivity:
     __repr__ = short_repr
 
     def text(self) -> list[str]:
-        """A line per key."""
+        """Return a line per key."""
         width = max(map(len, self.keys))
+        rows = zip(
+            self.keys, self.first, self.first_error, self.total, self.total_error, strict=True
+        )
         return [
             f"{self.output}: {key:{width}}  first {f:6.3f} +- {fe:.3f}  total {t:6.3f} +- {te:.3f}"
-            for key, f, fe, t, te in zip(
-                self.keys, self.first, self.first_error, self.total, self.total_error, strict=True
-            )
+            for key, f, fe, t, te in rows
         ]
 
 
 def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
-    """Of samples drawn by the method "saltelli".
+    """Return the indices of samples that were drawn by the method "saltelli".
 
     Raises
     ------
     SlipmodeError
-        If a sample failed: the method has no use for the others then.
+        If a sample failed: the method needs all of them.
     """
-    lost = int(np.count_nonzero(np.isnan(values)))
-    if lost:
+    failed = int(np.count_nonzero(np.isnan(values)))
+    if failed:
         raise SlipmodeError(
-            f"{output}: no sensitivities, for {lost} samples failed; `reason` of them says why"
+            f"{output}: no sensitivities, for {failed} samples failed; `reason` of them says why"
         )
     analyze: Any = extra("SALib.analyze.sobol", "study").analyze
-    found = analyze(
-        *(unit_problem(len(keys)), values),
-        calc_second_order=False,
-        seed=seed,
-    )
+    found = analyze(unit_problem(len(keys)), values, calc_second_order=False, seed=seed)
     return Sensitivity(output, keys, found["S1"], found["ST"], found["S1_conf"], found["ST_conf"])

@@ -13,8 +13,8 @@ from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.trajectory import sample_times, slow_trajectory
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.transients.reference import on_all_modes
-from slipmode.runner.validate import _lost
+from slipmode.runner.validation.reference import on_all_modes
+from slipmode.runner.validation.validate import _lost
 
 STEPPED = """
 [structure]

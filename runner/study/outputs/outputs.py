@@ -1,8 +1,7 @@
-"""What a study asks of each sample, and the arrays that the answers fill."""
+"""The outputs that a study requests of each sample, and the arrays that hold them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,7 +14,7 @@ MODAL = "kg^1/2 m"
 
 @dataclass(frozen=True)
 class Curve:
-    """Steady states at frequencies of a mode's force, those of the other held [rad/s]."""
+    """Steady states over the frequency of one mode's force [rad/s], the other force constant."""
 
     mode: str
     first: float
@@ -30,17 +29,21 @@ class Curve:
 
 @dataclass(frozen=True)
 class Result:
-    """An array of results: one entry per sample and the other dimensions; its unit, meaning."""
+    """An array of results: dimensions after "sample" with their sizes, unit and meaning."""
 
     name: str
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
+    sizes: dict[str, int]
     unit: str
     meaning: str
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the entry of one sample."""
+        return tuple(self.sizes.values())
+
 
 @dataclass(frozen=True)
-class Asked:
+class Outputs:
     """The outputs of a study.
 
     Attributes
@@ -48,16 +51,16 @@ class Asked:
     steady : bool
         Steady amplitudes under the forces at the end of the scene.
     resonance : tuple of str
-        Modes whose highest resonance peak under its force is wanted, the other at rest.
+        Modes of which the highest resonance peak is computed, under the force on this mode alone.
     curve : Curve or None
     peak : bool
         Largest amplitudes of the run.
     times : tuple of float
-        Times of the run at which amplitudes are wanted [s].
+        Times of the run at which amplitudes are stored [s].
     recording : bool
         A recording of each run.
     dofs : tuple of int
-        DOFs whose amplitude is wanted beside each modal one.
+        DOFs whose amplitudes are stored in addition to the modal amplitudes.
     """
 
     steady: bool = False
@@ -69,48 +72,41 @@ class Asked:
     dofs: tuple[int, ...] = ()
 
     KINDS: ClassVar = ("steady", "resonance", "curve", "peak", "times", "recording")
-    KEYS: ClassVar = (*KINDS, "dofs")
-
-    @property
-    def anything(self) -> bool:
-        """Whether there is an output at all."""
-        return any(getattr(self, kind) for kind in self.KINDS)
 
     @property
     def runs(self) -> bool:
-        """Whether samples are run through slow time on the model that they share."""
+        """Whether samples run through slow time on the model that they share."""
         return self.peak or bool(self.times)
 
-    def results(self, modes: Sequence[str]) -> list[Result]:
-        """The arrays, for the modes of the scene."""
+    def results(self, modes: tuple[str, ...]) -> list[Result]:
+        """Return the arrays, for the modes of the scene."""
         found: list[Result] = []
-        mode, dof = ("mode", len(modes)), ("dof", len(self.dofs))
 
-        def add(name: str, meaning: str, *more: tuple[str, int], unit: str = MODAL) -> None:
-            dims = [mode, *more]
-            sizes = tuple(n for _, n in dims)
-            found.append(Result(name, tuple(d for d, _ in dims), sizes, unit, meaning))
+        def add(name: str, meaning: str, unit: str = MODAL, **more: int) -> None:
+            sizes = {"mode": len(modes)} | more
+            found.append(Result(name, sizes, unit, meaning))
             if self.dofs and unit == MODAL:
+                sizes = sizes | {"dof": len(self.dofs)}
                 words = f"{meaning}, at DOFs in the mode's shape"
-                add(f"{name}_displacement", words, *more, dof, unit="m")
+                found.append(Result(f"{name}_displacement", sizes, "m", words))
 
         if self.steady:
             add("steady", "steady amplitude |a|")
-            add("steady_phase", "its phase", unit="rad")
+            add("steady_phase", "its phase", "rad")
         if self.resonance:
             add("resonance", "resonance peak |a|")
-            add("resonance_frequency", "where it is", unit="rad/s")
+            add("resonance_frequency", "its frequency", "rad/s")
         if self.curve:
-            add("curve", "steady amplitude |a|", ("frequency", self.curve.points))
+            add("curve", "steady amplitude |a|", frequency=self.curve.points)
         if self.peak:
             add("peak", "largest |a| of the run")
         if self.times:
-            add("at", "|a| at times of the run", ("time", len(self.times)))
+            add("at", "|a| at times of the run", time=len(self.times))
         return found
 
     @property
-    def chosen_from(self) -> tuple[str, ...]:
-        """Single numbers of a sample, by the names that [choose] has for them."""
+    def single_numbers(self) -> tuple[str, ...]:
+        """Results that are one number per sample, by the names that [choose] has for them."""
         kinds = [kind for kind in ("steady", "peak") if getattr(self, kind)]
         found = [f"{kind}_{mode}" for kind in kinds for mode in ("A", "B")]
         return (*found, *(f"resonance_{mode}" for mode in self.resonance))

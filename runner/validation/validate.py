@@ -27,7 +27,7 @@ from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.trajectory import sample_times, scripted, slow_trajectory, window_times
 from slipmode.runner.transients.full_order import FastMotion, FullOrder
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.transients.reference import Reference, reference
+from slipmode.runner.validation.reference import Reference, reference
 from slipmode.runner.view.rerun_sink import RerunSink
 
 _LAST_PERIODS = 20  # compared where the scene asks for no contact motion
