@@ -102,14 +102,16 @@ def run_study(
         if recordings is not None:
             recordings.mkdir(parents=True, exist_ok=True)
         missing = (task for task in make_tasks(samples, design) if not results.has(task))
-        bar = tqdm(
-            desc=study.name,
-            total=design.samples,
-            initial=found,
-            unit=" samples",
-            disable=not progress,
-        )
-        with cluster(workers, scheduler) as client, bar:
+        with (
+            cluster(workers, scheduler) as client,
+            tqdm(
+                desc=study.name,
+                total=design.samples,
+                initial=found,
+                unit=" samples",
+                disable=not progress,
+            ) as bar,
+        ):
 
             def keep(task: Task, batch: Batch) -> None:
                 results.write(task, batch)
