@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, scenes, fmu, report, and those for recordings."""
+"""The command line: slipmode run, plan, scenes and others; more commands are in their rooms."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; 0, or 1 after one line on standard error that says what was wrong."""
+    """Run a command; return 0, or 1 after one line on standard error with the reason."""
     options = _parser().parse_args(arguments)
     try:
         with _warnings_shown():
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(command_words(str(error), vars(options)))
     except MemoryError as error:
         return _fail(f"out of memory: {error}" if str(error) else "out of memory")
-    except BrokenPipeError:  # the reader of our output has seen enough
+    except BrokenPipeError:  # `slipmode ... | head` closes the pipe early
         sys.stdout = None
         return 1
     except OSError as error:
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Print each warning once, in one line on standard error, while the context lasts."""
+    """Print each warning once, in one line on standard error, inside the context."""
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("slipmode: warning: %(message)s"))
     shown: set[str] = set()
@@ -88,12 +88,14 @@ def _run(options: argparse.Namespace) -> int:
     live = None if options.live is None else _viewer(options.live or None)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
-    made, through = "friction table", "slow time"
+    before, steps = "friction table", "slow time"
     if recording.model is None:
-        made, through, source = "plan", "full order", "no friction table"
+        before, steps, source = "plan", "full order", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
-    print(f"  {made:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(f"  {through:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
+    print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
+    print(
+        f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)"
+    )
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
         f"({recording.samples} samples of fast motion, recordings included)"
@@ -108,7 +110,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _viewer(url: str | None) -> Viewer | None:
-    """Where to show a run; None, and a line that says why, if there is no viewer."""
+    """Return a viewer to show a run in; None, after a line with the reason, without a viewer."""
     from slipmode.runner.view.viewer import find_viewer
 
     try:
@@ -139,9 +141,8 @@ def _plan(options: argparse.Namespace) -> int:
 def _modes(options: argparse.Namespace) -> int:
     from slipmode.runner.commands.mode_table import mode_table
 
-    print(
-        mode_table(options.file, options.mass, options.contact, options.stiffness, options.number)
-    )
+    chosen = options.mass, options.contact, options.stiffness, options.number
+    print(mode_table(options.file, *chosen))
     return 0
 
 
@@ -254,26 +255,31 @@ def _parser() -> argparse.ArgumentParser:
     _scene_argument(plan)
 
     modes = _command(
-        *(commands, "modes", _modes),
+        commands,
+        "modes",
+        _modes,
         "modes of a scene or a structure, and what each does at the contacts",
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
     )
     modes.add_argument("file", help="a scene, or a file of matrices (see rom.load_structure)")
-    modes.add_argument("--mass", type=Path, help="file of the mass, if it has one of its own")
+    modes.add_argument(
+        "--mass", type=Path, help="file of the mass matrix, if it is separate"
+    )
     modes.add_argument(
         "--contact",
         nargs="+",
         metavar="WHERE",
         help="DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch",
     )
-    modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
-    modes.add_argument("-n", "--number", type=int, default=10, help="how many modes (10)")
+    modes.add_argument(
+        "--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"
+    )
+    modes.add_argument("-n", "--number", type=int, default=10, help="number of modes (10)")
 
-    add_curve_commands(partial(_command, commands))
-
-    add_study_command(partial(_command, commands))
-
-    add_recording_commands(partial(_command, commands))
+    add = partial(_command, commands)
+    add_curve_commands(add)
+    add_study_command(add)
+    add_recording_commands(add)
 
     validate = _command(
         commands,
@@ -285,7 +291,7 @@ def _parser() -> argparse.ArgumentParser:
     _scene_argument(validate)
     validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
 
-    add_fmu_command(partial(_command, commands))
+    add_fmu_command(add)
 
     report = _command(
         *(commands, "report", _report),
