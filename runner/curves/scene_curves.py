@@ -37,23 +37,12 @@ _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 @dataclass(frozen=True, eq=False)
 class SceneForcing:
-    """The forces at the end of a scene.
-
-    Attributes
-    ----------
-    plan : Plan
-    frequency : (modes,) ndarray
-        [rad/s]
-    force : list of (n,) ndarray
-        [N]
-    phase : (modes,) ndarray
-        [rad]
-    """
+    """The forces at the end of a scene."""
 
     plan: Plan
-    frequency: Floats
-    force: list[Floats]
-    phase: Floats
+    frequency: Floats  # (modes,) [rad/s]
+    force: list[Floats]  # [N]
+    phase: Floats  # (modes,) [rad]
 
     __repr__ = short_repr
 

@@ -33,30 +33,19 @@ _LARGEST_GROWTH, _LARGEST_FLUTTER = 2.0**40, 2.0**8
 
 @dataclass(frozen=True, eq=False)
 class DryRun:
-    """Results of a run on a coarse table.
+    """Results of a run on a coarse table."""
 
-    Attributes
-    ----------
-    amplitude : tuple of float
-        Range that the friction table needs [kg^1/2 m].
-    reached : (modes,) ndarray
-        The largest effective amplitudes at the contacts, relative to the scale of the friction
-        limits at their time [kg^1/2 m].
-    reason : str
-    contact_share : (modes,) ndarray
-        |Q_j| / omega_j^2 at the largest amplitudes: the share of a mode's stiffness due to
-        contacts.
-    time : (points,) ndarray
-        Points of the run, in the time of the scene [s].
-    transient_error : (points - 1, modes) ndarray
-        `TransientError` between the points, relative to the scale like `reached` [kg^1/2 m].
-    """
-
-    amplitude: tuple[float, ...]
+    amplitude: tuple[float, ...]  # Range that the friction table needs [kg^1/2 m]
+    # (modes,): The largest effective amplitudes at the contacts, relative to the scale of the
+    # friction limits at their time [kg^1/2 m]
     reached: Floats
     reason: str
+    # (modes,): |Q_j| / omega_j^2 at the largest amplitudes: the share of a mode's stiffness due to
+    # contacts
     contact_share: Floats
-    time: Floats
+    time: Floats  # (points,): Points of the run, in the time of the scene [s]
+    # (points - 1, modes): `TransientError` between the points, relative to the scale like
+    # `reached` [kg^1/2 m]
     transient_error: Floats
 
     __repr__ = short_repr

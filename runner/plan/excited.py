@@ -19,27 +19,15 @@ from slipmode.runner.scene.schedule import Schedule
 
 @dataclass(frozen=True, eq=False)
 class Excited:
-    """The modes of a scene that move, and the forces on them.
+    """The modes of a scene that move, and the forces on them."""
 
-    Attributes
-    ----------
-    modes : tuple of str
-        Out of "A" and "B".
-    reduced : Reduced
-    law : Friction
-    force_patterns : tuple of (n,) ndarray
-        Force on every DOF per unit of the scripted amplitude, for each mode.
-    initial : tuple of complex
-        Motion of the modes at t = 0, as amplitudes [kg^1/2 m].
-    amplitude : tuple of complex
-        Amplitudes at t = 0: `initial` less the response of the modes to forces that act then.
-    """
-
-    modes: tuple[Mode, ...]
+    modes: tuple[Mode, ...]  # Out of "A" and "B"
     reduced: Reduced
     law: Friction
+    # Force on every DOF per unit of the scripted amplitude, for each mode
     force_patterns: tuple[Floats, ...]
-    initial: tuple[complex, ...]
+    initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
+    # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]
 
     __repr__ = short_repr

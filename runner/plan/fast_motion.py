@@ -25,18 +25,13 @@ _PARTS = (1.0, 0.5)  # of the largest amplitudes
 
 @dataclass(frozen=True, eq=False)
 class Truncation:
-    """Errors of sums of harmonics at the amplitudes of a scene.
+    """Errors of sums of harmonics at the amplitudes of a scene."""
 
-    Attributes
-    ----------
-    contact : (orders,) ndarray
-        RMS of the neglected part of the contacts' displacement, or of elastic contacts' force
-        deficit, relative to its RMS, for sums up to each of ORDERS.
-    elastic : (orders,) ndarray
-        The relative RMS of the neglected part of the displacement of output DOFs; 0 without any.
-    """
-
+    # (orders,): RMS of the neglected part of the contacts' displacement, or of elastic contacts'
+    # force deficit, relative to its RMS, for sums up to each of ORDERS
     contact: Floats
+    # (orders,): The relative RMS of the neglected part of the displacement of output DOFs; 0
+    # without any
     elastic: Floats
 
     __repr__ = short_repr

@@ -58,24 +58,12 @@ def shortened(
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Shortened stretches that follow one another from t = 0.
+    """Shortened stretches that follow one another from t = 0."""
 
-    Attributes
-    ----------
-    durations : (stretches,) ndarray
-        [s]
-    inputs : (stretches, names) ndarray
-        Inputs of the component at their starts.
-    scene : (stretches,) ndarray
-        Their durations in the scene [s].
-    names : sequence of str
-        Names of the inputs.
-    """
-
-    durations: Floats
-    inputs: Floats
-    scene: Floats
-    names: Sequence[str]
+    durations: Floats  # (stretches,) [s]
+    inputs: Floats  # (stretches, names): Inputs of the component at their starts
+    scene: Floats  # (stretches,): Their durations in the scene [s]
+    names: Sequence[str]  # Names of the inputs
 
     __repr__ = short_repr
 

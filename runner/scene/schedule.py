@@ -29,21 +29,11 @@ _COINCIDE = 1e-9
 
 
 class _Stretches(NamedTuple):
-    """Stretches in which all scripts are straight lines, (stretches + 1,) each.
+    """Stretches in which all scripts are straight lines, (stretches + 1,) each."""
 
-    Attributes
-    ----------
-    start : ndarray
-        Their starts, and the end [s].
-    number : ndarray of int
-        The numbers of these communication points.
-    regular : ndarray of int
-        The multiple of the step that follows each start.
-    """
-
-    start: Floats
-    number: NDArray[np.int64]
-    regular: NDArray[np.int64]
+    start: Floats  # Their starts, and the end [s]
+    number: NDArray[np.int64]  # The numbers of these communication points
+    regular: NDArray[np.int64]  # The multiple of the step that follows each start
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +41,11 @@ class Schedule:
     """Communication points and the inputs between them.
 
     Steps and points are numbered from 0. Slices select some of them.
-
-    Attributes
-    ----------
-    scripts : mapping of str to Script
-        Per input ("force_A", ...).
-    duration, step : float
-        The points are 0, the end, every breakpoint of a script, and the multiples of the step
-        that coincide with none of these [s].
     """
 
-    scripts: Mapping[str, Script]
+    scripts: Mapping[str, Script]  # Per input ("force_A", ...)
+    # duration, step: The points are 0, the end, every breakpoint of a script, and the multiples of
+    # the step that coincide with none of these [s]
     duration: float
     step: float
 

@@ -21,21 +21,14 @@ class Script:
 
     Two breakpoints at the same time are a jump, at which the function has the second value.
 
-    Attributes
-    ----------
-    times : tuple of float
-        Breakpoint times [s], ascending, each at most twice.
-    values : tuple of float
-        The value at each breakpoint.
-
     Raises
     ------
     SlipmodeError
         If there is no breakpoint, they are unsorted, or more than two have the same time.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: tuple[float, ...]  # Breakpoint times [s], ascending, each at most twice
+    values: tuple[float, ...]  # The value at each breakpoint
 
     def __post_init__(self) -> None:
         if not self.times or len(self.times) != len(self.values):

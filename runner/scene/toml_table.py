@@ -18,30 +18,17 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True)
 class Key:
-    """The declaration of a key.
-
-    Attributes
-    ----------
-    name : str
-    kind : Kind
-        How its value is read.
-    unit : str
-        "-" if it has none.
-    default : object
-        The value of a key that is left out, as in TOML; None if there is none,
-        `dataclasses.MISSING` if the key is required.
-    meaning : str
-        What it does, in a sentence.
-    role : str
-        "load" for a quantity that a friction table does not depend on, "limit" for a friction
-        limit or preload, by which a friction table scales.
-    """
+    """The declaration of a key."""
 
     name: str
-    kind: Kind
-    unit: str
+    kind: Kind  # How its value is read
+    unit: str  # "-" if it has none
+    # The value of a key that is left out, as in TOML; None if there is none, `dataclasses.MISSING`
+    # if the key is required
     default: Any
-    meaning: str
+    meaning: str  # What it does, in a sentence
+    # "load" for a quantity that a friction table does not depend on, "limit" for a friction limit
+    # or preload, by which a friction table scales
     role: Literal["", "load", "limit"] = ""
 
     @property
@@ -56,24 +43,13 @@ class Key:
 
 @dataclass(frozen=True)
 class Section:
-    """The declaration of a table: its keys, and the tables below it.
+    """The declaration of a table: its keys, and the tables below it."""
 
-    Attributes
-    ----------
-    name : str
-        Empty for the file itself.
-    meaning : str
-    parts : tuple of Key or Section
-    is_array : bool
-        Whether the file has any number of these tables, [[name]].
-    hints : mapping of str to str
-        Advice for keys that belong to another section.
-    """
-
-    name: str
+    name: str  # Empty for the file itself
     meaning: str
     parts: tuple[Key | Section, ...]
-    is_array: bool = False
+    is_array: bool = False  # Whether the file has any number of these tables, [[name]]
+    # Advice for keys that belong to another section
     hints: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property

@@ -37,21 +37,13 @@ def between(low: float, high: float) -> Rule:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of value.
+    """A kind of value."""
 
-    Attributes
-    ----------
-    words : str
-        The kind as documentation names it.
-    allowed : str
-        The values that are allowed, as a refusal states them; empty if `words` says it all.
-    read : callable
-        `read(name, value)` returns the checked value. It raises a SlipmodeError that begins with
-        the full name of the key.
-    """
-
-    words: str
+    words: str  # The kind as documentation names it
+    # The values that are allowed, as a refusal states them; empty if `words` says it all
     allowed: str
+    # `read(name, value)` returns the checked value. It raises a SlipmodeError that begins with the
+    # full name of the key.
     read: Callable[[str, Any], Any] = field(repr=False)
 
     def named(self, words: str) -> Kind:

@@ -21,17 +21,10 @@ _SMALLEST = 1e-12  # probability cut off at both ends: the quantiles of 0 and 1 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Samples, numbered from 0.
+    """Samples, numbered from 0."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        The keys that vary, in the order of the study.
-    columns : tuple of (samples,) ndarray
-        The value of each key; arrays of objects if some values are no numbers.
-    """
-
-    keys: tuple[str, ...]
+    keys: tuple[str, ...]  # The keys that vary, in the order of the study
+    # The value of each key; arrays of objects if some values are no numbers
     columns: tuple[NDArray[Any], ...]
 
     __repr__ = short_repr

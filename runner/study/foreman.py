@@ -22,23 +22,12 @@ _PER_WORKER = 3  # tasks that wait or run: enough that no worker waits, few enou
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """Samples of a task that a worker computes.
-
-    Attributes
-    ----------
-    task : Task
-    batch : Batch
-        The results of all samples of the task so far.
-    places : sequence of int
-        The samples at work, by their places in the task.
-    step : int
-        The friction table that they are computed on, see `SceneModel.model`.
-    """
+    """Samples of a task that a worker computes."""
 
     task: Task
-    batch: Batch
-    places: Sequence[int]
-    step: int = 0
+    batch: Batch  # The results of all samples of the task so far
+    places: Sequence[int]  # The samples at work, by their places in the task
+    step: int = 0  # The friction table that they are computed on, see `SceneModel.model`
 
 
 class Foreman:

@@ -36,25 +36,13 @@ Frequencies = dict[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Samples:
-    """The scene of a study, as parsed, and how samples are made of it.
-
-    Attributes
-    ----------
-    content : dict
-    folder : Path
-        The folder of the scene's files.
-    modes : tuple of str
-        The modes of the scene, in the order of the results.
-    outputs : Outputs
-    recordings : Path or None
-        The folder for recordings of the samples.
-    """
+    """The scene of a study, as parsed, and how samples are made of it."""
 
     content: Content
-    folder: Path
-    modes: tuple[str, ...]
+    folder: Path  # The folder of the scene's files
+    modes: tuple[str, ...]  # The modes of the scene, in the order of the results
     outputs: Outputs
-    recordings: Path | None = None
+    recordings: Path | None = None  # The folder for recordings of the samples
 
     def contents(self, design: Design) -> list[Content]:
         """Return the scenes of samples, as parsed TOML, on limits that they share."""
@@ -90,29 +78,16 @@ class SceneModel:
     """What samples of one model share, without the friction tables.
 
     It does not hold the structure: it is sent to every worker.
-
-    Attributes
-    ----------
-    samples : Samples
-    excited : Excited
-    amplitude : tuple of float
-        Range of the first table [kg^1/2 m].
-    table_tolerance : float
-    combinations : tuple of CombinationResonance
-        Those anywhere between the samples; steady states have none.
-    detuned : bool
-        Whether forcing frequencies differ between the samples.
-    may_grow : bool
-        Whether there are larger tables: not if the scene gives model.amplitude.
     """
 
     samples: Samples
     excited: Excited
-    amplitude: tuple[float, ...]
+    amplitude: tuple[float, ...]  # Range of the first table [kg^1/2 m]
     table_tolerance: float
+    # Those anywhere between the samples; steady states have none
     combinations: tuple[CombinationResonance, ...]
-    detuned: bool
-    may_grow: bool
+    detuned: bool  # Whether forcing frequencies differ between the samples
+    may_grow: bool  # Whether there are larger tables: not if the scene gives model.amplitude
 
     __repr__ = short_repr
 

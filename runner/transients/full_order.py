@@ -66,43 +66,29 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
 
 @dataclass(frozen=True, eq=False)
 class FastMotion:
-    """Motion at given times, in slow time or at full order.
+    """Motion at given times, in slow time or at full order."""
 
-    Attributes
-    ----------
-    time : (n,) ndarray
-        [s]
-    displacement, velocity, force : (n, N_c) ndarray
-        Motion of the contacts [m], [m/s], and force on them [N].
-    modal : (n, modes) ndarray
-        Displacements of the retained modes [kg^1/2 m].
-    elastic : (n, dofs) ndarray
-        Displacements of the scene's output.elastic [m].
-    """
-
-    time: Floats
+    time: Floats  # (n,) [s]
+    # displacement, velocity, force: (n, N_c): Motion of the contacts [m], [m/s], and force on them
+    # [N]
     displacement: Floats
     velocity: Floats
     force: Floats
-    modal: Floats
-    elastic: Floats
+    modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
+    elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
 
     __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
 class SlowPart:
-    """Slow quantities of a stretch at communication points.
+    """Slow quantities of a stretch at communication points."""
 
-    Attributes
-    ----------
-    amplitude, rate : (points, modes) complex ndarray
-    power : (points, 3) ndarray
-        Input power, dissipated power [W], energy dissipated since the start of the stretch [J].
-    """
-
+    # amplitude, rate: (points, modes)
     amplitude: Complexes
     rate: Complexes
+    # (points, 3): Input power, dissipated power [W], energy dissipated since the start of the
+    # stretch [J]
     power: Floats
 
     __repr__ = short_repr

@@ -29,25 +29,14 @@ _HARMONICS = 7  # of the fastest forcing, up to which component modes are accura
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Motion at full order, with cheaper versions of it.
+    """Motion at full order, with cheaper versions of it."""
 
-    Attributes
-    ----------
-    motion : FullMotion
-        Its outputs are the retained modes.
-    comparisons : list of (FullMotion, FullMotion)
-        Pairs of motions whose difference is an error of `motion`: at twice the step; of large
-        structures also on half as many component modes.
-    coordinates : int
-        Number of coordinates.
-    seconds : float
-        Wall time of `motion` alone.
-    """
-
-    motion: FullMotion
+    motion: FullMotion  # Its outputs are the retained modes
+    # Pairs of motions whose difference is an error of `motion`: at twice the step; of large
+    # structures also on half as many component modes
     comparisons: list[tuple[FullMotion, FullMotion]]
-    coordinates: int
-    seconds: float
+    coordinates: int  # Number of coordinates
+    seconds: float  # Wall time of `motion` alone
 
     __repr__ = short_repr
 

@@ -35,20 +35,12 @@ _LAST_PERIODS = 20  # of the scene are compared if it has no window of contact m
 
 @dataclass(frozen=True)
 class Comparison:
-    """One quantity of the reduced model against full order.
-
-    Attributes
-    ----------
-    subject : str
-    error : float
-        Relative; of a signal the largest RMS over contacts or modes.
-    reference_error : float
-        The same between the full-order run and a run at twice the step; of large structures, the
-        change by half as many component modes is added.
-    """
+    """One quantity of the reduced model against full order."""
 
     subject: str
-    error: float
+    error: float  # Relative; of a signal the largest RMS over contacts or modes
+    # The same between the full-order run and a run at twice the step; of large structures, the
+    # change by half as many component modes is added
     reference_error: float
 
 

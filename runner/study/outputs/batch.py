@@ -18,21 +18,11 @@ from slipmode.runner.study.scene_model import Samples, SceneModel
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Results of some samples.
+    """Results of some samples."""
 
-    Attributes
-    ----------
-    values : dict of str to (samples, ...) ndarray
-        By the names of `Outputs.results`; NaN without a result.
-    reason : list of str
-        Why a sample has no results; empty if it has.
-    outside : (samples,) ndarray of bool
-        Whether a larger friction table is needed.
-    """
-
-    values: dict[str, Floats]
-    reason: list[str]
-    outside: Flags
+    values: dict[str, Floats]  # By the names of `Outputs.results`; NaN without a result
+    reason: list[str]  # Why a sample has no results; empty if it has
+    outside: Flags  # (samples,): Whether a larger friction table is needed
 
     __repr__ = short_repr
 

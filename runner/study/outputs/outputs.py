@@ -44,31 +44,16 @@ class Result:
 
 @dataclass(frozen=True)
 class Outputs:
-    """The outputs of a study.
+    """The outputs of a study."""
 
-    Attributes
-    ----------
-    steady : bool
-        Steady amplitudes under the forces at the end of the scene.
-    resonance : tuple of str
-        Modes of which the highest resonance peak is computed, under the force on this mode alone.
-    curve : Curve or None
-    peak : bool
-        Largest amplitudes of the run.
-    times : tuple of float
-        Times of the run at which amplitudes are stored [s].
-    recording : bool
-        A recording of each run.
-    dofs : tuple of int
-        DOFs whose amplitudes are stored in addition to the modal amplitudes.
-    """
-
-    steady: bool = False
+    steady: bool = False  # Steady amplitudes under the forces at the end of the scene
+    # Modes of which the highest resonance peak is computed, under the force on this mode alone
     resonance: tuple[str, ...] = ()
     curve: Curve | None = None
-    peak: bool = False
-    times: tuple[float, ...] = ()
-    recording: bool = False
+    peak: bool = False  # Largest amplitudes of the run
+    times: tuple[float, ...] = ()  # Times of the run at which amplitudes are stored [s]
+    recording: bool = False  # A recording of each run
+    # DOFs whose amplitudes are stored in addition to the modal amplitudes
     dofs: tuple[int, ...] = ()
 
     KINDS: ClassVar = ("steady", "resonance", "curve", "peak", "times", "recording")

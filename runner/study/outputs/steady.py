@@ -22,24 +22,14 @@ from slipmode.runner.study.outputs.outputs import Outputs
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """The forces at the end of scenes.
-
-    Attributes
-    ----------
-    excited : Excited
-    frequency : (samples, modes) ndarray
-        [rad/s]
-    excitation : (samples, modes) complex ndarray
-        F_j exp(i phase_j), modal, divided by `scale` [N kg^-1/2]: the friction table is for
-        limits of scale 1.
-    scale : (samples, 1) ndarray
-        Scale of limits and preloads; results are multiplied by it.
-    """
+    """The forces at the end of scenes."""
 
     excited: Excited
-    frequency: Floats
+    frequency: Floats  # (samples, modes) [rad/s]
+    # (samples, modes): F_j exp(i phase_j), modal, divided by `scale` [N kg^-1/2]: the friction
+    # table is for limits of scale 1
     excitation: Complexes
-    scale: Floats
+    scale: Floats  # (samples, 1): Scale of limits and preloads; results are multiplied by it
 
     __repr__ = short_repr
 

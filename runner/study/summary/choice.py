@@ -14,20 +14,12 @@ from slipmode.runner.study.study_file import Choose
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """A quantile of an output against a key.
-
-    Attributes
-    ----------
-    of : Choose
-    values : (n,) ndarray
-        The values of the key; strings if some are no numbers.
-    quantile, failed : (n,) ndarray
-        The quantile over the samples with each value, NaN if one of them failed; and the number of
-        these.
-    """
+    """A quantile of an output against a key."""
 
     of: Choose
-    values: np.ndarray
+    values: np.ndarray  # (n,): The values of the key; strings if some are no numbers
+    # quantile, failed: (n,): The quantile over the samples with each value, NaN if one of them
+    # failed; and the number of these
     quantile: Floats
     failed: np.ndarray
 

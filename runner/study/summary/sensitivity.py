@@ -16,22 +16,14 @@ from slipmode.runner.study.design import unit_problem
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Indices of an output.
-
-    Attributes
-    ----------
-    output : str
-    keys : tuple of str
-    first, total : (keys,) ndarray
-        Share of the variance due to each key alone, and with the others.
-    first_error, total_error : (keys,) ndarray
-        Half of their confidence intervals of 95 %.
-    """
+    """Indices of an output."""
 
     output: str
     keys: tuple[str, ...]
+    # first, total: (keys,): Share of the variance due to each key alone, and with the others
     first: Floats
     total: Floats
+    # first_error, total_error: (keys,): Half of their confidence intervals of 95 %
     first_error: Floats
     total_error: Floats
 
