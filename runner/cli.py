@@ -93,9 +93,7 @@ def _run(options: argparse.Namespace) -> int:
         before, steps, source = "plan", "full order", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(
-        f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)"
-    )
+    print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
         f"({recording.samples} samples of fast motion, recordings included)"
@@ -149,6 +147,11 @@ def _modes(options: argparse.Namespace) -> int:
 def _scenes(options: argparse.Namespace) -> int:
     from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
+    if options.keys is not None:
+        from slipmode.runner.scene.reference import as_text
+
+        print(as_text(options.keys))
+        return 0
     shipped = shipped_scenes()
     if options.path is not None:
         if options.path not in shipped:
@@ -262,18 +265,14 @@ def _parser() -> argparse.ArgumentParser:
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
     )
     modes.add_argument("file", help="a scene, or a file of matrices (see rom.load_structure)")
-    modes.add_argument(
-        "--mass", type=Path, help="file of the mass matrix, if it is separate"
-    )
+    modes.add_argument("--mass", type=Path, help="file of the mass matrix, if it is separate")
     modes.add_argument(
         "--contact",
         nargs="+",
         metavar="WHERE",
         help="DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch",
     )
-    modes.add_argument(
-        "--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"
-    )
+    modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
     modes.add_argument("-n", "--number", type=int, default=10, help="number of modes (10)")
 
     add = partial(_command, commands)
@@ -321,6 +320,9 @@ def _parser() -> argparse.ArgumentParser:
         'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
     )
     scenes.add_argument("--path", metavar="NAME", help="print where a shipped scene's file is")
+    scenes.add_argument(
+        "--keys", metavar="TABLE", help="print the keys of a table of scene files: --keys run"
+    )
 
     cache = _command(
         commands,

@@ -1,7 +1,10 @@
-"""The reference of scene files: the declarations of keys.py as tables in Markdown."""
+"""The reference of scene files: the declarations of keys.py as Markdown and for a terminal."""
 
 from __future__ import annotations
 
+import textwrap
+
+from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.keys import SCENE
 from slipmode.runner.scene.toml_table import Key, Section
 
@@ -21,6 +24,25 @@ def scene_reference() -> dict[str, Section]:
 def as_markdown() -> str:
     """Return the reference as sections of tables."""
     return "\n\n".join(_section(*each) for each in scene_reference().items())
+
+
+def as_text(table: str) -> str:
+    """Return the keys of a table, "run" or "forcing.A" for instance, for a terminal.
+
+    Raises
+    ------
+    SlipmodeError
+        Naming the tables that there are.
+    """
+    sections = {header.strip("[]"): section for header, section in scene_reference().items()}
+    if table not in sections:
+        raise SlipmodeError(f"keys: must be one of {', '.join(filter(None, sections))}")
+    lines = [sections[table].meaning]
+    for key in sections[table].keys:
+        allowed = f" {key.kind.allowed}" if key.kind.allowed else ""
+        lines.append(f"{key.name}: {key.kind.words}{allowed} [{key.unit}], {key.shown_default}")
+        lines.append(textwrap.indent(textwrap.fill(key.meaning, 95), "    "))
+    return "\n".join(lines)
 
 
 def _section(header: str, section: Section) -> str:

@@ -8,6 +8,7 @@ import pytest
 from scene_text import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.cli import main
 from slipmode.runner.scene.reference import as_markdown, scene_reference
 from slipmode.runner.scene.scene import parse_scene
 
@@ -159,3 +160,12 @@ def test_every_key_is_printed_with_its_meaning():
         section = printed.split(f"## `{header}`" if header else "## Top of the file")[1]
         row = next(line for line in section.splitlines() if line.startswith(f"| `{key.name}` |"))
         assert row.count("|") == 6 and key.meaning in row and key.meaning.endswith(".")
+
+
+def test_the_command_prints_the_keys_of_a_table(capsys):
+    assert main(["scenes", "--keys", "forcing.A"]) == 0
+    printed = capsys.readouterr().out
+    assert "amplitude: number, or breakpoints [[t, value], ...] >= 0" in printed
+    assert "    Force amplitude over time." in printed
+    assert main(["scenes", "--keys", "forces"]) == 1
+    assert capsys.readouterr().err.startswith("slipmode: --keys: must be one of structure, fric")

@@ -14,7 +14,7 @@ from slipmode.rom.slow.units import Shown
 from slipmode.runner.study.outputs.outputs import MODAL
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study_file import Distribution, Study, Varied
-from slipmode.runner.study.summary.choice import Choice
+from slipmode.runner.study.summary.statistics import Choice
 from slipmode.runner.view.charts.chart import BLUE, GREEN, GREY, ORANGE, RED, Axis, Chart, Layer
 
 _MOST_ROWS = 4  # of charts, to stay legible

@@ -13,8 +13,7 @@ from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.summary.charts import draw, shown_as, shown_output, study_charts
-from slipmode.runner.study.summary.choice import Choice, choice
-from slipmode.runner.study.summary.sensitivity import sensitivity
+from slipmode.runner.study.summary.statistics import Choice, choice, sensitivity
 from slipmode.runner.view.charts.rrd_file import write_charts
 
 _log = logging.getLogger("slipmode.study")

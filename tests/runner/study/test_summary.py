@@ -9,8 +9,7 @@ from slipmode.runner.scene.scene import shipped_scenes
 from slipmode.runner.study.results import open_results
 from slipmode.runner.study.study_file import Choose, load_study
 from slipmode.runner.study.summary.charts import outputs
-from slipmode.runner.study.summary.choice import choice
-from slipmode.runner.study.summary.sensitivity import sensitivity
+from slipmode.runner.study.summary.statistics import choice, sensitivity
 
 
 def test_the_best_value_is_that_of_the_least_quantile():
