@@ -235,16 +235,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"slipmode {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    run = _command(commands, "run", _run, "run a scene and record it", "run two-mode -o logs")
-    _scene_argument(run)
-    run.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    add = partial(_command, commands)
+    run = add("run", _run, "run a scene and record it", "run two-mode -o logs")
     run.add_argument(
         "--fmu",
         type=Path,
         metavar="FILE",
         help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
     )
-
     run.add_argument(
         "--live",
         nargs="?",
@@ -253,12 +251,8 @@ def _parser() -> argparse.ArgumentParser:
         help="show it in Rerun while it runs: in a new viewer, or in one that listens there: "
         "run two-mode --live rerun+http://127.0.0.1:9876/proxy",
     )
-
-    plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
-    _scene_argument(plan)
-
-    modes = _command(
-        commands,
+    plan = add("plan", _plan, "what a scene needs modelled, and why", "plan sweep")
+    modes = add(
         "modes",
         _modes,
         "modes of a scene or a structure, and what each does at the contacts",
@@ -274,22 +268,16 @@ def _parser() -> argparse.ArgumentParser:
     )
     modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
     modes.add_argument("-n", "--number", type=int, default=10, help="number of modes (10)")
-
-    add = partial(_command, commands)
     add_curve_commands(add)
     add_study_command(add)
     add_recording_commands(add)
-
-    validate = _command(
-        commands,
-        "validate",
-        _validate,
-        "compare a scene with full-order integration",
-        "validate two-mode -o logs",
+    validate = add(
+        "validate", _validate, "compare a scene with full-order integration", "validate two-mode"
     )
-    _scene_argument(validate)
-    validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
-
+    for each in (run, plan, validate):
+        each.add_argument("scene", help="a scene file, or the name of a shipped scene")
+    for each in (run, validate):
+        each.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
     add_fmu_command(add)
 
     report = _command(
@@ -312,8 +300,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", type=Path, default=Path("logs/paper"), help="folder (logs/paper)"
     )
 
-    scenes = _command(
-        commands,
+    scenes = add(
         "scenes",
         _scenes,
         "list the shipped scenes",
@@ -324,8 +311,7 @@ def _parser() -> argparse.ArgumentParser:
         "--keys", metavar="TABLE", help="print the keys of a table of scene files: --keys run"
     )
 
-    cache = _command(
-        commands,
+    cache = add(
         "cache",
         _cache,
         "friction tables, reductions and libraries that are kept, and their size",
@@ -347,7 +333,3 @@ def _command(
     )
     parser.set_defaults(command=function)
     return parser
-
-
-def _scene_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
