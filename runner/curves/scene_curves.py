@@ -25,7 +25,7 @@ from slipmode.runner.scene.sections import Scene
 _COARSE = 0.05  # tolerance of tables that only show how far the curve goes
 _MARGIN = 0.1  # of the final table's range over the largest amplitude: twice that tolerance
 _CUT_OFF = 0.97  # part of a table's range from which a curve may have been cut off
-_GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times the scene's is no resonance
+_GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times is more than resonance
 # Range of the table of a performance curve, relative to the amplitudes of the scene or of the
 # onset of slip: the curve has the same range of limits. Contacts that slide much farther than they
 # stick may not settle; the range is then halved.
@@ -71,10 +71,6 @@ def scene_response_curve(
 
     The friction table has the range of the curve. Default: the first forced mode's frequency, 5 %
     to both sides of its natural one.
-
-    Raises
-    ------
-    SlipmodeError
     """
     forcing = SceneForcing.of(scene, progress=progress)
     excited = forcing.plan.excited
@@ -127,10 +123,6 @@ def scene_backbone(
     """Return frequency and damping of a mode up to the amplitudes of a scene.
 
     See `rom.backbone`.
-
-    Raises
-    ------
-    SlipmodeError
     """
     plan = make_plan(scene, progress=progress)
     model, _ = plan.model(detuning=True, progress=progress)  # frequency follows amplitude
@@ -145,10 +137,6 @@ def scene_performance(
     The force is the scene's on this mode; see `rom.performance_curve`. The friction table goes
     well beyond the scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of
     slip, so that the curve has both stuck and fully slipping contacts.
-
-    Raises
-    ------
-    SlipmodeError
     """
     forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan

@@ -19,7 +19,7 @@ from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.sections import Scene, Window
 
 ORDERS = (RESPONSE_ORDER, RESPONSE_ORDER + 2, RESPONSE_ORDER + 4)
-_GRID = Discretisation(128, 16)  # of an indicator: harmonics of the orders are resolved
+_GRID = Discretisation(128, 16)  # coarse: the error needs one digit
 _PARTS = (1.0, 0.5)  # of the largest amplitudes
 
 

@@ -18,7 +18,7 @@ from slipmode.runner.scene.sections import Scene
 if TYPE_CHECKING:
     from slipmode.runner.plan.plan import Plan
 
-_LONGEST_STEP = 1e6  # periods: phases of the carriers keep ten digits over a step
+_LONGEST_STEP = 1e6  # periods: rounding then changes a phase by 1e-9 in a step
 _MOST_SAMPLES = 1e8  # of all windows: some GB in a recording
 # Part of the decay of free vibrations by which explicit Euler may be wrong, and the least ratio of
 # Re to modulus of an eigenvalue whose decay it has to follow: amplitudes are then within 5 % of

@@ -56,6 +56,8 @@ class Script:
 
     def scaled(self, factor: float) -> Self:
         """Return the script with all values times a factor."""
+        if factor == 1.0:
+            return self
         return replace(self, values=tuple(factor * value for value in self.values))
 
     def value(self, t: ArrayLike) -> Floats:

@@ -154,35 +154,18 @@ class Choose:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file has it.
-
-    Attributes
-    ----------
-    title, name : str
-    scene : Scene
-        With the values that the study sets, without those that it varies.
-    content : dict
-        The same scene, as parsed.
-    folder : Path
-        The folder of the scene's files.
-    varied : tuple of Varied
-    sampling : Sampling
-    outputs : Outputs
-    choose : Choose or None
-    text : str
-        The TOML source.
-    """
+    """A study as its file has it."""
 
     title: str
     name: str
-    scene: Scene
-    content: Content = field(repr=False)
-    folder: Path
+    scene: Scene  # With the values that the study sets, without those that it varies
+    content: Content = field(repr=False)  # The same scene, as parsed
+    folder: Path  # The folder of the scene's files
     varied: tuple[Varied, ...]
     sampling: Sampling
     outputs: Outputs
     choose: Choose | None
-    text: str = field(repr=False)
+    text: str = field(repr=False)  # The TOML source
 
     __repr__ = short_repr
 

@@ -46,31 +46,18 @@ class Comparison:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """The result of `validate`.
-
-    Attributes
-    ----------
-    comparisons : list of Comparison
-    slow_seconds, table_seconds, full_seconds : float
-        Wall time of the slow run with its reconstruction, of the friction table, and of the
-        full-order run.
-    recordings : list of Path
-        Both motions in one recording, for replay side by side.
-    coordinates : int
-        Number of coordinates at full order: of the structure, or component modes.
-    windows : tuple of Window
-        The times that are compared.
-    reduced : {"slow time", "reduced coordinates"}
-        How the reduced motion was computed: a scene with `model.table = "none"` is integrated.
-    """
+    """The result of `validate`."""
 
     comparisons: list[Comparison]
+    # slow_seconds, table_seconds, full_seconds: Wall time of the slow run with its reconstruction,
+    # of the friction table, and of the full-order run
     slow_seconds: float
     table_seconds: float
     full_seconds: float
-    recordings: list[Path]
-    coordinates: int
-    windows: tuple[Window, ...]
+    recordings: list[Path]  # Both motions in one recording, for replay side by side
+    coordinates: int  # Number of coordinates at full order: of the structure, or component modes
+    windows: tuple[Window, ...]  # The times that are compared
+    # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
     reduced: Literal["slow time", "reduced coordinates"]
 
     __repr__ = short_repr
