@@ -32,8 +32,8 @@ from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.integrated import IntegratedPass
-from slipmode.runner.transients.reference import MOST_DOFS, on_all_modes
-from slipmode.runner.validate import slow_motion, with_window
+from slipmode.runner.validation.reference import MOST_DOFS, on_all_modes
+from slipmode.runner.validation.validate import slow_motion, with_window
 
 _ERROR = 1e-3
 _STEPS = (16, 20, 24, 32, 40, 48, 64, 96, 128)  # per period, of full order

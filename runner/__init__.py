@@ -3,12 +3,14 @@
 recording = runner.run("two-mode")  # or the path of a scene
 runner.replay(recording.mcap)
 
-run.py          what run does, from the scene to the recording. Start here; slow_pass.py: its steps
-scene/ plan/ motion/ recording/ view/   in the order in which it needs them; scenes/: shipped
-curves/ study/  what a scene does at other frequencies, forces, limits; and at any other values
-validate.py     a scene by slow time and by full order; report/, paper/: the method, measured so
-fmi/            a scene as an FMU
-cli.py          the command line; recording_commands.py: info, doctor, recover, export, replay
+run.py       run: from the scene to the recording. Start here; slow_pass.py: its steps
+scene/ plan/ transients/ motion/ recording/ view/   in the order in which run needs them
+scenes/      the shipped scenes
+validation/  a scene compared with full order
+curves/      response curves, backbones, damper design of a scene
+study/       a scene with many other values
+fmi/         a scene as an FMU
+cli.py       the command line; commands/, recording_commands.py: behind it
 """
 
 from slipmode.rom import __version__

@@ -1,4 +1,4 @@
-"""The command line: slipmode run, plan, scenes, fmu, and the commands for recordings."""
+"""The command line: slipmode run, plan, scenes and others; more commands are in their rooms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
-from slipmode.runner.command_words import command_words
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.curves.commands import add_curve_commands
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.recording_commands import add_recording_commands
@@ -30,7 +30,7 @@ _INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; 0, or 1 after one line on standard error that says what was wrong."""
+    """Run a command; return 0, or 1 after one line on standard error with the reason."""
     options = _parser().parse_args(arguments)
     try:
         with _warnings_shown():
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(command_words(str(error), vars(options)))
     except MemoryError as error:
         return _fail(f"out of memory: {error}" if str(error) else "out of memory")
-    except BrokenPipeError:  # the reader of our output has seen enough
+    except BrokenPipeError:  # `slipmode ... | head` closes the pipe early
         sys.stdout = None
         return 1
     except OSError as error:
@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Print each warning once, in one line on standard error, while the context lasts."""
+    """Print each warning once, in one line on standard error, inside the context."""
     handler = logging.StreamHandler()
     handler.setFormatter(logging.Formatter("slipmode: warning: %(message)s"))
     shown: set[str] = set()
@@ -88,12 +88,12 @@ def _run(options: argparse.Namespace) -> int:
     live = None if options.live is None else _viewer(options.live or None)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
-    made, through = "friction table", "slow time"
+    before, steps = "friction table", "slow time"
     if recording.model is None:
-        made, through, source = "plan", "full order", "no friction table"
+        before, steps, source = "plan", "full order", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
-    print(f"  {made:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(f"  {through:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
+    print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
+    print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
     print(
         f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
         f"({recording.samples} samples of fast motion, recordings included)"
@@ -108,7 +108,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _viewer(url: str | None) -> Viewer | None:
-    """Where to show a run; None, and a line that says why, if there is no viewer."""
+    """Return a viewer to show a run in; None, after a line with the reason, without a viewer."""
     from slipmode.runner.view.viewer import find_viewer
 
     try:
@@ -137,17 +137,21 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
-    from slipmode.runner.mode_table import mode_table
+    from slipmode.runner.commands.mode_table import mode_table
 
-    print(
-        mode_table(options.file, options.mass, options.contact, options.stiffness, options.number)
-    )
+    chosen = options.mass, options.contact, options.stiffness, options.number
+    print(mode_table(options.file, *chosen))
     return 0
 
 
 def _scenes(options: argparse.Namespace) -> int:
     from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
+    if options.keys is not None:
+        from slipmode.runner.scene.reference import as_text
+
+        print(as_text(options.keys))
+        return 0
     shipped = shipped_scenes()
     if options.path is not None:
         if options.path not in shipped:
@@ -161,7 +165,7 @@ def _scenes(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
-    from slipmode.runner.validate import validate
+    from slipmode.runner.validation.validate import validate
 
     found = validate(options.scene, options.output, progress=True)
     print(found.compared())
@@ -203,16 +207,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"slipmode {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    run = _command(commands, "run", _run, "run a scene and record it", "run two-mode -o logs")
-    _scene_argument(run)
-    run.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    add = partial(_command, commands)
+    run = add("run", _run, "run a scene and record it", "run two-mode -o logs")
     run.add_argument(
         "--fmu",
         type=Path,
         metavar="FILE",
         help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
     )
-
     run.add_argument(
         "--live",
         nargs="?",
@@ -221,17 +223,15 @@ def _parser() -> argparse.ArgumentParser:
         help="show it in Rerun while it runs: in a new viewer, or in one that listens there: "
         "run two-mode --live rerun+http://127.0.0.1:9876/proxy",
     )
-
-    plan = _command(commands, "plan", _plan, "what a scene needs modelled, and why", "plan sweep")
-    _scene_argument(plan)
-
-    modes = _command(
-        *(commands, "modes", _modes),
+    plan = add("plan", _plan, "what a scene needs modelled, and why", "plan sweep")
+    modes = add(
+        "modes",
+        _modes,
         "modes of a scene or a structure, and what each does at the contacts",
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
     )
     modes.add_argument("file", help="a scene, or a file of matrices (see rom.load_structure)")
-    modes.add_argument("--mass", type=Path, help="file of the mass, if it has one of its own")
+    modes.add_argument("--mass", type=Path, help="file of the mass matrix, if it is separate")
     modes.add_argument(
         "--contact",
         nargs="+",
@@ -239,37 +239,31 @@ def _parser() -> argparse.ArgumentParser:
         help="DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch",
     )
     modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
-    modes.add_argument("-n", "--number", type=int, default=10, help="how many modes (10)")
-
-    add_curve_commands(partial(_command, commands))
-
-    add_study_command(partial(_command, commands))
-
-    add_recording_commands(partial(_command, commands))
-
-    validate = _command(
-        commands,
-        "validate",
-        _validate,
-        "compare a scene with full-order integration",
-        "validate two-mode -o logs",
+    modes.add_argument("-n", "--number", type=int, default=10, help="number of modes (10)")
+    add_curve_commands(add)
+    add_study_command(add)
+    add_recording_commands(add)
+    validate = add(
+        "validate", _validate, "compare a scene with full-order integration", "validate two-mode"
     )
-    _scene_argument(validate)
-    validate.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    for each in (run, plan, validate):
+        each.add_argument("scene", help="a scene file, or the name of a shipped scene")
+    for each in (run, validate):
+        each.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+    add_fmu_command(add)
 
-    add_fmu_command(partial(_command, commands))
-
-    scenes = _command(
-        commands,
+    scenes = add(
         "scenes",
         _scenes,
         "list the shipped scenes",
         'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
     )
     scenes.add_argument("--path", metavar="NAME", help="print where a shipped scene's file is")
+    scenes.add_argument(
+        "--keys", metavar="TABLE", help="print the keys of a table of scene files: --keys run"
+    )
 
-    cache = _command(
-        commands,
+    cache = add(
         "cache",
         _cache,
         "friction tables, reductions and libraries that are kept, and their size",
@@ -291,7 +285,3 @@ def _command(
     )
     parser.set_defaults(command=function)
     return parser
-
-
-def _scene_argument(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", help="a scene file, or the name of a shipped scene")

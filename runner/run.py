@@ -1,13 +1,11 @@
-"""A scene through slow time, and what it leaves behind: a recording."""
+"""Running a scene, in slow time or at full order, and recording it."""
 
 from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -38,22 +36,22 @@ _log = logging.getLogger("slipmode.run")
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """What a run wrote, and how long it took.
+    """The files of a run, and the time that it took.
 
     Attributes
     ----------
     plan : Plan
     model : Model or None
-        None where all of the scene was integrated, without a table.
+        None if all of the scene was integrated, without a table.
     mcap, rrd : Path or None
-        The files, where the scene's [log] asks for them.
+        The files, as the scene's [log] requests them.
     steps : int
         Communication steps.
     samples : int
         Samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
-        Wall time of the plan and the friction table, of the slow-time integration alone (without
-        a table, of that at full order), and of everything.
+        Wall time of the plan and the friction table, of the integration alone, in slow time or
+        at full order, and of everything.
     cached : bool
         Whether the table came from the cache.
     """
@@ -79,7 +77,7 @@ class Recording:
         )
 
     def read(self) -> RecordingData:
-        """The recorded channels as arrays; needs the MCAP file."""
+        """Return the recorded channels as arrays; needs the MCAP file."""
         if self.mcap is None:
             raise ValueError("this run was not recorded as MCAP: set log.mcap = true")
         return read(self.mcap)
@@ -99,8 +97,8 @@ def run(
     ----------
     scene : Scene, path of a scene file, or name of a shipped scene
     output : path
-        Folder for the recordings <scene>.mcap, with a layout for Foxglove beside it, and
-        <scene>.rrd; made if missing.
+        Folder for the recordings <scene>.mcap, with a layout for Foxglove, and <scene>.rrd; made
+        if missing.
     fmu : path, optional
         An FMU of the scene's model that does the slow-time steps, on its own friction table. If
         it was exported with `headroom=1`, results are bit-identical to a run without it.
@@ -116,8 +114,8 @@ def run(
     Raises
     ------
     SlipmodeError
-        If the scene or the FMU is refused, or the run has to stop. What was recorded until then
-        stays readable, and says why it ends.
+        If the scene or the FMU is refused, or the run has to stop. The recording until then
+        stays readable, and contains the reason.
     OSError
         If the recording cannot be written.
     KeyboardInterrupt
@@ -135,7 +133,8 @@ def run(
             )
         scene = scene.in_slow_time()
     plan = make_plan(scene, progress=progress)
-    _log_warnings(plan)
+    for warning in plan.warnings:
+        _log.warning("%s", warning)
     if fmu is not None:
         from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
 
@@ -149,8 +148,31 @@ def run(
     rrd = folder / f"{scene.name}.rrd" if scene.log.rerun else None
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
-    recorder = partial(_open, mcap=mcap, rrd=rrd, fmu=fmu, live=live)
-    pass_ = _through(plan, model, recorder=recorder, fmu=fmu, progress=progress)
+
+    def recorder() -> Recorder:
+        details = describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {})
+        header = Header(
+            title=scene.title, scene_text=scene.text, run=details, scene_name=scene.name
+        )
+        return _open(header, _channels(plan), mcap, rrd, live)
+
+    with ExitStack() as stack:
+        raise_if_interrupted = stack.enter_context(interrupts_held_back())
+        pass_: SlowPass | IntegratedPass
+        if model is None:
+            pass_ = IntegratedPass(plan)
+            pass_.record(stack.enter_context(recorder()), raise_if_interrupted, progress)
+        else:
+            component: Steppable
+            if fmu is None:
+                component = stepper(plan, model)
+            else:
+                from slipmode.runner.fmi.load import open_fmu
+
+                component = stack.enter_context(open_fmu(fmu, plan, model))
+            opened = stack.enter_context(recorder())
+            pass_ = SlowPass(plan, model, component, opened, raise_if_interrupted)
+            pass_.through_slow_time(progress)
     if mcap:
         write_layout(mcap, _channels(plan), plan.scene.units)
     return Recording(
@@ -167,62 +189,14 @@ def run(
     )
 
 
-def _log_warnings(plan: Plan) -> None:
-    for warning in plan.warnings:
-        _log.warning("%s", warning)
-
-
-def _through(
-    plan: Plan,
-    model: Model | None,
-    *,
-    recorder: Callable[[Plan, Model | None], Recorder],
-    fmu: str | PathLike[str] | None,
-    progress: bool,
-) -> SlowPass | IntegratedPass:
-    """One pass through slow time, or integrated, recorded."""
-    if model is None:
-        integrated = IntegratedPass(plan)
-        with interrupts_held_back() as raise_if_interrupted, recorder(plan, model) as opened:
-            integrated.record(opened, raise_if_interrupted, progress)
-        return integrated
-    with (
-        interrupts_held_back() as raise_if_interrupted,
-        _stepping(fmu, plan, model) as component,
-        recorder(plan, model) as opened,
-    ):
-        pass_ = SlowPass(plan, model, component, opened, raise_if_interrupted)
-        pass_.through_slow_time(progress)
-    return pass_
-
-
-def _stepping(
-    fmu: str | PathLike[str] | None, plan: Plan, model: Model
-) -> AbstractContextManager[Steppable]:
-    """What does the slow-time steps."""
-    if fmu is None:
-        return nullcontext(stepper(plan, model))
-    from slipmode.runner.fmi.load import open_fmu  # FMPy takes a while to import
-
-    return open_fmu(fmu, plan, model)
-
-
 def _open(
-    plan: Plan,
-    model: Model | None,
-    *,
+    header: Header,
+    listed: list[channels.Channel],
     mcap: Path | None,
     rrd: Path | None,
-    fmu: str | PathLike[str] | None,
     live: Viewer | None,
 ) -> Recorder:
-    scene, listed = plan.scene, _channels(plan)
-    header = Header(
-        title=scene.title,
-        scene_text=scene.text,
-        run=describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {}),
-        scene_name=scene.name,
-    )
+    """Open the files and the viewer of a run; close all if one cannot be opened."""
     sinks: list[Sink] = []
     try:
         if mcap:
@@ -242,7 +216,7 @@ def _open(
 
 
 def _channels(plan: Plan) -> list[channels.Channel]:
-    """What a run records."""
+    """Return the channels that a run records."""
     scene, modes, reduced = plan.scene, plan.excited.modes, plan.excited.reduced
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:

@@ -1,4 +1,4 @@
-"""One pass of a component through the schedule of a plan, recorded as it goes."""
+"""A pass of a component through the schedule of a plan, with its recording."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
 
-_STEPS_PER_BLOCK = 1024  # a millisecond: what is recorded goes on in batches of so many
-_PERIODS_PER_BLOCK = 1e5  # at most, for long steps take long
-_NOTED_PERIODS = 0.25  # between steps whose transient error is estimated, at most
+# Steps and periods between recordings: about a millisecond of work, less than a second even if a
+# step is long.
+_STEPS_PER_BLOCK, _PERIODS_PER_BLOCK = 1024, 1e5
+_ESTIMATE_PERIODS = 0.25  # between steps whose transient error is estimated: it changes in cycles
 
 
 class SlowPass:
@@ -40,7 +41,7 @@ class SlowPass:
     Attributes
     ----------
     samples : int
-        Samples of fast motion so far.
+        Number of samples of fast motion so far.
     seconds : float
         Wall time of the steps alone.
     """
@@ -62,21 +63,20 @@ class SlowPass:
         self._raise_if_interrupted = raise_if_interrupted
         self._error = RunError(plan, model)
         self._errors = ErrorRecord(plan)
-        self._told = 0  # stretches at full order
-        self._now = 0.0  # as the schedule has it: the sum of its steps may round differently
+        self._reported = 0  # stretches at full order
+        self._now = 0.0  # from the schedule: a sum of steps is rounded differently
         inputs = plan.schedule.inputs(component.input_names, slice(1))
         component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
         self._columns = {name: k for k, name in enumerate(component.output_names)}
         self._rows = deque([self._present_row()])
         self._first = 0  # communication point of the first row
-        windows = (*plan.scene.contact, *plan.scene.elastic)
-        self._windows = sorted(windows, key=lambda window: window.start)
-        reached = plan.schedule.extremes([f"frequency_{mode}" for mode in plan.excited.modes])
+        self._windows = plan.scene.windows
+        reached = plan.schedule.frequency_range(plan.excited.modes)
         longest, shortest = (
             2 * np.pi / frequency for frequency in (reached[0].min(), reached[1].max())
         )
         self._spin_up = SPIN_UP_PERIODS * longest
-        self._noted = max(int(_NOTED_PERIODS * shortest / plan.scene.run.step), 1)
+        self._estimate_every = max(int(_ESTIMATE_PERIODS * shortest / plan.scene.run.step), 1)
         at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
         self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
 
@@ -86,8 +86,8 @@ class SlowPass:
         recorder = self._recorder
         recorder.event(0.0, "info", _summary(self._plan, self._model))
         found = self._model.accuracy.findings()
-        names = [f"frequency_{mode}" for mode in self._plan.excited.modes]
-        found += self._model.detuning_findings(np.array(schedule.extremes(names)))
+        reached = schedule.frequency_range(self._plan.excited.modes)
+        found += self._model.detuning_findings(np.array(reached))
         record_findings(recorder, (*self._plan.decisions, *found))
         self._record(self._rows[0], 0)
         steps, at_once = schedule.steps, self._steps_per_block
@@ -97,22 +97,22 @@ class SlowPass:
                 inputs = schedule.inputs(self._component.input_names, block)
                 self._advance(schedule.durations(block), inputs, first)
                 bar.update(block.stop - first)
-        self._tell_stretches(over=True)
-        said = self._errors.finding()
-        recorder.event(self._now, said.level, said.reason)
+        self._report_stretches(over=True)
+        largest = self._errors.finding()
+        recorder.event(self._now, largest.level, largest.reason)
         recorder.event(self._now, "info", "end of the scene")
 
-    def _tell_stretches(self, *, over: bool = False) -> None:
-        """Say which stretches were at full order, once they have ended or the run is over."""
+    def _report_stretches(self, *, over: bool = False) -> None:
+        """Record which stretches were at full order, if they have ended or the run is over."""
         if not isinstance(self._component, Hybrid):
             return
-        for stretch in self._component.stretches[self._told :]:
+        for stretch in self._component.stretches[self._reported :]:
             if over or np.isfinite(stretch.end):
                 end = min(stretch.end, self._now)
-                said = said_error(self._plan.excited.modes, stretch.error)
-                words = f"full order from {stretch.start:g} to {end:g} s: {said} in slow time"
+                error = said_error(self._plan.excited.modes, stretch.error)
+                words = f"full order from {stretch.start:g} to {end:g} s: {error} in slow time"
                 self._recorder.event(end, "info", words)
-                self._told += 1
+                self._reported += 1
 
     def _advance(self, durations: Floats, inputs: Floats, first: int) -> None:
         self._raise_if_interrupted()
@@ -133,7 +133,7 @@ class SlowPass:
         self._note_errors(outputs, first)
         self._rows.append(outputs)
         self._now = self._time_at(first + len(outputs))
-        self._tell_stretches()
+        self._report_stretches()
         self._record(outputs, first + 1)
         while self._windows and self._windows[0].end <= self._now:
             self._reconstruct(self._windows.pop(0))
@@ -141,7 +141,7 @@ class SlowPass:
 
     def _note_errors(self, outputs: Floats, first: int) -> None:
         """Estimate the transient error at the starts of steps in slow time."""
-        modes, every = self._plan.excited.modes, self._noted
+        modes, every = self._plan.excited.modes, self._estimate_every
         starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
         parts = self._take(starts, [f"{m}_{p}" for m in modes for p in ("re", "im")])
         angle = self._take(starts, [f"theta_{m}" for m in modes])
@@ -152,7 +152,7 @@ class SlowPass:
         self._errors.add(error, time)
 
     def _forget(self) -> None:
-        """Drop rows that no window to come reaches back to."""
+        """Drop rows that no later window needs."""
         needed = self._now
         if self._windows:
             needed = min(needed, self._windows[0].start - self._spin_up)
@@ -167,7 +167,7 @@ class SlowPass:
         return np.array([[now[name] for name in self._columns]])
 
     def _record(self, outputs: Floats, first: int) -> None:
-        """Slow channels of the communication points from number `first` on."""
+        """Record slow channels of the communication points from number `first` on."""
         modes = self._plan.excited.modes
         parts = self._take(outputs, [f"{m}_{p}" for m in modes for p in ("re", "im")])
         energy = self._take(outputs, ["input_power", "dissipated_power", "dissipated_energy"])

@@ -15,13 +15,14 @@ from slipmode.rom.slow.units import Shown
 
 if TYPE_CHECKING:
     from slipmode import rom
-    from slipmode.runner.scene.scene import Scene
+    from slipmode.runner.scene.sections import Scene
 
-_BETTER = 0.99  # of the peak with contacts that stick: what friction has to better
+_MODAL = "kg^0.5 m"
+_IMPROVEMENT = 0.99  # of the stuck peak, above which a peak is no improvement worth a number
 
 
 def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Add them; `command(name, call, help, example)` makes a parser."""
+    """Add the commands; `command(name, call, help, example)` makes a parser."""
     from slipmode.rom.slow.branches.forced import Varied
 
     curve = command(
@@ -81,8 +82,8 @@ def _curve(options: argparse.Namespace) -> int:
     if span is not None and of_frequency:
         span = [end * units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
-    _written(options, f"{scene.name}.curve", curve, scene, 1)
-    shown = Shown(options.dof, units, "kg^0.5 m")
+    _write(options, "curve", curve, scene)
+    shown = Shown(options.dof, units, _MODAL)
     sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
 
     def listed(row: Floats) -> str:
@@ -102,7 +103,7 @@ def _backbone(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    _written(options, f"{scene.name}.backbone", curve, scene, 2)
+    _write(options, "backbone", curve, scene, panels=2)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
     unit = scene.units.frequency
     print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
@@ -115,11 +116,11 @@ def _design(options: argparse.Namespace) -> int:
 
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    _written(options, f"{scene.name}.design", curve, scene, 1)
-    shown = Shown(options.dof, scene.units, "kg^0.5 m")
+    _write(options, "design", curve, scene)
+    shown = Shown(options.dof, scene.units, _MODAL)
     limit, peak = curve.lowest(shown)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
-    if peak >= _BETTER * curve.size(shown)[-1]:
+    if peak >= _IMPROVEMENT * curve.size(shown)[-1]:
         print(f"{lowest} where the contacts stick: no limit is better")
         return 0
     low, high = curve.within(1.1, shown)
@@ -129,32 +130,32 @@ def _design(options: argparse.Namespace) -> int:
     return 0
 
 
-def _written(
+def _write(
     options: argparse.Namespace,
-    name: str,
+    kind: str,
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,
-    panels: int,
+    panels: int = 1,
 ) -> None:
-    """A table of numbers, a picture and a recording."""
+    """Write a table of numbers, a picture and a recording, and print their paths."""
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts import write_charts
 
-    units = scene.units
+    units, folder = scene.units, options.output
     columns = curve.columns(options.dof, units)
     figure = extra("matplotlib.figure", "pictures").Figure(
         figsize=(8, 4 + panels), layout="constrained"
     )
     curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
-    folder: Path = options.output
     folder.mkdir(parents=True, exist_ok=True)
-    table, picture = folder / f"{name}.csv", folder / f"{name}.png"
+    table, picture, recording = (
+        folder / f"{scene.name}.{kind}.{ending}" for ending in ("csv", "png", "rrd")
+    )
     numbers = np.column_stack(list(columns.values()))
     np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
     figure.savefig(picture, dpi=120)
-    recording = folder / f"{name}.rrd"
-    title = f"{scene.title or scene.name}: {name.rpartition('.')[2]}"
-    rows = curve_charts(curve, options.dof, units)
+    title = f"{scene.title or scene.name}: {kind}"
+    rows = curve_charts(curve, Shown(options.dof, units, _MODAL))
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)

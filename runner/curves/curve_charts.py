@@ -1,4 +1,4 @@
-"""Response curves, backbones and performance curves as recordings in Rerun, in a scene's units."""
+"""Response curves, backbones and performance curves as charts for Rerun."""
 
 from __future__ import annotations
 
@@ -11,30 +11,28 @@ from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts import Axis, Chart, Layer
 from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
 
-_MODAL = "kg^0.5 m"  # no formulae there
 _COLORS = (BLUE, ORANGE)
 
 
 def curve_charts(
-    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
-    dof: int | None,
-    units: rom.Units,
+    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
 ) -> list[list[Chart]]:
-    """Rows of charts of a curve, modal amplitudes or those of a DOF."""
-    shown = Shown(dof, units, _MODAL)
+    """Return rows of charts of a curve, as modal amplitudes or amplitudes of a DOF."""
     if isinstance(curve, rom.ResponseCurve):
         sizes = curve.sizes(shown)
         return [[_response(curve, j, shown, sizes) for j in range(curve.amplitude.shape[1])]]
     if isinstance(curve, rom.Backbone):
         size = shown.size(curve.motion)[:, curve.mode]
-        x, frequency = Axis(shown.named("amplitude"), log=True), shown.units.frequency
-        of_frequency = shown.units.of_frequency(curve.frequency)
+        x, frequency = (
+            Axis(shown.named("amplitude"), log=True),
+            Axis(f"frequency [{shown.units.frequency}]"),
+        )
+        values = [Layer(size, shown.units.of_frequency(curve.frequency))]
+        damping = [Layer(size, curve.damping)]
         return [
             [
-                _line(
-                    "/frequency", "Frequency", x, f"frequency [{frequency}]", size, of_frequency
-                ),
-                _line("/damping", "Damping ratio", x, "damping [-]", size, curve.damping),
+                Chart("/frequency", "Frequency", x, frequency, values, from_zero=False),
+                Chart("/damping", "Damping ratio", x, Axis("damping [-]"), damping, False),
             ]
         ]
     peak = curve.size(shown)
@@ -45,12 +43,8 @@ def curve_charts(
     return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
 
 
-def _line(entity: str, title: str, x: Axis, label: str, at: Floats, values: Floats) -> Chart:
-    return Chart(entity, title, x, Axis(label), [Layer(at, values)], from_zero=False)
-
-
 def _response(curve: rom.ResponseCurve, j: int, shown: Shown, sizes: CurveSizes) -> Chart:
-    """|a_j|: what is stable, what is not, folds and Hopf points, bands of slow limit cycles."""
+    """Return the chart of |a_j|: stability, folds and Hopf points, bands of slow limit cycles."""
     of_frequency, mode = curve.vary.startswith("frequency"), "AB"[j]
     unit = shown.units.frequency if of_frequency else "-"
 
@@ -58,7 +52,7 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown, sizes: CurveSizes)
         return shown.units.of_frequency(parameter) if of_frequency else parameter
 
     x, y = at(curve.parameter), sizes.points[:, j]
-    ends = np.flatnonzero(np.diff(curve.branch)) + 1  # curves do not go on from branch to branch
+    ends = np.flatnonzero(np.diff(curve.branch)) + 1  # NaN there separates the branches
     layers = []
     for part, color, name in (
         (curve.stable, _COLORS[j], "stable"),

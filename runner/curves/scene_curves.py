@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,17 +20,16 @@ from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.scene import Scene
+from slipmode.runner.scene.sections import Scene
 
 _COARSE = 0.05  # tolerance of tables that only show how far the curve goes
-_MARGIN = 0.1  # of the table over the largest amplitude
-_NEAR = 0.97  # of a table's range: a curve that comes so far may have been cut off
-_GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range, from the scene's
-# Of the scene's amplitudes, or of those at which contacts begin to slip: how far a performance
-# curve goes, and so how far below the limits.
-_DESIGN_RANGE = 8.0
-# Contacts that slide much farther than they stick may not settle: it goes less far then.
-_DESIGN_PARTS = (1.0, 0.5, 0.25, 0.125)
+_MARGIN = 0.1  # of the final table's range over the largest amplitude: twice that tolerance
+_CUT_OFF = 0.97  # part of a table's range from which a curve may have been cut off
+_GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times is more than resonance
+# Range of the table of a performance curve, relative to the amplitudes of the scene or of the
+# onset of slip: the curve has the same range of limits. Contacts that slide much farther than they
+# stick may not settle; the range is then halved.
+_DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
 _DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
@@ -38,43 +37,27 @@ _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 @dataclass(frozen=True, eq=False)
 class SceneForcing:
-    """What acts at the end of a scene.
-
-    Attributes
-    ----------
-    plan : Plan
-    frequency : (modes,) ndarray
-        [rad/s]
-    force : list of (n,) ndarray
-        [N]
-    phase : (modes,) ndarray
-        [rad]
-    """
+    """The forces at the end of a scene."""
 
     plan: Plan
-    frequency: Floats
-    force: list[Floats]
-    phase: Floats
+    frequency: Floats  # (modes,) [rad/s]
+    force: list[Floats]  # [N]
+    phase: Floats  # (modes,) [rad]
 
     __repr__ = short_repr
 
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
-        """Of a scene, as its plan has it."""
+        """Return the forces at the end of a scene, with its plan."""
         scene.check_tabulated()
         plan = make_plan(scene, progress=progress)
-        modes = plan.excited.modes
-        values = {
-            name: np.array(
-                [
-                    plan.schedule.at_ends([f"{name}_{mode}"], slice(-1, None))[0, 0]
-                    for mode in modes
-                ]
-            )
+        last = slice(-1, None)
+        frequency, force, phase = (
+            plan.schedule.at_ends([f"{name}_{mode}" for mode in plan.excited.modes], last)[0]
             for name in ("frequency", "force", "phase")
-        }
-        force = [f * v for f, v in zip(plan.excited.force_patterns, values["force"], strict=True)]
-        return cls(plan, values["frequency"], force, values["phase"])
+        )
+        forces = [f * size for f, size in zip(plan.excited.force_patterns, force, strict=True)]
+        return cls(plan, frequency, forces, phase)
 
 
 def scene_response_curve(
@@ -84,72 +67,80 @@ def scene_response_curve(
     *,
     progress: bool = False,
 ) -> rom.ResponseCurve:
-    """Steady states under the forces that act at the end of a scene, see `rom.response_curve`.
+    """Return steady states under the forces at the end of a scene, see `rom.response_curve`.
 
-    The friction table reaches as far as the curve does. Default: the first forced mode's
-    frequency, 5 % to both sides of its natural one.
-
-    Raises
-    ------
-    SlipmodeError
+    The friction table has the range of the curve. Default: the first forced mode's frequency, 5 %
+    to both sides of its natural one.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     excited = forcing.plan.excited
-    vary = vary or _first_frequency(excited.modes)
-    which = _renamed(vary, excited.modes)
+    vary = vary or cast(Varied, f"frequency_{excited.modes[0]}")
+    which = _in_model(vary, excited.modes)
     if span is None:
         if not which.startswith("frequency_"):
             raise SlipmodeError(f"span: give the first and last value of {vary}")
         natural = excited.reduced.frequency["AB".index(which[-1])]
         span = [part * natural for part in _DEFAULT_SPAN]
+
+    def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
+        """Return the curve on a table, and the largest amplitudes in the table (modes,)."""
+        model, _ = cached_model(
+            excited.reduced,
+            excited.law,
+            amplitude.tolist(),
+            tolerance,
+            combinations=forcing.plan.combinations,
+            detuning=which.startswith("frequency"),
+            progress=progress,
+        )
+        phase = tuple(forcing.phase)
+        curve = rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
+        size = np.abs(curve.amplitude)
+        if which == "limit":  # the table is for limits of scale 1
+            size = size / curve.parameter[:, np.newaxis]
+        return curve, np.asarray(size.max(axis=0))
+
     tried = np.array(forcing.plan.amplitude)
     largest = _LARGEST_GROWTH * tried
     while True:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", rom.ValidityWarning)  # of the curve itself there are
-            _, reached = _curve(forcing, which, span, tried, _COARSE, progress)
-        cut_off = reached > _NEAR * tried
+            warnings.simplefilter("ignore", rom.ValidityWarning)  # the final curve repeats them
+            _, reached = curve_on(tried, _COARSE)
+        cut_off = reached > _CUT_OFF * tried
         if not cut_off.any():
             break
         tried = np.where(cut_off, _GROWTH * tried, tried)
         if np.any(tried > largest):
             raise SlipmodeError("span: the amplitudes grow without bound in it")
     amplitude = (1.0 + _MARGIN) * np.maximum(reached, 1e-2 * tried)
-    curve, _ = _curve(forcing, which, span, amplitude, scene.model.tolerance, progress)
-    return _on(forcing.plan.structure, curve)
+    curve, _ = curve_on(amplitude, scene.model.tolerance)
+    return _with_structure(curve, forcing.plan.structure)
 
 
 def scene_backbone(
     scene: Scene, mode: Mode | None = None, other: float = 0.0, *, progress: bool = False
 ) -> rom.Backbone:
-    """Frequency and damping of a mode up to the amplitudes of a scene, see `rom.backbone`.
+    """Return frequency and damping of a mode up to the amplitudes of a scene.
 
-    Raises
-    ------
-    SlipmodeError
+    See `rom.backbone`.
     """
     plan = make_plan(scene, progress=progress)
-    at = _place(plan.excited.modes, mode)
     model, _ = plan.model(detuning=True, progress=progress)  # frequency follows amplitude
-    return rom.backbone(model, at, other)
+    return rom.backbone(model, _index(plan.excited.modes, mode), other)
 
 
 def scene_performance(
     scene: Scene, mode: Mode | None = None, *, progress: bool = False
 ) -> rom.PerformanceCurve:
-    """Resonance peak of a mode under the scene's force, against limits and preloads.
+    """Return the resonance peak of one mode against limits and preloads.
 
-    Of that mode alone; see `rom.performance_curve`. The friction table goes well beyond the
-    scene's amplitudes, and, unless these are given as `model.amplitude`, beyond where the contacts
-    begin to slip: the curve has them stuck and fully slipping.
-
-    Raises
-    ------
-    SlipmodeError
+    The force is the scene's on this mode; see `rom.performance_curve`. The friction table goes
+    well beyond the scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of
+    slip, so that the curve has both stuck and fully slipping contacts.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan
-    at = _place(plan.excited.modes, mode)
+    at = _index(plan.excited.modes, mode)
     if not forcing.force[at].any():
         name = plan.excited.modes[at]
         raise SlipmodeError(
@@ -167,68 +158,41 @@ def scene_performance(
     furthest = plan.amplitude[at]
     if scene.model.amplitude is None:
         furthest = max(furthest, slip_onset(reduced, law, 0)[1])
-    for part in _DESIGN_PARTS:
-        largest = part * _DESIGN_RANGE * furthest
+    for factor in _DESIGN_RANGES:
         try:
             model, _ = cached_model(
-                *(reduced, law, (largest,), scene.model.tolerance),
+                reduced,
+                law,
+                (factor * furthest,),
+                scene.model.tolerance,
                 detuning=True,
                 progress=progress,
             )
-        except SlipmodeError:
-            if part == _DESIGN_PARTS[-1]:
-                raise
-        else:
             break
-    return _on(plan.structure, rom.performance_curve(model, forcing.force[at]))
+        except SlipmodeError:
+            if factor == _DESIGN_RANGES[-1]:
+                raise
+    return _with_structure(rom.performance_curve(model, forcing.force[at]), plan.structure)
 
 
-def _on(structure: rom.Structure, curve: _Forced) -> _Forced:
-    """The curve, displacements of DOFs with the quasi-static response to the forces."""
+def _with_structure(curve: _Forced, structure: rom.Structure) -> _Forced:
+    """Return the curve whose displacements include the quasi-static response to the forces."""
     return replace(curve, motion=replace(curve.motion, structure=structure))
 
 
-def _place(modes: Sequence[Mode], mode: Mode | None) -> int:
-    """Of a mode in the model of a scene; the first by default."""
+def _index(modes: Sequence[Mode], mode: Mode | None) -> int:
+    """Return the index of a mode in the model of a scene; of the first by default."""
     if mode is not None and mode not in modes:
         raise SlipmodeError(f"mode: must be one that the scene forces, {' or '.join(modes)}")
     return 0 if mode is None else modes.index(mode)
 
 
-def _curve(
-    forcing: SceneForcing,
-    vary: Varied,
-    span: Sequence[ArrayLike],
-    amplitude: Floats,
-    tolerance: float,
-    progress: bool,
-) -> tuple[rom.ResponseCurve, Floats]:
-    """The curve on a table of that range, and how far in the table it goes (modes,)."""
-    excited = forcing.plan.excited
-    model, _ = cached_model(
-        *(excited.reduced, excited.law, amplitude.tolist(), tolerance),
-        combinations=forcing.plan.combinations,
-        detuning=vary.startswith("frequency"),
-        progress=progress,
-    )
-    curve = rom.response_curve(
-        model, forcing.frequency, forcing.force, vary, span, tuple(forcing.phase)
-    )
-    size = np.abs(curve.amplitude)
-    if vary == "limit":
-        size = size / curve.parameter[:, np.newaxis]
-    return curve, np.asarray(size.max(axis=0))
-
-
-def _first_frequency(modes: Sequence[Mode]) -> Varied:
-    return "frequency_A" if modes[0] == "A" else "frequency_B"
-
-
-def _renamed(vary: Varied, modes: Sequence[Mode]) -> Varied:
-    """What is varied, by the place of the mode in the model: a scene may force B alone."""
-    if vary[-2:] not in ("_A", "_B"):
+def _in_model(vary: Varied, modes: Sequence[Mode]) -> Varied:
+    """Return `vary` for the model's modes: if a scene forces B alone, this is the model's A."""
+    name, _, mode = vary.rpartition("_")
+    if mode not in ("A", "B"):
         return vary
-    if vary[-1] not in modes:
-        raise SlipmodeError(f"vary: the scene does not force mode {vary[-1]}")
-    found: Varied = f"{vary[:-1]}{'AB'[modes.index(vary[-1])]}"  # type: ignore[assignment]
-    return found
+    if mode not in modes:
+        raise SlipmodeError(f"vary: the scene does not force mode {mode}")
+    place = "".join(modes).index(mode)
+    return cast(Varied, f"{name}_{'AB'[place]}")

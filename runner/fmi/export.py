@@ -14,8 +14,8 @@ from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.fmi.force_range import largest_forces
-from slipmode.runner.plan.euler_step import euler_step
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.time_scales import euler_step
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.scene.schedule import rate_of
 

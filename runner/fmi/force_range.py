@@ -8,7 +8,8 @@ import numpy as np
 
 from slipmode.fmu import StoppedError
 from slipmode.rom import Model, SlipmodeError
-from slipmode.runner.plan.plan import Plan, start_amplitudes
+from slipmode.runner.plan.excited import start_amplitudes
+from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.settling import shortened
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.script import Script

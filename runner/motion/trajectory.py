@@ -12,7 +12,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import ForceResponse, phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.runner.plan.amplitude_range import Excited
+from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of

@@ -1,4 +1,4 @@
-"""The assumptions of the method, measured for a scene: warnings where they are strained."""
+"""The assumptions of the method, measured for a scene: warnings if they are strained."""
 
 from __future__ import annotations
 
@@ -20,17 +20,18 @@ from slipmode.rom.validity import (
     separation_findings,
     share_findings,
 )
-from slipmode.runner.plan.amplitude_range import DryRun, Excited
+from slipmode.runner.plan.amplitude_range import DryRun
+from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.schedule import Schedule
 
 
 def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit) -> list[Finding]:
-    """Report implausible frequencies of modes, and forcing far from them: also of unforced modes.
+    """Report implausible frequencies of modes, and forcing far from them.
 
-    An unforced mode moves at the frequency of its [forcing] too.
+    Unforced modes are included: they move at the frequency of their [forcing] too.
     """
     omega, names = excited.reduced.frequency, excited.modes
-    reached = np.array(schedule.extremes([f"frequency_{mode}" for mode in names]))
+    reached = np.array(schedule.frequency_range(names))
     return [
         *mode_frequency_findings(names, omega),
         *carrier_findings("forcing.{}.frequency", names, omega, reached, unit),
@@ -40,36 +41,33 @@ def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit)
 def check_assumptions(
     structure: Structure,
     excited: Excited,
+    schedule: Schedule,
     amplitude: Floats,
-    largest_force: Floats,
     seen: DryRun | None,
 ) -> list[Finding]:
-    """Each with the indicator that was measured, at the largest amplitudes and forces (modes,)."""
+    """Report strained assumptions, at the largest amplitudes (modes,) and forces."""
     reduced, law, names = excited.reduced, excited.law, excited.modes
-    combinations = combination_resonances(reduced.carrier)
-    force = [
-        pattern * largest
-        for pattern, largest in zip(excited.force_patterns, largest_force, strict=True)
-    ]
+    largest_force = np.abs(schedule.extremes([f"force_{m}" for m in names])).max(axis=0)
+    force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
     return [
         *_self_excited(excited, largest_force),
         *separation_findings(structure, reduced, names),
         *share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *direction_findings(structure, law),
-        *contact_findings(reduced, combinations, names),
+        *contact_findings(reduced, combination_resonances(reduced.carrier), names),
         *friction_findings(reduced, law, amplitude),
         *force_findings(AppliedForces.of(reduced, force), names),
     ]
 
 
 def _self_excited(excited: Excited, largest_force: Floats) -> list[Finding]:
-    """Modes that aerodynamics make grow, and whether anything starts them."""
+    """Report modes that aerodynamics make grow, and whether anything starts them."""
     found = []
-    damping = excited.reduced.modal_damping
     for j, mode in enumerate(excited.modes):
-        if damping[j] >= 0.0:
+        damping = excited.reduced.modal_damping[j]
+        if damping >= 0.0:
             continue
-        reason = f"modal damping {damping[j]:.3g} 1/s: it grows until friction holds it"
+        reason = f"modal damping {damping:.3g} 1/s: it grows until friction holds it"
         found.append(Finding(f"mode {mode}", "self-excited", reason))
         if excited.amplitude[j] == 0.0 and largest_force[j] == 0.0:
             reason = (

@@ -1,9 +1,9 @@
-"""How long the stretches of a schedule have to be followed until nothing new happens in them.
+"""How long the stretches of a schedule have to be followed until their motion only repeats.
 
-Friction takes energy out of the difference of any two motions, so that what a breakpoint leaves
-behind is forgotten at least as fast as the damping of the modes does it. Past many such times held
-inputs have nothing new to show but beats, which repeat themselves; and what moves slowly against
-that time may as well move faster: the amplitudes are steady ones all along.
+Friction takes energy out of the difference of any two motions, so that the influence of a
+breakpoint decays at least as fast as the damping of the modes. Many decay times later, constant
+inputs only produce beats, which repeat. Inputs that are slow compared with the decay may as well
+move faster: the amplitudes are steady all along.
 """
 
 from __future__ import annotations
@@ -20,22 +20,24 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule, is_rate, rate_of
 
-_FORGOTTEN = 50.0  # decay times, also for a frequency to move by the width of a peak
-_BEATS = 3.0  # periods
-_AT_REST = 1e-2  # [rad] of a beat: no more of it is no beat
+# Decay times that a stretch is followed, and per width of a peak that a frequency moves: ramps
+# then lag by a fiftieth of their height (tests/runner/plan/test_settling.py).
+_DECAY_TIMES = 50.0
+_BEATS = 3.0  # periods of the slowest beat
+_LEAST_BEAT = 1e-2  # phase [rad] of a beat in a stretch below which it has no influence
 
 
 def shortened(
     schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
 ) -> tuple[Floats, Floats]:
-    """Stretches of a schedule, none longer than something new happens in it.
+    """Return the stretches of a schedule, none longer than its motion changes.
 
-    A ramp that is shortened goes as far as before, as much faster.
+    A ramp that is shortened goes as far as before, but faster.
 
     Parameters
     ----------
     modes : sequence of str
-        Of the model.
+        The modes of the model.
     names : sequence of str
         Inputs of its component.
 
@@ -48,7 +50,7 @@ def shortened(
     """
     straight = schedule.stretches()
     lengths, inputs = straight.durations(), straight.inputs(names)
-    shorter = np.minimum(lengths, _eventful(straight, model, modes))
+    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
     rates = [k for k, name in enumerate(names) if is_rate(name)]
     inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
     return shorter, inputs
@@ -56,43 +58,31 @@ def shortened(
 
 @dataclass(frozen=True, eq=False)
 class Stretches:
-    """Shortened stretches that follow one another from t = 0.
+    """Shortened stretches that follow one another from t = 0."""
 
-    Attributes
-    ----------
-    durations : (stretches,) ndarray
-        [s]
-    inputs : (stretches, names) ndarray
-        Inputs of the component at their starts.
-    scene : (stretches,) ndarray
-        Their durations in the scene [s].
-    names : sequence of str
-        Of the inputs.
-    """
-
-    durations: Floats
-    inputs: Floats
-    scene: Floats
-    names: Sequence[str]
+    durations: Floats  # (stretches,) [s]
+    inputs: Floats  # (stretches, names): Inputs of the component at their starts
+    scene: Floats  # (stretches,): Their durations in the scene [s]
+    names: Sequence[str]  # Names of the inputs
 
     __repr__ = short_repr
 
     def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Numbers of the stretches just before and just after times (n,)."""
+        """Return the numbers of the stretches just before and just after times (n,)."""
         ends, slack = np.cumsum(self.durations), 1e-9 * self.durations
         before, after = (np.searchsorted(ends + s, time, side="left") for s in (slack, -slack))
         last = ends.size - 1
         return np.minimum(before, last), np.minimum(after, last)
 
     def values(self, name: str, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Values (n,) of an input at times in the stretches of these numbers."""
-        if name not in self.names:  # limits that nothing scripts are those of the model
+        """Return values (n,) of an input at times in the stretches of these numbers."""
+        if name not in self.names:  # limits without a script have the scale 1
             return np.ones(time.size)
         value, rate = (self.inputs[number, self.names.index(n)] for n in (name, rate_of(name)))
         return np.asarray(value + rate * self._since(time, number))
 
     def in_scene(self, time: Floats) -> Floats:
-        """Times in the scene (n,) [s] of times in these stretches.
+        """Return the times in the scene (n,) [s] of times in these stretches.
 
         Ramps are slower there by the factor of their duration; constant inputs last longer.
         """
@@ -104,33 +94,25 @@ class Stretches:
         return np.asarray(start[number] + factor[number] * self._since(time, number))
 
     def _since(self, time: Floats, number: NDArray[np.int64]) -> Floats:
-        """Time since the starts of stretches (n,) [s]."""
+        """Return the times since the starts of stretches (n,) [s]."""
         start = np.cumsum(self.durations) - self.durations
         return np.clip(time - start[number], 0.0, self.durations[number])
 
 
-def _eventful(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:
-    """How long something new can happen in each stretch at most (stretches,) [s]."""
+def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:
+    """Return how long the motion of each stretch changes at most, (stretches,) [s]."""
     damping = model.reduced.modal_damping.min()
     if damping <= 0.0:
         return np.full(straight.steps, np.inf)
     decay = 2.0 / damping
-    frequencies = [f"frequency_{mode}" for mode in modes]
-    phases = [f"phase_{mode}" for mode in modes]
-    ends = straight.inputs(frequencies), straight.at_ends(frequencies)
-    moved = np.abs(ends[1] - ends[0]).max(axis=1)
+    frequencies, phases = ([f"{name}_{m}" for m in modes] for name in ("frequency", "phase"))
+    start, end = straight.inputs(frequencies), straight.at_ends(frequencies)
+    moved = np.abs(end - start).max(axis=1)
     turned = np.abs(straight.at_ends(phases) - straight.inputs(phases)).max(axis=1)
-    slow = _FORGOTTEN * decay * (1.0 + moved * decay + turned)
-    return np.asarray(slow + _slowest_beat(ends, model, straight.durations()))
-
-
-def _slowest_beat(ends: tuple[Floats, Floats], model: Model, lengths: Floats) -> Floats:
-    """Period of the slowest beat of combination resonances in each stretch (stretches,) [s]."""
-    longest = np.zeros(lengths.size)
+    longest = np.zeros(straight.steps)
     for term in model.combinations:
-        beats = [f @ (term.n, term.m) - f[:, term.mode] for f in ends]
-        beat = np.maximum(*np.abs(beats))
-        turns = beat * lengths > _AT_REST
+        beat = np.maximum(*(np.abs(f @ (term.n, term.m) - f[:, term.mode]) for f in (start, end)))
+        turns = beat * straight.durations() > _LEAST_BEAT
         period = 2.0 * np.pi / np.where(turns, beat, np.inf)
         longest = np.maximum(longest, _BEATS * period)
-    return longest
+    return np.asarray(_DECAY_TIMES * decay * (1.0 + moved * decay + turned) + longest)

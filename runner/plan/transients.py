@@ -1,4 +1,4 @@
-"""Where a scene is integrated at full order because slow time has too large a transient error."""
+"""Stretches of a scene at full order, where slow time has too large a transient error."""
 
 from __future__ import annotations
 
@@ -9,25 +9,27 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.transient import said_error
-from slipmode.rom.validity import Finding as Decision
+from slipmode.rom.validity import Finding
 from slipmode.runner.plan.amplitude_range import DryRun
-from slipmode.runner.scene.scene import Scene
+from slipmode.runner.scene.sections import Scene
 
-SETTLED = 0.6  # of the allowed error: below it slow time goes on after a stretch at full order
-_LEAST_CYCLES = 4.0  # of the slowest carrier that full order goes on for, see demodulation
+# Part of the allowed error below which slow time goes on after a stretch at full order: an error
+# that stays close to the allowed one does not switch back and forth.
+SETTLED = 0.6
+_LEAST_CYCLES = 4.0  # of the slowest carrier in a stretch: the window of `demodulation`
 
-Stretches = tuple[tuple[float, float], ...]
+Intervals = tuple[tuple[float, float], ...]
 
 
 def plan_transients(
     scene: Scene, modes: Sequence[str], seen: DryRun | None, amplitude: Floats, carrier: Floats
-) -> tuple[Stretches, Decision]:
+) -> tuple[Intervals, Finding]:
     """Return start and end of the stretches at full order [s], and the decision.
 
     Parameters
     ----------
     seen : DryRun or None
-        None where the amplitude range is given, so that there is no dry run.
+        None if the amplitude range is given, so that there is no dry run.
     amplitude : (modes,) ndarray
         Amplitude range of the friction table [kg^1/2 m].
     carrier : (modes,) ndarray
@@ -38,37 +40,35 @@ def plan_transients(
     if seen is None:
         choice = f"full order where the error exceeds {limit}" if scene.switches else "slow time"
         reason = "model.amplitude is given: the run estimates the transient error"
-        return (), Decision("transients", choice, reason)
+        return (), Finding("transients", choice, reason)
     error = seen.transient_error / amplitude
-    said = said_error(modes, error.max(axis=0, initial=0.0))
+    largest = said_error(modes, error.max(axis=0, initial=0.0))
     if np.all(error <= allowed):
-        return (), Decision("transients", "slow time", f"{said}, allowed: {limit}")
+        return (), Finding("transients", "slow time", f"{largest}, allowed: {limit}")
     if not scene.switches:
-        return (), slow_time_error(scene, said)
+        return (), slow_time_error(scene, largest)
     least = _LEAST_CYCLES * 2.0 * np.pi / float(carrier.min())
-    found = _stretches(seen.time, error, allowed, least)
+    found = _intervals(seen.time, error, allowed, least)
     listed = short_list(f"{start:.4g} to {end:.4g} s" for start, end in found)
-    reason = f"{said} in slow time, allowed: {limit}; times as in the dry run"
-    return found, Decision("transients", f"full order from {listed}", reason)
+    reason = f"{largest} in slow time, allowed: {limit}; times as in the dry run"
+    return found, Finding("transients", f"full order from {listed}", reason)
 
 
-def slow_time_error(scene: Scene, said: str) -> Decision:
+def slow_time_error(scene: Scene, error: str) -> Finding:
     """Return the warning that slow time has a larger transient error than allowed."""
     model = scene.model
     if model.transients == "slow":
         advice = 'runs with model.transients = "auto" integrate such stretches at full order'
     elif model.formulation == "paper":
         advice = 'model.formulation = "paper" allows slow time only'
-    elif scene.limit_scale is not None:
-        advice = "limits.scale allows slow time only"
     else:
-        advice = f'model.table = "{model.table}" allows slow time only'
-    reason = f"{said}, above {100 * model.transient_error:g} %; {advice}"
-    return Decision("transients", "slow time", reason, "warning")
+        advice = "limits.scale allows slow time only"
+    reason = f"{error}, above {100 * model.transient_error:g} %; {advice}"
+    return Finding("transients", "slow time", reason, "warning")
 
 
-def _stretches(time: Floats, error: Floats, allowed: float, least: float) -> Stretches:
-    """Intervals from an error above the allowed one until it has settled, and `least` longer."""
+def _intervals(time: Floats, error: Floats, allowed: float, least: float) -> Intervals:
+    """Return intervals from an error above the allowed one until it has settled, plus `least`."""
     calm = np.flatnonzero(np.all(error <= SETTLED * allowed, axis=1))
     found: list[tuple[float, float]] = []
     for k in np.flatnonzero(np.any(error > allowed, axis=1)):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,52 +13,53 @@ from slipmode.rom.contact.static_preload import Preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic, ElasticLaw
 from slipmode.rom.laws.friction import is_homogeneous, limits
-from slipmode.rom.laws.law_record import LAWS
 from slipmode.runner.scene.kept import kept_preload
+from slipmode.runner.scene.keys import ELASTIC_LAWS, RIGID_LAWS
 from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, StaticForce
-from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Table
+from slipmode.runner.scene.toml_table import Table
+from slipmode.runner.scene.values import NON_NEGATIVE, POSITIVE, number, numbers
 
-_RIGID = ("tanh", "coulomb")
-ELASTIC = {name: kind for name, kind in LAWS.items() if name not in _RIGID}
-_PARAMETERS = {name: [f.name for f in fields(kind)] for name, kind in ELASTIC.items()}
-CONTACTS = (
-    "law",
-    "contacts",
-    *dict.fromkeys(key for keys in _PARAMETERS.values() for key in keys),
+STAND_IN = (
+    'law = "jenkins" with a stiffness far above the stiffness of the structure stands for Coulomb'
 )
-FRICTION = ("law", "limit", "alpha")
-PRELOAD = ("dof", "force", "vector")
-STAND_IN = 'law = "jenkins" with a stiffness far above that of the structure stands for Coulomb'
-
-_KINDS: Mapping[tuple[str, str], Callable[[Table, str], Any]] = {
-    ("sliders", "limit"): lambda table, key: table.numbers(key, NON_NEGATIVE),
-    ("sliders", "stiffness"): lambda table, key: table.numbers(key, POSITIVE),
-    ("iwan", "force"): lambda table, key: table.number(key, POSITIVE),
-    ("iwan", "stiffness"): lambda table, key: table.number(key, POSITIVE),
-    ("iwan", "chi"): lambda table, key: table.number(key, FINITE),
-    ("iwan", "beta"): lambda table, key: table.number(key, NON_NEGATIVE),
-    ("iwan", "sliders"): lambda table, key: table.integer(key),
-    ("frictional", "tangents"): lambda table, key: table.integer(key),
+# Where a law takes fewer kinds of values than others with a parameter of the same name.
+_KINDS = {
+    ("sliders", "limit"): numbers(NON_NEGATIVE),
+    ("sliders", "stiffness"): numbers(POSITIVE),
+    ("iwan", "stiffness"): number(POSITIVE),
 }
-_STIFF = ("stiffness", "tangential_stiffness", "normal_stiffness")
+
+
+def existing(table: Table, key: str, folder: Path) -> Path:
+    """Return the path that a key names, relative to a folder; refuse one that does not exist."""
+    path = folder / str(table[key])
+    if not exists(path):
+        raise table.error(key, f"no such file or folder: {str(path)!r}")
+    return path
+
+
+def exists(path: Path) -> bool:
+    """Return whether a path exists; False if no file can have this name."""
+    try:
+        path.stat()
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def read_friction(table: Table) -> RigidFriction:
-    """The section [friction]."""
-    if table.is_one_of("law", tuple(ELASTIC)):
+    """Read the section [friction]."""
+    if table.given("law") in tuple(ELASTIC_LAWS):
         raise table.error("law", "is an elastic law: use a group [[contacts]] instead")
-    law = cast(Literal["tanh", "coulomb"], table.choice("law", _RIGID))
-    if law == "coulomb" and "alpha" in table:
+    if table["law"] == "tanh":
+        table.required("alpha")
+    elif "alpha" in table:
         raise table.error("alpha", 'goes with law = "tanh"; "coulomb" is not regularised')
-    return RigidFriction(
-        law=law,
-        limit=table.number_or_numbers("limit", NON_NEGATIVE),
-        alpha=table.number("alpha", POSITIVE) if law == "tanh" else None,
-    )
+    return RigidFriction(**table.values())
 
 
 def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
-    """The groups [[contacts]]."""
+    """Read the groups [[contacts]]."""
     groups = tuple(_group(table) for table in tables)
     for table, group in zip(tables, groups, strict=True):
         if group.contacts is None and len(groups) > 1:
@@ -70,42 +70,35 @@ def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
 
 
 def _group(table: Table) -> ContactGroup:
-    if table.is_one_of("law", _RIGID):
+    if table.given("law") in RIGID_LAWS:
         raise table.error("law", f"is a rigid law and goes in [friction], alone; {STAND_IN}")
-    name = table.choice("law", tuple(ELASTIC))
-    own = _PARAMETERS[name]
-    for key in CONTACTS[2:]:
-        if key in table and key not in own:
+    name = table["law"]
+    own = [field.name for field in fields(ELASTIC_LAWS[name])]
+    for key in table:
+        if key not in ("law", "contacts", *own):
             raise table.error(key, f'is no parameter of law = "{name}"; it has {", ".join(own)}')
-    values = {}
-    for field in fields(ELASTIC[name]):
-        if field.name in table or field.default is MISSING:
-            values[field.name] = _parameter(table, name, field.name)
+    parameters: dict[str, Any] = {key: table.read(key, _KINDS.get((name, key))) for key in own}
     try:
-        law = ELASTIC[name](**values)
+        law = ELASTIC_LAWS[name](**parameters)
     except SlipmodeError as refusal:
         raise table.below(refusal) from None
-    return ContactGroup(law, table.integers("contacts") if "contacts" in table else None)
+    return ContactGroup(law, table["contacts"])
 
 
-def read_preload(
-    table: Table, groups: tuple[ContactGroup, ...], file: Callable[[Table, str], Path]
-) -> StaticForce:
-    """The section [preload]; `file` finds the file that a key names."""
+def read_preload(table: Table, groups: tuple[ContactGroup, ...], folder: Path) -> StaticForce:
+    """Read the section [preload]; a file name in it is relative to `folder`."""
     if not any(isinstance(group.law, FrictionalContact) for group in groups):
         raise SlipmodeError(
             "preload: presses contacts together, and these have no normal direction; use a group "
             '[[contacts]] with law = "frictional", or leave it out'
         )
-    if ("dof" in table) == ("vector" in table):
-        raise table.error("dof", "give exactly one of dof and vector")
+    table.exactly_one(("dof", "vector"), "dof", "give exactly one of dof and vector")
     if "vector" in table:
         if "force" in table:
             raise table.error("force", "goes with dof; vector has the forces")
-        return StaticForce(
-            file(table, "vector") if table.is_text("vector") else table.numbers("vector")
-        )
-    dof, force = table.integer_or_integers("dof"), table.number_or_numbers("force")
+        vector = table["vector"]
+        return StaticForce(existing(table, "vector", folder) if type(vector) is str else vector)
+    dof, force = table["dof"], table.required("force")
     dofs = dof if isinstance(dof, tuple) else (dof,)
     forces = force if isinstance(force, tuple) else (force,) * len(dofs)
     if not dofs or len(set(dofs)) < len(dofs):
@@ -115,15 +108,8 @@ def read_preload(
     return StaticForce(dict(zip(dofs, forces, strict=True)))
 
 
-def _parameter(table: Table, law: str, key: str) -> Any:
-    read = _KINDS.get((law, key))
-    if read is not None:
-        return read(table, key)
-    return table.number_or_numbers(key, POSITIVE if key in _STIFF else NON_NEGATIVE)
-
-
 def law_of(scene: Scene, contacts: int) -> Friction:
-    """The law of a scene at so many contact DOFs.
+    """Return the law of a scene at so many contact DOFs.
 
     Raises
     ------
@@ -132,12 +118,13 @@ def law_of(scene: Scene, contacts: int) -> Friction:
     """
     if scene.friction is not None:
         return _rigid(scene.friction, contacts)
-    for number, group in enumerate(scene.contacts):
+    for k, group in enumerate(scene.contacts):
         try:
             group.law.elements(contacts if group.contacts is None else len(group.contacts))
         except SlipmodeError as refusal:
-            told = str(refusal).replace("contact:", "contacts:", 1)  # columns of W, in Python
-            raise SlipmodeError(f"contacts[{number}].{told}") from None
+            # `contact` is the name in Python, where it means columns of W
+            message = str(refusal).replace("contact:", "contacts:", 1)
+            raise SlipmodeError(f"contacts[{k}].{message}") from None
     first = scene.contacts[0]
     if first.contacts is None:
         return first.law
@@ -147,9 +134,9 @@ def law_of(scene: Scene, contacts: int) -> Friction:
 
 
 def _rigid(friction: RigidFriction, contacts: int) -> Friction:
-    law = (
-        Coulomb(friction.limit) if friction.alpha is None else Tanh(friction.limit, friction.alpha)
-    )
+    law: Friction = Coulomb(friction.limit)
+    if friction.alpha is not None:
+        law = Tanh(friction.limit, friction.alpha)
     try:
         limits(law, contacts)
     except SlipmodeError as error:
@@ -158,12 +145,12 @@ def _rigid(friction: RigidFriction, contacts: int) -> Friction:
 
 
 def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
-    """The state under the static force of a scene, if it has one.
+    """Return the state under the static force of a scene, or None without one.
 
     Raises
     ------
     SlipmodeError
-        If it does not fit, or the contacts do not hold the structure under it.
+        If the force does not fit, or the contacts do not hold the structure under it.
     """
     if scene.preload is None:
         return None
@@ -175,13 +162,7 @@ def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | No
 
 
 def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
-    """Refuse a script of the limits where the motion does not scale with them.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the key and what stands against it.
-    """
+    """Refuse `limits.scale` if the motion does not scale with limits and preloads."""
     if scene.limit_scale is None or is_homogeneous(law, contacts):
         return
     against, instead = "tanh has a velocity alpha", 'law = "coulomb"'

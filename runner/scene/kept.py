@@ -1,6 +1,6 @@
-"""What takes long about a large structure, kept on disk: its static state, its reduction.
+"""Static state and reduction of large structures, stored on disk because they take long.
 
-Kept where friction tables are, under a hash of all that it depends on.
+They are in the cache of friction tables, under a hash of everything that they depend on.
 """
 
 from __future__ import annotations
@@ -22,20 +22,14 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.reduction import (
-    SMALLEST_RESPONSE,
-    Formulation,
-    Reduced,
-    reduce,
-)
+from slipmode.rom.reduction.reduction import Formulation, Reduced, reduce
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import OPTIONAL_ARRAYS, REDUCED_ARRAYS
 
-LARGE = 10_000  # DOFs, from which the work takes longer than finding it again
+LARGE = 10_000  # DOFs from which the work takes longer than to read its result from disk
 
 _STATE = ("displacement", "contact_force", "state", "normal_force", "gap", "tangential_share")
-_LAW = "law"
 _DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, SlipmodeError)
 
 Arrays = Mapping[str, np.ndarray]
@@ -43,22 +37,20 @@ Result = TypeVar("Result")
 
 
 def kept_preload(structure: Structure, law: Elastic, force: Floats) -> Preload:
-    """`rom.preload` without warnings; of large structures it is looked for on disk first."""
-
-    def made() -> Preload:
+    """Return `rom.preload` without its warnings, from disk if the structure is large."""
+    if structure.n_dofs < LARGE:
         return preload(structure, law, force, warned=False)
 
-    def arrays(found: Preload) -> Arrays:
+    def compute() -> Arrays:
+        found = preload(structure, law, force, warned=False)
         record = np.array(json.dumps(record_of(found.law)))
-        return {_LAW: record} | {name: getattr(found, name) for name in _STATE}
+        return {"law": record} | {name: getattr(found, name) for name in _STATE}
 
     def read(stored: Arrays) -> Preload:
-        loaded: Any = law_of(json.loads(str(stored[_LAW])))
+        loaded: Any = law_of(json.loads(str(stored["law"])))
         return Preload(loaded, **{name: stored[name] for name in _STATE})
 
-    if structure.n_dofs < LARGE:
-        return made()
-    return _kept(_key(structure, "preload", record_of(law), force), made, arrays, read)
+    return _kept(_key(structure, "preload", record_of(law), force), compute, read)
 
 
 def kept_reduction(
@@ -67,24 +59,17 @@ def kept_reduction(
     formulation: Formulation,
     law: Elastic | None,
     aerodynamics: Sequence[complex] | None,
-    smallest_response: float = SMALLEST_RESPONSE,
     *,
     progress: bool = False,
 ) -> Reduced:
-    """`rom.reduce` without warnings; of large structures it is looked for on disk first."""
+    """Return `rom.reduce` without its warnings, from disk if the structure is large."""
+    options: dict[str, Any] = {"law": law, "aerodynamics": aerodynamics, "progress": progress}
+    if structure.n_dofs < LARGE:
+        return reduce(structure, modes, formulation, warned=False, **options)
     elements = None if law is None else law.elements(structure.n_contacts)
 
-    def made() -> Reduced:
-        return reduce(
-            *(structure, modes, formulation),
-            law=law,
-            aerodynamics=aerodynamics,
-            smallest_response=smallest_response,
-            warned=False,
-            progress=progress,
-        )
-
-    def arrays(found: Reduced) -> Arrays:
+    def compute() -> Arrays:
+        found = reduce(structure, modes, formulation, warned=False, **options)
         values = {name: getattr(found, name) for name in (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS)}
         return {name: value for name, value in values.items() if value is not None}
 
@@ -92,21 +77,14 @@ def kept_reduction(
         chosen = tuple(int(mode) for mode in modes)
         return Reduced(formulation=formulation, modes=chosen, contacts=elements, **stored)
 
-    if structure.n_dofs < LARGE:
-        return made()
     record = None if law is None else record_of(law)
-    forces = None if aerodynamics is None else [[c.real, c.imag] for c in aerodynamics]
-    said = ["reduction", list(modes), formulation, record, forces, smallest_response]
-    return _kept(_key(structure, *said), made, arrays, read)
+    coefficients = None if aerodynamics is None else [[c.real, c.imag] for c in aerodynamics]
+    key = _key(structure, "reduction", list(modes), formulation, record, coefficients)
+    return _kept(key, compute, read)
 
 
-def _kept(
-    key: str,
-    made: Callable[[], Result],
-    arrays: Callable[[Result], Arrays],
-    read: Callable[[Arrays], Result],
-) -> Result:
-    """What is kept under a key, or else made, and kept; the same to the last bit either way."""
+def _kept(key: str, compute: Callable[[], Arrays], read: Callable[[Arrays], Result]) -> Result:
+    """Return the result stored under a key, or compute and store it; the same bits either way."""
     name = f"{key}.npz"
 
     def load(path: Path) -> Result:
@@ -118,22 +96,22 @@ def _kept(
 
     def save(path: Path) -> None:
         with replacing(path) as file:
-            np.savez(file, **content)  # type: ignore[arg-type]  # of names like arrays
+            np.savez(file, **content)  # type: ignore[arg-type]  # names are arrays only
 
     found = disk_cache.find(name, load)
     if found is not None:
         return found
-    # in the order of files: sums over other layouts are rounded differently
-    content = {each: np.asarray(array, order="C") for each, array in arrays(made()).items()}
+    # files have C order, and sums over another layout would be rounded differently
+    content = {each: np.asarray(array, order="C") for each, array in compute().items()}
     disk_cache.keep(name, save)
     return read(content)
 
 
-def _key(structure: Structure, *said: Any) -> str:
-    """Hash of a structure and of what is asked of it: plain values and arrays."""
+def _key(structure: Structure, *others: Any) -> str:
+    """Return a hash of a structure and of plain values and arrays."""
     digest = hashlib.sha256(version("slipmode").encode())
     matrices = (structure.mass, structure.stiffness, structure.damping, structure.directions)
-    for each in (*matrices, *said):
+    for each in (*matrices, *others):
         parts: list[Any] = [each]
         if scipy.sparse.issparse(each):
             whole: Any = each

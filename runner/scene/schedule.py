@@ -1,7 +1,7 @@
 """A scene's scripts as steps of the component: values and rates at the start of each step.
 
-Nothing is kept per step: what is asked for of some steps is computed for those, from the
-breakpoints of the scripts and the length of a step.
+Nothing is stored per step: values are computed from the breakpoints when a slice of the steps is
+requested.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,33 +17,35 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.script import Script
+from slipmode.runner.scene.sections import Scene
 
 LIMIT_SCALE = "limit_scale"
 
-_QUIET = Script.constant(0.0)
-_UNSCALED = Script.constant(1.0)
 _ALL = slice(None)
-_SAME = 1e-9  # of a step: communication points so near are one
+# Communication points closer than this part of a step are one: multiples of the step are rounded
+# by 1e-16 of the time, in up to 1e7 steps.
+_COINCIDE = 1e-9
+
+
+class _Stretches(NamedTuple):
+    """Stretches in which all scripts are straight lines, (stretches + 1,) each."""
+
+    start: Floats  # Their starts, and the end [s]
+    number: NDArray[np.int64]  # The numbers of these communication points
+    regular: NDArray[np.int64]  # The multiple of the step that follows each start
 
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
     """Communication points and the inputs between them.
 
-    Steps and points are numbered from 0; of all of them, a slice says which are meant.
-
-    Attributes
-    ----------
-    scripts : mapping of str to Script
-        Per input ("force_A", ...).
-    duration, step : float
-        The points are 0, the end, every breakpoint of a script, and the multiples of the step
-        that coincide with none of these [s].
+    Steps and points are numbered from 0. Slices select some of them.
     """
 
-    scripts: Mapping[str, Script]
+    scripts: Mapping[str, Script]  # Per input ("force_A", ...)
+    # duration, step: The points are 0, the end, every breakpoint of a script, and the multiples of
+    # the step that coincide with none of these [s]
     duration: float
     step: float
 
@@ -50,11 +53,11 @@ class Schedule:
 
     @property
     def steps(self) -> int:
-        """How many steps there are."""
+        """Number of steps."""
         return int(self._stretches.number[-1])
 
     def time(self, points: slice = _ALL) -> Floats:
-        """Communication points [s], (points,)."""
+        """Return communication points [s], (points,)."""
         number = np.arange(*points.indices(self.steps + 1))
         stretch = np.searchsorted(self._stretches.number, number, side="right") - 1
         inside = number - self._stretches.number[stretch]
@@ -62,17 +65,17 @@ class Schedule:
         return np.where(inside == 0, self._stretches.start[stretch], regular)
 
     def durations(self, steps: slice = _ALL) -> Floats:
-        """Length of steps [s], (steps,)."""
+        """Return the lengths of steps [s], (steps,)."""
         first, end, _ = steps.indices(self.steps)
         return np.diff(self.time(slice(first, max(end, first) + 1)))
 
     def inputs(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
-        """Inputs of a component at the start of steps, (steps, len(names)), right of jumps."""
+        """Return inputs of a component at the start of steps, after jumps, (steps, names)."""
         starts = self.time(slice(*steps.indices(self.steps)))
         return np.column_stack([self._input(name, starts) for name in names])
 
     def at_points(self, names: Sequence[str], points: slice = _ALL) -> Floats:
-        """Values at communication points, (points, len(names)), right of jumps."""
+        """Return values at communication points, after jumps, (points, names)."""
         first, end, _ = points.indices(self.steps + 1)
         values = self.inputs(names, slice(first, end))
         if end <= self.steps:
@@ -81,29 +84,33 @@ class Schedule:
         return np.vstack((values, self.at_ends(names, last)))
 
     def at_ends(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
-        """Values at the end of steps, (steps, len(names)), left of jumps."""
-        rates = [rate_of(name) for name in names]
-        grown = self.inputs(rates, steps) * self.durations(steps)[:, np.newaxis]
-        return np.asarray(self.inputs(names, steps) + grown)
+        """Return values at the end of steps, before jumps, (steps, names)."""
+        rates = self.inputs([rate_of(name) for name in names], steps)
+        return np.asarray(self.inputs(names, steps) + rates * self.durations(steps)[:, np.newaxis])
 
     def forces(self, modes: Sequence[str], steps: slice = _ALL) -> tuple[Complexes, Complexes]:
-        """Force exp(i phase) at the start and at the end of steps, (steps, modes)."""
-        quantities = ("force", "phase")
-        names = [[f"{quantity}_{mode}" for mode in modes] for quantity in quantities]
-        start, end = (
-            phasor(force, phase)
-            for force, phase in (
-                [at(name, steps) for name in names] for at in (self.inputs, self.at_ends)
-            )
+        """Return force exp(i phase) at the start and at the end of steps, (steps, modes)."""
+        force, phase = ([f"{part}_{mode}" for mode in modes] for part in ("force", "phase"))
+        return (
+            phasor(self.inputs(force, steps), self.inputs(phase, steps)),
+            phasor(self.at_ends(force, steps), self.at_ends(phase, steps)),
         )
-        return start, end
+
+    def frequencies(self, modes: Sequence[str]) -> tuple[Floats, Floats]:
+        """Return forcing frequencies [rad/s] at both ends of every stretch, (stretches, modes)."""
+        names, straight = [f"frequency_{mode}" for mode in modes], self.stretches()
+        return straight.inputs(names), straight.at_ends(names)
+
+    def frequency_range(self, modes: Sequence[str]) -> tuple[Floats, Floats]:
+        """Return the least and the largest forcing frequency of each mode [rad/s], (modes,)."""
+        return self.extremes([f"frequency_{mode}" for mode in modes])
 
     def stretches(self) -> Schedule:
-        """The same from breakpoint to breakpoint: every input is a straight line in a step."""
+        """Return the schedule with steps from breakpoint to breakpoint."""
         return replace(self, step=self.duration)
 
     def mean_frequency(self, modes: Sequence[str]) -> list[float]:
-        """Forcing frequency of each mode [rad/s], its mean weighted by the force amplitude."""
+        """Return the forcing frequency of each mode [rad/s], a mean weighted by the amplitude."""
         straight = self.stretches()
         lengths = straight.durations()
         means = []
@@ -112,7 +119,7 @@ class Schedule:
             start, end = straight.inputs(names), straight.at_ends(names)
             if not (start[:, 1].any() or end[:, 1].any()):
                 start[:, 1] = end[:, 1] = 1.0
-            reference = start[0, 0]  # so that the mean of a constant is that constant
+            reference = start[0, 0]  # so that the mean of a constant is this constant
             (f0, w0), (f1, w1) = start.T, end.T
             middle = 0.5 * (w0 + w1)
             moment = (f0 - reference) * w0 + (f1 - reference) * w1
@@ -121,15 +128,17 @@ class Schedule:
         return means
 
     def extremes(self, names: Sequence[str]) -> tuple[Floats, Floats]:
-        """Least and largest value of each input, both sides of a jump counted, (names,)."""
+        """Return the least and the largest value of each input, (names,); jumps included."""
         straight = self.stretches()
         reached = np.vstack((straight.inputs(names), straight.at_ends(names)))
         return reached.min(axis=0), reached.max(axis=0)
 
     def _input(self, name: str, starts: Floats) -> Floats:
-        script = self.scripts.get(name.replace("_rate", ""))
-        if script is None:  # limits that nothing scripts are those of the model
-            script = {LIMIT_SCALE: _UNSCALED}[name.replace("_rate", "")]
+        scripted = name.replace("_rate", "")
+        script = self.scripts.get(scripted)
+        if script is None and scripted == LIMIT_SCALE:
+            script = Script.constant(1.0)
+        assert script is not None
         return script.rate(starts) if is_rate(name) else script.value(starts)
 
     @cached_property
@@ -137,58 +146,40 @@ class Schedule:
         breaks = {b for script in self.scripts.values() for b in script.breaks}
         inner = {b for b in breaks if 0 < b < self.duration}
         start = np.array(sorted({0.0, self.duration, *inner}))
-        first = self._regular_from(start[:-1], after=True)
-        end = self._regular_from(start[1:], after=False)
+        first = self._next_multiple(start[:-1], after=True)
+        end = self._next_multiple(start[1:], after=False)
         number = np.append(0, np.cumsum(np.maximum(end - first, 0) + 1))
         return _Stretches(start, number, np.append(first, 0))
 
-    def _regular_from(self, time: Floats, *, after: bool) -> NDArray[np.int64]:
-        """Least k whose multiple of the step lies after each time, or just not before it."""
+    def _next_multiple(self, time: Floats, *, after: bool) -> NDArray[np.int64]:
+        """Return the least k for which k steps lie after each time, or not before it."""
         k = np.floor(time / self.step).astype(np.int64)[:, np.newaxis] + np.arange(-1, 3)
-        apart = self.step * k - time[:, np.newaxis]
-        least = _SAME * self.step
-        earlier = apart <= least if after else -apart > least
+        distance = self.step * k - time[:, np.newaxis]
+        least = _COINCIDE * self.step
+        earlier = distance <= least if after else -distance > least
         return np.asarray(k[:, 0] + earlier.sum(axis=1))
 
 
-@dataclass(frozen=True, eq=False)
-class _Stretches:
-    """Where the scripts are straight lines.
-
-    Attributes
-    ----------
-    start : (stretches + 1,) ndarray
-        Their starts, and the end [s].
-    number : (stretches + 1,) ndarray
-        Of these among the communication points.
-    regular : (stretches + 1,) ndarray
-        The multiple of the step that follows each start.
-    """
-
-    start: Floats
-    number: NDArray[np.int64]
-    regular: NDArray[np.int64]
-
-
 def rate_of(name: str) -> str:
-    """What the rate of an input is called: force_rate_A of force_A, limit_scale_rate."""
+    """Return the name of the rate of an input: force_rate_A of force_A, limit_scale_rate."""
     return f"{name}_rate" if name == LIMIT_SCALE else name.replace("_", "_rate_")
 
 
 def is_rate(name: str) -> bool:
-    """Whether an input is the rate of another."""
+    """Return whether an input is the rate of another."""
     return "_rate" in name
 
 
 def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
-    """Steps of a scene for the modes in `natural`, {"A": omega_A, ...}.
+    """Return the steps of a scene for the modes in `natural`, {"A": omega_A, ...}.
 
     A mode without forcing of its own has zero force at its natural frequency.
     """
     scripts = {LIMIT_SCALE: scene.limit_scale} if scene.limit_scale else {}
+    zero = Script.constant(0.0)
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)
-        scripts[f"force_{mode}"] = forcing.amplitude if forcing else _QUIET
+        scripts[f"force_{mode}"] = forcing.amplitude if forcing else zero
         scripts[f"frequency_{mode}"] = forcing.frequency if forcing else Script.constant(frequency)
-        scripts[f"phase_{mode}"] = forcing.phase if forcing else _QUIET
+        scripts[f"phase_{mode}"] = forcing.phase if forcing else zero
     return Schedule(scripts, scene.run.duration, scene.run.step)

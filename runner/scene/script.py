@@ -1,10 +1,12 @@
 """A scripted scalar: a force amplitude, frequency or phase over slow time."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, Self, overload
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,24 +19,16 @@ from slipmode.rom.errors import SlipmodeError
 class Script:
     """A piecewise linear function of time, constant before and after its breakpoints.
 
-    Two breakpoints at the same time are a jump; the function is continuous from the right,
-    so at the jump itself it has the second value.
-
-    Attributes
-    ----------
-    times : tuple of float
-        Breakpoint times [s], ascending, at most two alike.
-    values : tuple of float
-        The value at each breakpoint.
+    Two breakpoints at the same time are a jump, at which the function has the second value.
 
     Raises
     ------
     SlipmodeError
-        If the breakpoints are none, unsorted or more than two at one time.
+        If there is no breakpoint, they are unsorted, or more than two have the same time.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: tuple[float, ...]  # Breakpoint times [s], ascending, each at most twice
+    values: tuple[float, ...]  # The value at each breakpoint
 
     def __post_init__(self) -> None:
         if not self.times or len(self.times) != len(self.values):
@@ -52,93 +46,66 @@ class Script:
 
     @classmethod
     def constant(cls, value: float) -> Self:
-        """The same value at all times."""
+        """Return the script with the same value at all times."""
         return cls((0.0,), (value,))
 
     @classmethod
     def through(cls, breakpoints: Sequence[Sequence[float]]) -> Self:
-        """Through [[t, value], ...]."""
+        """Return the script through [[t, value], ...]."""
         return cls(tuple(t for t, _ in breakpoints), tuple(value for _, value in breakpoints))
 
     def scaled(self, factor: float) -> Self:
-        """The same script of values that are a factor larger."""
-        return (
-            self if factor == 1.0 else replace(self, values=tuple(factor * v for v in self.values))
-        )
+        """Return the script with all values times a factor."""
+        if factor == 1.0:
+            return self
+        return replace(self, values=tuple(factor * value for value in self.values))
 
-    @overload
-    def value(self, t: float) -> float: ...
-    @overload
-    def value(self, t: Floats) -> Floats: ...
-    def value(self, t: float | Floats) -> float | Floats:
-        """The value at `t`; right of the jump where there is one. Same shape as `t`."""
+    def value(self, t: ArrayLike) -> Floats:
+        """Return the value at times `t`, after a jump; in the shape of `t`."""
         return self._at(t, "right")
 
-    @overload
-    def value_before(self, t: float) -> float: ...
-    @overload
-    def value_before(self, t: Floats) -> Floats: ...
-    def value_before(self, t: float | Floats) -> float | Floats:
-        """The limit from the left at `t`; differs from `value` at a jump only."""
+    def value_before(self, t: ArrayLike) -> Floats:
+        """Return the limit from the left at `t`; it differs from `value` at jumps only."""
         return self._at(t, "left")
 
-    @overload
-    def rate(self, t: float) -> float: ...
-    @overload
-    def rate(self, t: Floats) -> Floats: ...
-    def rate(self, t: float | Floats) -> float | Floats:
-        """The slope just right of `t` [1/s]; jumps do not count. Same shape as `t`."""
-        return _like(t, self._slopes[np.searchsorted(self._points[0], t, side="right")])
+    def rate(self, t: ArrayLike) -> Floats:
+        """Return the slope just after `t` [1/s], without jumps; in the shape of `t`."""
+        return np.asarray(self._slopes[np.searchsorted(self._points[0], t, side="right")])
 
     @cached_property
     def breaks(self) -> tuple[float, ...]:
         """The times at which the value jumps or the slope changes, ascending."""
-        times, points = np.unique(self._points[0]), self._points[0]
+        points = self._points[0]
+        times = np.unique(points)
         before = self._slopes[np.searchsorted(points, times, side="left")]
         after = self._slopes[np.searchsorted(points, times, side="right")]
-        return tuple(sorted({*times[before != after].tolist(), *self._jumps}))
+        pairs = pairwise(zip(self.times, self.values, strict=True))
+        jumps = {t for (t, v), (u, w) in pairs if t == u and v != w}
+        return tuple(sorted({*times[before != after].tolist(), *jumps}))
 
     def range(self, t0: float, t1: float) -> tuple[float, float]:
-        """The least and the greatest value on [t0, t1], both sides of a jump included."""
+        """Return the least and the greatest value on [t0, t1], both sides of jumps included."""
         inside = [v for t, v in zip(self.times, self.values, strict=True) if t0 < t <= t1]
-        reached = [self.value(t0), *inside, self.value(t1)]
+        reached = [float(self.value(t0)), *inside, float(self.value(t1))]
         return min(reached), max(reached)
-
-    @property
-    def _jumps(self) -> list[float]:
-        points = zip(self.times, self.values, strict=True)
-        return [t for (t, v), (u, w) in pairwise(points) if t == u and v != w]
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
-        """Times and values as arrays."""
         return np.array(self.times, dtype=float), np.array(self.values, dtype=float)
 
     @cached_property
     def _slopes(self) -> Floats:
-        """The slope of each segment, the two constant ends included; 0 for a jump."""
+        """The slope of each segment and of both constant ends; 0 for a jump."""
         with np.errstate(over="ignore", invalid="ignore"):
             runs, rises = (np.diff(part) for part in self._points)
             inner = np.divide(rises, runs, out=np.zeros_like(rises), where=runs > 0.0)
         return np.concatenate(([0.0], inner, [0.0]))
 
-    def _at(self, t: float | Floats, side: Literal["left", "right"]) -> float | Floats:
-        if len(self.times) == 1:  # as in most samples of a study, which are many
-            value = float(self.values[0])
-            return np.full(t.shape, value) if isinstance(t, np.ndarray) else value
-        return _like(t, self._evaluate(t, side))
-
-    def _evaluate(self, t: ArrayLike, side: Literal["left", "right"]) -> Floats:
-        """Interpolate in the segment that holds the points next to `t` on that side."""
+    def _at(self, t: ArrayLike, side: Literal["left", "right"]) -> Floats:
+        """Interpolate in the segment of the points next to `t` on a side."""
+        if len(self.times) == 1:  # as in most of the many samples of a study
+            return np.full(np.shape(t), self.values[0])
         times, values = self._points
         segment = np.searchsorted(times, t, side=side)
         start = np.maximum(segment - 1, 0)
-        interpolated: Floats = values[start] + self._slopes[segment] * (
-            np.asarray(t) - times[start]
-        )
-        return interpolated
-
-
-def _like(t: float | Floats, result: Floats) -> float | Floats:
-    """A plain float for a plain time, an array for an array."""
-    return result if isinstance(t, np.ndarray) else float(result)
+        return np.asarray(values[start] + self._slopes[segment] * (np.asarray(t) - times[start]))

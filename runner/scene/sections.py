@@ -1,9 +1,9 @@
-"""A scene: what is forced, how, for how long, and what is to be seen of it.
-
-Each class is a section of the scene file: plain values, checked when they were read.
+"""A scene in Python: each class is a section of the scene file, with values that were checked.
 
 Times are in s, frequencies in rad/s, forces in N, displacements in m.
 """
+
+from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -19,13 +19,29 @@ from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
-from slipmode.runner.scene.nodes import NodeDof
 from slipmode.runner.scene.script import Script
 
 
 @dataclass(frozen=True)
+class NodeDof:
+    """A DOF by its node and direction, "x", "y", "z", "rx", "ry" or "rz"."""
+
+    node: int
+    direction: str
+
+    def dof(self, key: str, structure: Structure) -> int:
+        """Return the number of the DOF in a structure; a refusal names the key."""
+        if structure.labels is None:
+            raise SlipmodeError(f"{key}: the matrices name no nodes; give DOFs")
+        try:
+            return structure.labels.dof(self.node, self.direction)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{key}: {error}") from None
+
+
+@dataclass(frozen=True)
 class TwoMass:
-    """The two-mass model, with the keyword arguments of `rom.two_mass` that differ."""
+    """The two-mass model, with the keyword arguments of `rom.two_mass` that are given."""
 
     parameters: Mapping[str, float]
 
@@ -36,7 +52,7 @@ class TwoMass:
 
 @dataclass(frozen=True)
 class MatrixFile:
-    """Matrices on disk, as `rom.load_structure` reads them; what is given overrides theirs."""
+    """Matrices on disk, as `rom.load_structure` reads them; other arguments override theirs."""
 
     path: Path
     damping: float | Rayleigh | None
@@ -59,7 +75,7 @@ class RigidFriction:
 
 @dataclass(frozen=True)
 class ContactGroup:
-    """Elastic contacts with one law, and the contact DOFs that they are on; None: on all."""
+    """Elastic contacts with one law, and their contact DOFs; None: all contact DOFs."""
 
     law: ElasticLaw
     contacts: tuple[int, ...] | None
@@ -67,12 +83,12 @@ class ContactGroup:
 
 @dataclass(frozen=True)
 class StaticForce:
-    """A force at rest [N]: on some DOFs, on every one, or on every one from an .npy file."""
+    """A force at rest [N]: on some DOFs, on every DOF, or on every DOF from an .npy file."""
 
     force: Mapping[int, float] | tuple[float, ...] | Path
 
     def vector(self, n_dofs: int) -> Floats:
-        """As an (n,) vector.
+        """Return the force as an (n,) vector.
 
         Raises
         ------
@@ -85,7 +101,7 @@ class StaticForce:
                     f"preload.dof: must be 0 to {n_dofs - 1}, got {max(self.force)}"
                 )
             return force_vector(self.force, n_dofs)
-        given = self._stored() if isinstance(self.force, Path) else np.array(self.force)
+        given = np.array(self.force) if isinstance(self.force, tuple) else _stored(self.force)
         if given.shape != (n_dofs,):
             raise SlipmodeError(
                 f"preload.vector: must have {n_dofs} numbers, one per DOF, got "
@@ -93,13 +109,14 @@ class StaticForce:
             )
         return force_vector(given, n_dofs, "preload.vector")
 
-    def _stored(self) -> Floats:
-        try:
-            return np.asarray(np.load(self.force, allow_pickle=False), dtype=float)  # type: ignore[arg-type]
-        except (OSError, ValueError, TypeError, EOFError):
-            raise SlipmodeError(
-                f"preload.vector: must be an .npy file of one number per DOF: {str(self.force)!r}"
-            ) from None
+
+def _stored(path: Path) -> Floats:
+    try:
+        return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+    except (OSError, ValueError, TypeError, EOFError):
+        raise SlipmodeError(
+            f"preload.vector: must be an .npy file of one number per DOF: {str(path)!r}"
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -111,13 +128,13 @@ class Modes:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """The modes there are: (A,) or (A, B)."""
+        """(A,) or (A, B)."""
         return (self.A,) if self.B is None else (self.A, self.B)
 
 
 @dataclass(frozen=True)
 class Forcing:
-    """The force `amplitude cos(theta)` of a pattern; theta' = frequency, plus phase."""
+    """The force `amplitude cos(theta + phase)` of a pattern, theta' = frequency."""
 
     mode: str
     pattern: int | tuple[float, ...] | NodeDof
@@ -126,7 +143,7 @@ class Forcing:
     phase: Script
 
     def vector(self, n_dofs: int) -> Floats:
-        """The pattern as an (n,) vector: a unit vector if it was given as a DOF.
+        """Return the pattern as an (n,) vector: a unit vector if it was given as a DOF.
 
         Raises
         ------
@@ -140,7 +157,7 @@ class Forcing:
                     f"got {len(self.pattern)}"
                 )
             return np.array(self.pattern)
-        assert isinstance(self.pattern, int)  # nodes have been located
+        assert isinstance(self.pattern, int)  # `Scene.located` has replaced nodes
         if self.pattern >= n_dofs:
             raise SlipmodeError(
                 f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.pattern}"
@@ -161,11 +178,10 @@ class Run:
 
 @dataclass(frozen=True)
 class ModelOptions:
-    """How the reduced model is made; table range per mode, None to let the plan find it.
+    """How the reduced model is made; the keys of [model].
 
-    Without a friction table (none) all of the scene is integrated at full order. Stretches whose
-    transient error is too large are integrated at full order (auto, hybrid) or left to the slow
-    flow (slow). A table is refused that takes longer than the budget [s].
+    `tolerance` is the relative tolerance of the friction table, `amplitude` its range per mode,
+    None if the plan finds it.
     """
 
     tolerance: float
@@ -215,13 +231,13 @@ class Scene:
     title : str
     structure : TwoMass or MatrixFile
     friction : RigidFriction or None
-        Of rigid contacts; None if they are elastic.
+        The law of rigid contacts; None if they are elastic.
     contacts : tuple of ContactGroup
         Elastic contacts, group by group; empty if they are rigid.
     preload : StaticForce or None
-        Under which contacts are pressed, or open, at rest; None: they are as their laws say.
+        The force that presses contacts together, or opens them, at rest.
     limit_scale : Script or None
-        Limits and preloads over time, relative to those given; None: they stay.
+        Factor on limits and preloads over time; None: they are constant.
     modes : Modes
     forcing : mapping of "A", "B" to Forcing
         The forced modes only.
@@ -232,18 +248,18 @@ class Scene:
     run : Run
     model : ModelOptions
     contact : tuple of Window
-        Where contact motion is wanted, and that of the elastic DOFs with it; in time order.
+        Windows of contact motion, with the motion of the elastic DOFs; in time order.
     elastic : tuple of Window
-        Where the motion of the elastic DOFs alone is wanted; in time order. No window overlaps
-        another.
+        Windows of the elastic DOFs alone; in time order. No window overlaps another.
     output : Output
     log : Log
     text : str
         The TOML source.
     units : Units
-        Of the frequencies in the file, here in rad/s as all others, and of pictures and tables.
+        Units of frequencies in the file, and of pictures and tables. Frequencies here are in
+        rad/s.
     path : Path or None
-        The file it came from.
+        The file of the scene.
     name : str
         The file's name without its ending.
     """
@@ -273,25 +289,42 @@ class Scene:
         return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"
 
     @property
+    def windows(self) -> list[Window]:
+        """All windows, in time order."""
+        return sorted((*self.contact, *self.elastic), key=lambda window: window.start)
+
+    @property
     def tabulated(self) -> bool:
-        """Whether it goes through slow time; else all of it is integrated."""
+        """Whether the scene has a friction table; without one all of it is at full order."""
         return self.model.table != "none"
 
     @property
     def switches(self) -> bool:
         """Whether a run goes to full order where slow time has too large a transient error."""
-        model = self.model
-        possible = model.table == "whole" and model.formulation == "consistent"
-        return possible and self.limit_scale is None and model.transients != "slow"
+        possible = self.tabulated and self.model.formulation == "consistent"
+        return possible and self.limit_scale is None and self.model.transients != "slow"
 
     def in_slow_time(self) -> Self:
-        """The same scene without stretches at full order."""
+        """Return the same scene without stretches at full order."""
         return replace(self, model=replace(self.model, transients="slow"))
 
     def check_tabulated(self) -> None:
-        """Refuse what goes through slow time for a scene that does not."""
+        """Refuse a scene without a friction table."""
         if not self.tabulated:
             raise SlipmodeError(
                 'model.table: "none" integrates runs of the scene, and this needs a friction '
                 'table; give "whole"'
             )
+
+    def located(self, structure: Structure) -> Self:
+        """Return the same scene with DOFs of the structure instead of nodes."""
+        forcing = dict(self.forcing)
+        for mode, each in forcing.items():
+            if isinstance(each.pattern, NodeDof):
+                dof = each.pattern.dof(f"forcing.{mode}", structure)
+                forcing[mode] = replace(each, pattern=dof)
+        dofs = self.output.elastic
+        dofs += tuple(node.dof("output.nodes", structure) for node in self.output.nodes)
+        if len(set(dofs)) < len(dofs):
+            raise SlipmodeError("output.nodes: DOFs must be distinct, also from output.elastic")
+        return replace(self, forcing=forcing, output=Output(dofs))

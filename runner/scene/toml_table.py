@@ -1,261 +1,182 @@
-"""A table of a TOML file whose values are read by kind and refused by their full key."""
+"""Tables of a TOML file: declared as sections of keys, read and refused by these declarations."""
+
+from __future__ import annotations
 
 import difflib
 import json
-import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any, Literal
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
-from slipmode.rom.text import checked_line
-from slipmode.runner.scene.script import Script
+from slipmode.runner.scene.values import Kind, shown
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True)
-class Rule:
-    """What a number must satisfy, and how that is said."""
+class Key:
+    """The declaration of a key."""
 
-    text: str
-    holds: Callable[[float], bool]
+    name: str
+    kind: Kind  # How its value is read
+    unit: str  # "-" if it has none
+    # The value of a key that is left out, as in TOML; None if there is none, `dataclasses.MISSING`
+    # if the key is required
+    default: Any
+    meaning: str  # What it does, in a sentence
+    # "load" for a quantity that a friction table does not depend on, "limit" for a friction limit
+    # or preload, by which a friction table scales
+    role: Literal["", "load", "limit"] = ""
+
+    @property
+    def shown_default(self) -> str:
+        """The default as in TOML; "required", or "-" if there is none."""
+        if self.default is MISSING:
+            return "required"
+        if isinstance(self.default, float):
+            return f"{self.default:g}"
+        return "-" if self.default in (None, []) else json.dumps(self.default)
 
 
-FINITE = Rule("finite", lambda value: True)
-POSITIVE = Rule("> 0", lambda value: value > 0)
-NON_NEGATIVE = Rule(">= 0", lambda value: value >= 0)
+@dataclass(frozen=True)
+class Section:
+    """The declaration of a table: its keys, and the tables below it."""
 
+    name: str  # Empty for the file itself
+    meaning: str
+    parts: tuple[Key | Section, ...]
+    is_array: bool = False  # Whether the file has any number of these tables, [[name]]
+    # Advice for keys that belong to another section
+    hints: Mapping[str, str] = field(default_factory=dict)
 
-def between(low: int, high: int) -> Rule:
-    """The rule low <= value <= high."""
-    return Rule(f"{low} to {high}", lambda value: low <= value <= high)
+    @cached_property
+    def by_name(self) -> dict[str, Key | Section]:
+        """Keys and tables by name."""
+        return {part.name: part for part in self.parts}
 
+    @property
+    def keys(self) -> tuple[Key, ...]:
+        """The keys, without the tables below."""
+        return tuple(part for part in self.parts if isinstance(part, Key))
 
-_LARGEST_INTEGER = 2**63 - 1  # what TOML guarantees
+    @property
+    def sections(self) -> tuple[Section, ...]:
+        """The tables below."""
+        return tuple(part for part in self.parts if isinstance(part, Section))
 
 
 class Table:
-    """One TOML table; a table that is absent reads as an empty one.
+    """A TOML table; a table that is absent reads as an empty one.
 
-    Each reading method takes a key and returns its value checked. A key without a default
-    is required. Every refusal is a SlipmodeError `full.key: what is allowed`.
+    `table[name]` is the checked value of a key or its default; for a section it is the `Table`, or
+    the list of tables of an array. Every refusal is a SlipmodeError `full.key: what is allowed`.
 
     Parameters
     ----------
     content : Mapping
         The table as tomllib returns it.
-    keys : collection of str
-        The keys it may have; any other is refused at once.
+    section : Section
+        Its declaration; any other key is refused at once.
     path : str
-        Where the table is in the file, "forcing.A"; empty for the file itself.
-    elsewhere : Mapping of str to str
-        Keys of another table that could be meant, and what to say of them.
+        The table's place in the file, "forcing.A"; empty for the file itself.
     """
 
-    def __init__(
-        self,
-        content: Mapping[str, Any],
-        keys: Collection[str],
-        path: str = "",
-        elsewhere: Mapping[str, str] = MappingProxyType({}),
-    ) -> None:
+    def __init__(self, content: Mapping[str, Any], section: Section, path: str = "") -> None:
         self._content = content
+        self._section = section
         self._path = path
-        for key in content:
-            if key not in keys:
-                allowed = sorted(keys)
-                hint = f"; {elsewhere[key]}" if key in elsewhere else _hint(key, allowed)
-                raise self.error(key, f"unknown key; allowed: {', '.join(allowed)}{hint}")
+        for name in content:
+            if name not in section.by_name:
+                allowed = sorted(section.by_name)
+                hint = section.hints.get(name) or did_you_mean(name, allowed)
+                hint = f"; {hint}" if hint else ""
+                raise self.error(name, f"unknown key; allowed: {', '.join(allowed)}{hint}")
 
-    def __contains__(self, key: str) -> bool:
-        return key in self._content
+    def __contains__(self, name: str) -> bool:
+        return name in self._content
 
-    def error(self, key: str, message: str) -> SlipmodeError:
-        """The refusal of a key of this table, to be raised."""
-        return SlipmodeError(f"{self._full(key)}: {message}")
+    def __getitem__(self, name: str) -> Any:
+        part = self._section.by_name[name]
+        if isinstance(part, Section):
+            return self._tables(part) if part.is_array else self._table(part)
+        return self.read(name)
 
-    def section(self, key: str, keys: Collection[str]) -> "Table":
-        """The table [key], empty if absent."""
-        return self._table(self._full(key), self._content.get(key, {}), keys)
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def read(self, name: str, kind: Kind | None = None) -> Any:
+        """Return the checked value of a key; `kind` overrides the declared kind."""
+        key = self._section.by_name[name]
+        assert isinstance(key, Key)
+        if name in self._content:
+            return (kind or key.kind).read(self._full(name), self._content[name])
+        if key.default is MISSING:
+            raise self.error(name, "is missing")
+        return None if key.default is None else key.kind.read(name, key.default)
+
+    def values(self) -> dict[str, Any]:
+        """Return the values of all keys by name."""
+        return {key.name: self[key.name] for key in self._section.keys}
+
+    def given(self, name: str) -> Any:
+        """Return a value as it stands in the file, unchecked; None if it is absent."""
+        return self._content.get(name)
+
+    def required(self, name: str) -> Any:
+        """Return the value of a key that must be there in this case."""
+        if name not in self:
+            raise self.error(name, "is missing")
+        return self[name]
+
+    def exactly_one(self, names: Iterable[str], at: str, message: str) -> None:
+        """Refuse the table unless it has exactly one of several keys; the message names `at`."""
+        if sum(name in self for name in names) != 1:
+            raise self.error(at, message)
+
+    def error(self, name: str, message: str) -> SlipmodeError:
+        """Return the refusal of a key, to be raised."""
+        return SlipmodeError(f"{self._full(name)}: {message}")
 
     def below(self, refusal: SlipmodeError) -> SlipmodeError:
-        """The refusal `key: message` of what was made from this table, with the full key."""
+        """Return a refusal `key: message` with the full key."""
         return SlipmodeError(f"{self._path}.{refusal}")
 
-    def sections(
-        self, key: str, keys: Sequence[str], elsewhere: Mapping[str, str] = MappingProxyType({})
-    ) -> list["Table"]:
-        """The tables [[key]], in file order."""
-        name = self._full(key)
-        tables = _list(name, self._content.get(key, []), f"an array of tables, [[{name}]]")
-        return [
-            self._table(f"{name}[{i}]", table, keys, elsewhere) for i, table in enumerate(tables)
-        ]
+    def _table(self, section: Section) -> Table:
+        name = self._full(section.name)
+        return _checked_table(self._content.get(section.name, {}), section, name)
 
-    def text(self, key: str, default: str | None = None) -> str:
-        """A string of one line, without control characters."""
-        value = self._get(key, default)
-        if not isinstance(value, str):
-            raise self.error(key, f"must be a string, got {_shown(value)}")
-        return checked_line(self._full(key), value)
+    def _tables(self, section: Section) -> list[Table]:
+        name, found = self._full(section.name), self._content.get(section.name, [])
+        if not isinstance(found, list):
+            raise SlipmodeError(
+                f"{name}: must be an array of tables, [[{name}]], got {shown(found)}"
+            )
+        return [_checked_table(each, section, f"{name}[{i}]") for i, each in enumerate(found)]
 
-    def choice(self, key: str, choices: Sequence[str], default: str | None = None) -> str:
-        """One of a few strings."""
-        value = self._get(key, default)
-        if value not in choices:
-            allowed = ", ".join(f'"{choice}"' for choice in choices)
-            raise self.error(key, f"must be one of {allowed}; got {_shown(value)}")
-        return str(value)
-
-    def anything(self, key: str) -> Any:
-        """A value of whatever kind."""
-        return self._get(key)
-
-    def is_text(self, key: str) -> bool:
-        """Whether a value is a string."""
-        return isinstance(self._content.get(key), str)
-
-    def is_one_of(self, key: str, choices: Sequence[str]) -> bool:
-        """Whether a value is one of a few strings."""
-        return self._content.get(key) in choices
-
-    def boolean(self, key: str, default: bool | None = None) -> bool:
-        """True or false."""
-        value = self._get(key, default)
-        if not isinstance(value, bool):
-            raise self.error(key, f"must be true or false, got {_shown(value)}")
-        return value
-
-    def integer(self, key: str, rule: Rule = NON_NEGATIVE, default: int | None = None) -> int:
-        """A whole number."""
-        return _integer(self._full(key), self._get(key, default), rule)
-
-    def integers(self, key: str) -> tuple[int, ...]:
-        """A list of whole numbers >= 0."""
-        name = self._full(key)
-        values = _list(name, self._get(key), "a list of integers")
-        return tuple(
-            _integer(f"{name}[{i}]", value, NON_NEGATIVE) for i, value in enumerate(values)
-        )
-
-    def integer_or_integers(self, key: str) -> int | tuple[int, ...]:
-        """A whole number >= 0 or a list of them."""
-        return self.integers(key) if self._is_list(key) else self.integer(key)
-
-    def rows(self, key: str, wanted: str) -> tuple[tuple[Any, ...], ...]:
-        """A list of lists, each `wanted`."""
-        name = self._full(key)
-        rows = _list(name, self._get(key), f"a list of {wanted}")
-        return tuple(tuple(_list(f"{name}[{i}]", row, wanted)) for i, row in enumerate(rows))
-
-    def number(self, key: str, rule: Rule = FINITE, default: float | None = None) -> float:
-        """A finite number."""
-        return _number(self._full(key), self._get(key, default), rule)
-
-    def numbers(
-        self, key: str, rule: Rule = FINITE, length: int | None = None
-    ) -> tuple[float, ...]:
-        """A list of finite numbers: `length` of them, or any number but none."""
-        return _numbers(self._full(key), self._get(key), rule, length)
-
-    def number_or_numbers(self, key: str, rule: Rule = FINITE) -> float | tuple[float, ...]:
-        """A finite number or a list of them."""
-        return self.numbers(key, rule) if self._is_list(key) else self.number(key, rule)
-
-    def script(self, key: str, rule: Rule = FINITE, default: float | None = None) -> Script:
-        """A number, or breakpoints [[t, value], ...] whose values obey the rule."""
-        if not self._is_list(key):
-            return Script.constant(self.number(key, rule, default))
-        name = self._full(key)
-        points = [
-            _numbers(f"{name}[{i}]", point, FINITE, 2)
-            for i, point in enumerate(self._content[key])
-        ]
-        for i, (_, value) in enumerate(points):
-            _number(f"{name}[{i}]", value, rule)
-        try:
-            return Script.through(points)
-        except SlipmodeError as error:
-            raise self.error(key, str(error)) from error
-
-    def _table(
-        self,
-        name: str,
-        value: Any,
-        keys: Collection[str],
-        elsewhere: Mapping[str, str] = MappingProxyType({}),
-    ) -> "Table":
-        if not isinstance(value, dict):
-            raise SlipmodeError(f"{name}: must be a table, got {_shown(value)}")
-        return Table(value, keys, name, elsewhere)
-
-    def _get(self, key: str, default: Any = None) -> Any:
-        value = self._content.get(key, default)
-        if value is None:
-            raise self.error(key, "is missing")
-        return value
-
-    def _is_list(self, key: str) -> bool:
-        return isinstance(self._content.get(key), list)
-
-    def _full(self, key: str) -> str:
-        """The dotted key, quoted where TOML would quote it."""
-        return _dotted(self._path, key)
+    def _full(self, name: str) -> str:
+        return _dotted(self._path, name)
 
 
-@lru_cache(maxsize=1024)  # scenes of a study have the same keys
-def _dotted(path: str, key: str) -> str:
-    quoted = key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
-    return f"{path}.{quoted}" if path else quoted
+def _checked_table(content: Any, section: Section, name: str) -> Table:
+    if not isinstance(content, dict):
+        raise SlipmodeError(f"{name}: must be a table, got {shown(content)}")
+    return Table(content, section, name)
 
 
-def _number(name: str, value: Any, rule: Rule) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise SlipmodeError(f"{name}: must be a number ({rule.text}), got {_shown(value)}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not (math.isfinite(number) and rule.holds(number)):
-        raise SlipmodeError(f"{name}: must be {rule.text}, got {_shown(value)}")
-    if not (number == 0.0 or SMALLEST <= abs(number) <= LARGEST):
-        raise SlipmodeError(f"{name}: must be {ALLOWED}, got {_shown(value)}")
-    return number
+@lru_cache(maxsize=1024)  # a study reads the same keys of many scenes
+def _dotted(path: str, name: str) -> str:
+    return f"{path}.{quoted(name)}" if path else quoted(name)
 
 
-def _integer(name: str, value: Any, rule: Rule) -> int:
-    is_integer = isinstance(value, int) and not isinstance(value, bool)
-    if not (is_integer and abs(value) <= _LARGEST_INTEGER and rule.holds(value)):
-        raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {_shown(value)}")
-    return int(value)
+def quoted(name: str) -> str:
+    """Return a key as TOML writes it."""
+    return name if _BARE_KEY.fullmatch(name) else json.dumps(name)
 
 
-def _numbers(name: str, value: Any, rule: Rule, length: int | None) -> tuple[float, ...]:
-    wanted = "a list of numbers" if length is None else f"a list of {length} numbers"
-    values = _list(name, value, wanted)
-    if not values or (length is not None and len(values) != length):
-        raise SlipmodeError(f"{name}: must be {wanted}, got {len(values)}")
-    return tuple(_number(f"{name}[{i}]", value, rule) for i, value in enumerate(values))
-
-
-def _list(name: str, value: Any, wanted: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise SlipmodeError(f"{name}: must be {wanted}, got {_shown(value)}")
-    return value
-
-
-def _hint(key: str, allowed: Sequence[str]) -> str:
-    close = difflib.get_close_matches(key, allowed, n=1)
-    return f"; did you mean {close[0]}?" if close else ""
-
-
-def _shown(value: Any) -> str:
-    """A value as it may stand in a one-line message: short, escaped."""
-    try:
-        shown = json.dumps(value, default=str)
-    except ValueError:  # Python does not print integers of thousands of digits
-        shown = "a huge number"
-    return shown if len(shown) <= 40 else f"{shown[:37]}..."
+def did_you_mean(name: str, allowed: Iterable[str]) -> str:
+    """Return a question that names the allowed word closest to another one, or nothing."""
+    close = difflib.get_close_matches(name, list(allowed), n=1)
+    return f"did you mean {close[0]}?" if close else ""

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
+from slipmode.runner.scene.toml_table import quoted
 
 
 def toml_text(content: Mapping[str, Any]) -> str:
-    """A document that reads as `content`: strings, numbers, booleans, lists and tables."""
+    """Return a document that reads as `content`: strings, numbers, booleans, lists and tables."""
     return "\n".join(_lines(content, "")).strip() + "\n"
 
 
 def _lines(table: Mapping[str, Any], path: str) -> Iterator[str]:
-    """Values first, for what follows a header belongs to it."""
+    """Yield values first: all that follows a header belongs to its table."""
     below = []
     for key, value in table.items():
-        name = key if _BARE.fullmatch(key) else json.dumps(key)
         if isinstance(value, Mapping) or _is_array_of_tables(value):
-            below.append((f"{path}{name}", value))
+            below.append((f"{path}{quoted(key)}", value))
         else:
-            yield f"{name} = {_value(value)}"
+            yield f"{quoted(key)} = {_value(value)}"
     for name, value in below:
         tables = [value] if isinstance(value, Mapping) else value
         for each in tables:

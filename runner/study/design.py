@@ -1,4 +1,4 @@
-"""The values of every sample, in an order in which those that may share a model are together."""
+"""The values of every sample, in an order that keeps samples of one model together."""
 
 from __future__ import annotations
 
@@ -13,107 +13,99 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.study.scene_keys import is_load
-from slipmode.runner.study.shared_limits import is_limit
-from slipmode.runner.study.study_file import Distribution, Sampling, Study, Varied
+from slipmode.runner.study.scene_keys import is_limit, is_load
+from slipmode.runner.study.study_file import Distribution, Sampling, Study
 
-_SMALLEST = 1e-12  # part of a distribution left out at both ends: normal ones have no end
+_SMALLEST = 1e-12  # probability cut off at both ends: the quantiles of 0 and 1 may be infinite
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Samples, numbered from 0.
+    """Samples, numbered from 0."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        That vary, in the order of the study.
-    columns : tuple of (samples,) ndarray
-        The value of each key; of objects where some are no numbers.
-    """
-
-    keys: tuple[str, ...]
+    keys: tuple[str, ...]  # The keys that vary, in the order of the study
+    # The value of each key; arrays of objects if some values are no numbers
     columns: tuple[NDArray[Any], ...]
 
     __repr__ = short_repr
 
     @property
     def samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         return len(self.columns[0])
 
-    def rows(self, samples: slice) -> list[tuple[Any, ...]]:
-        """Values of some samples, as TOML has them."""
-        return list(zip(*(column[samples].tolist() for column in self.columns), strict=True))
+    def part(self, samples: slice | NDArray[np.intp]) -> Design:
+        """Return the design of some samples only."""
+        return Design(self.keys, tuple(column[samples] for column in self.columns))
+
+    def rows(self) -> list[tuple[Any, ...]]:
+        """Return the values of each sample, as TOML has them."""
+        return list(zip(*(column.tolist() for column in self.columns), strict=True))
 
 
 def make_design(study: Study) -> Design:
-    """All samples of a study.
+    """Return all samples of a study.
 
-    Values are crossed with each other and with what is drawn of the distributions. Keys of the
-    loads run fastest, so that samples of one model follow each other.
+    Listed values are crossed with each other and with the draws from the distributions. Keys of
+    loads and limits run fastest, so that samples of one model follow each other.
     """
+    distributions: dict[str, Distribution] = {}
+    listed: dict[str, NDArray[Any]] = {}
+    for each in study.varied:
+        if isinstance(each.values, Distribution):
+            distributions[each.key] = each.values
+        else:
+            listed[each.key] = _column(each.values)
     keys = tuple(each.key for each in study.varied)
-    drawn = [each for each in study.varied if isinstance(each.values, Distribution)]
-    listed = [each for each in study.varied if not isinstance(each.values, Distribution)]
     if study.sampling.method == "list":
-        return Design(keys, tuple(_column(each) for each in listed))
-    slow = [each for each in listed if not (is_load(each.key) or is_limit(each.key))]
-    fast = [each for each in listed if each not in slow]
-    draws = _drawn(drawn, study.sampling) if drawn else np.zeros((1, 0))
-    shape = [len(each.values) for each in slow] + [len(draws)]  # type: ignore[arg-type]
-    shape += [len(each.values) for each in fast]  # type: ignore[arg-type]
-    number = np.arange(prod(shape))
-    place = dict(zip([*slow, "draw", *fast], np.unravel_index(number, shape), strict=True))
-    columns = {each.key: _column(each)[place[each]] for each in listed}
-    columns |= {each.key: draws[place["draw"], k] for k, each in enumerate(drawn)}
+        return Design(keys, tuple(listed[key] for key in keys))
+    slow = [key for key in listed if not (is_load(key) or is_limit(key))]
+    fast = [key for key in listed if key not in slow]
+    draws = _draws(list(distributions.values()), study.sampling)
+    shape = [*(listed[key].size for key in slow), len(draws), *(listed[key].size for key in fast)]
+    places = np.unravel_index(np.arange(prod(shape)), shape)
+    place = dict(zip([*slow, "draw", *fast], places, strict=True))
+    columns = {key: column[place[key]] for key, column in listed.items()}
+    columns |= {key: draws[place["draw"], k] for k, key in enumerate(distributions)}
     return Design(keys, tuple(columns[key] for key in keys))
 
 
-def _column(varied: Varied) -> NDArray[Any]:
-    values = varied.values
-    assert not isinstance(values, Distribution)
+def _column(values: tuple[Any, ...]) -> NDArray[Any]:
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         column = np.array(values)
         if column.dtype.kind in "if":
             return column
     column = np.empty(len(values), dtype=object)
-    column[:] = values  # lists stay values
+    column[:] = values  # lists stay lists
     return column
 
 
-def _drawn(varied: list[Varied], sampling: Sampling) -> Floats:
-    """Values of keys with distributions, (draws, keys)."""
-    part = np.clip(_unit_cube(len(varied), sampling), _SMALLEST, 1.0 - _SMALLEST)
-    columns = []
-    for k, each in enumerate(varied):
-        assert isinstance(each.values, Distribution)
-        columns.append(each.values.quantile(part[:, k]))
-    return np.column_stack(columns)
+def _draws(distributions: list[Distribution], sampling: Sampling) -> Floats:
+    """Return values of keys with distributions, (draws, keys)."""
+    if not distributions:
+        return np.zeros((1, 0))
+    part = np.clip(_unit_cube(len(distributions), sampling), _SMALLEST, 1.0 - _SMALLEST)
+    return np.column_stack([each.quantile(part[:, k]) for k, each in enumerate(distributions)])
 
 
 def _unit_cube(keys: int, sampling: Sampling) -> Floats:
     from scipy.stats import qmc
 
-    if sampling.method == "saltelli":
-        sample = extra("SALib.sample.sobol", "study").sample
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # balance, as below
-            unit = sample(
-                unit_problem(keys), sampling.samples, calc_second_order=False, seed=sampling.seed
-            )
-        return np.asarray(unit, dtype=float)
-    if sampling.method == "latin-hypercube":
-        drawn = qmc.LatinHypercube(keys, rng=sampling.seed).random(sampling.samples)
-    else:
-        with warnings.catch_warnings():  # balance wants powers of 2; any number may be asked for
-            warnings.simplefilter("ignore", UserWarning)
-            drawn = qmc.Sobol(keys, rng=sampling.seed).random(sampling.samples)
+    samples, seed = sampling.samples, sampling.seed
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that numbers other than powers of 2 are not balanced
+        if sampling.method == "saltelli":
+            sample = extra("SALib.sample.sobol", "study").sample
+            drawn = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
+        elif sampling.method == "latin-hypercube":
+            drawn = qmc.LatinHypercube(keys, rng=seed).random(samples)
+        else:
+            drawn = qmc.Sobol(keys, rng=seed).random(samples)
     return np.asarray(drawn, dtype=float)
 
 
 def unit_problem(keys: int) -> dict[str, Any]:
-    """What SALib calls the problem: parts of distributions, so that any may be behind them."""
+    """Return SALib's description of uniform parts of any distributions."""
     return {
         "num_vars": keys,
         "names": [str(k) for k in range(keys)],

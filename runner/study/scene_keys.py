@@ -2,62 +2,64 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from typing import Any, cast
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import MODES
-from slipmode.runner.scene.contacts import CONTACTS
-from slipmode.runner.scene.reference import scene_reference
-from slipmode.runner.scene.scene import FORCING, SECTIONS, WINDOW
+from slipmode.runner.scene.keys import SCENE
+from slipmode.runner.scene.toml_table import Key, Section, did_you_mean
 
 Content = dict[str, Any]
 
-_ARRAYS = {"contacts": CONTACTS, "contact": WINDOW, "elastic": WINDOW}
-_OF_LOADS = ("amplitude", "frequency", "phase")
 
-
-def check_key(name: str, key: str, content: Content) -> None:
-    """Refuse a key that scenes do not have, or of a group that this one does not have.
+def check_key(name: str, path: str, content: Content) -> None:
+    """Refuse a key that scenes do not have, or an element that this scene does not have.
 
     Parameters
     ----------
     name : str
-        What the refusal is of: "vary[0].key".
-    key : str
+        The key of the study that the refusal is about: "vary[0].key".
+    path : str
     content : dict
         The scene, as parsed.
 
     Raises
     ------
     SlipmodeError
-        With the names that are allowed where it goes wrong.
+        With the names that are allowed instead.
     """
-    parts = key.split(".")
-    first, rest = parts[0], list(parts[1:])
-    _one_of(name, key, first, ["title", *_ARRAYS, *SECTIONS])
-    if first == "title":
-        _end(name, key, rest)
-        return
-    if first in _ARRAYS:
-        count = len(content.get(first, []))
-        rest = _element(name, key, rest, count, f"[[{first}]]")
-    elif first == "forcing":
-        _one_of(name, key, rest[0] if rest else "", MODES)
-        rest = rest[1:]
-    names = _ARRAYS.get(first) or (FORCING if first == "forcing" else SECTIONS[first])
-    _one_of(name, key, rest[0] if rest else "", names)
-    if rest[1:]:
-        values = get(content, key.rpartition(".")[0])
-        count = len(values) if isinstance(values, list) else 0
-        _end(name, key, _element(name, key, rest[1:], count, "values of the scene"))
+    part: Key | Section = SCENE
+    below: Any = content
+    for word in path.split("."):
+        if isinstance(part, Section) and not isinstance(below, list):
+            if word not in part.by_name:
+                hint = did_you_mean(word, part.by_name)
+                raise SlipmodeError(
+                    f"{name}: no such key of a scene, {path!r}: {word!r} must be one of "
+                    f"{', '.join(part.by_name)}{'; ' if hint else ''}{hint}"
+                )
+            part = part.by_name[word]
+            empty: Any = [] if isinstance(part, Section) and part.is_array else {}
+            below = below.get(word, empty) if isinstance(below, dict) else empty
+        elif isinstance(below, list):
+            if not word.isdecimal() or int(word) >= len(below):
+                of = f"[[{part.name}]]" if isinstance(part, Section) else "values of the scene"
+                there = f"there are {len(below)}, numbered from 0" if below else "there are none"
+                raise SlipmodeError(f"{name}: no such key of the scene, {path!r}: of {of} {there}")
+            below = below[int(word)]
+        else:
+            raise SlipmodeError(
+                f"{name}: no such key of a scene, {path!r}: nothing is below a value"
+            )
+    if isinstance(part, Section):
+        listed = ", ".join(part.by_name)
+        raise SlipmodeError(f"{name}: no such key of a scene, {path!r}: give one of {listed}")
 
 
-def get(content: Content, key: str) -> Any:
-    """The value of a key; None if the scene leaves it out."""
+def get(content: Content, path: str) -> Any:
+    """Return the value of a key; None if the scene leaves it out."""
     found: Any = content
-    for part in key.split("."):
+    for part in path.split("."):
         if isinstance(found, list):
             found = found[int(part)] if int(part) < len(found) else None
         else:
@@ -65,12 +67,12 @@ def get(content: Content, key: str) -> Any:
     return found
 
 
-def with_value(content: Content, key: str, value: Any) -> Content:
-    """The scene with another value of a key; tables that it leaves out are made.
+def with_value(content: Content, path: str, value: Any) -> Content:
+    """Return the scene with another value of a key; tables that it leaves out are made.
 
-    What is beside the key is the same object in both: a study has many scenes.
+    Everything else is the same object in both, because a study has many scenes.
     """
-    return cast(Content, _with(content, key.split("."), value))
+    return cast(Content, _with(content, path.split("."), value))
 
 
 def _with(table: Any, parts: Sequence[str], value: Any) -> Any:
@@ -82,40 +84,25 @@ def _with(table: Any, parts: Sequence[str], value: Any) -> Any:
     return table | {first: _with(table.get(first, {}), rest, value) if rest else value}
 
 
-def unit(key: str) -> str:
-    """The unit of a key of scenes, "-" where it has none."""
-    parts = [part for part in key.split(".") if not part.isdigit() and part not in MODES]
-    names = {"forcing": "[forcing.A]"} | {name: f"[[{name}]]" for name in _ARRAYS}
-    header = names.get(parts[0], f"[{parts[0]}]")
-    keys = {s.header: {k.name: k.unit for k in s.keys} for s in scene_reference()}
-    return keys.get(header, {}).get(key.split(".")[-1] if len(parts) < 2 else parts[1], "-")
+def declared(path: str) -> Key:
+    """Return the declaration of a key that `check_key` accepts."""
+    part: Key | Section = SCENE
+    for word in path.split("."):
+        if isinstance(part, Section) and word in part.by_name:
+            part = part.by_name[word]
+    assert isinstance(part, Key)
+    return part
 
 
-def is_load(key: str) -> bool:
-    """Whether it is of the loads alone: samples that differ in it share a friction table."""
-    parts = key.split(".")
-    if parts[0] == "forcing":
-        return len(parts) == 3 and parts[2] in _OF_LOADS
-    return key == "limits.scale"
+def is_load(path: str) -> bool:
+    """Return whether samples that differ in this key share a friction table.
+
+    A single breakpoint of a load is not such a key: it may move the range of frequencies.
+    """
+    key = declared(path)
+    return key.role == "load" and path.endswith(key.name)
 
 
-def _one_of(name: str, key: str, part: str, allowed: Sequence[str]) -> None:
-    if part not in allowed:
-        close = difflib.get_close_matches(part, allowed, n=1)
-        hint = f"; did you mean {close[0]}?" if close else ""
-        raise SlipmodeError(
-            f"{name}: no such key of a scene, {key!r}: {part!r} must be one of "
-            f"{', '.join(allowed)}{hint}"
-        )
-
-
-def _element(name: str, key: str, parts: Sequence[str], count: int, of: str) -> list[str]:
-    if not parts or not parts[0].isdecimal() or int(parts[0]) >= count:
-        there = f"there are {count}, numbered from 0" if count else "there are none"
-        raise SlipmodeError(f"{name}: no such key of the scene, {key!r}: of {of} {there}")
-    return list(parts[1:])
-
-
-def _end(name: str, key: str, parts: Sequence[str]) -> None:
-    if parts:
-        raise SlipmodeError(f"{name}: no such key of a scene, {key!r}: nothing is below a value")
+def is_limit(path: str) -> bool:
+    """Return whether a key is a limit or preload of contacts, by which a table may scale."""
+    return declared(path).role == "limit"

@@ -1,15 +1,14 @@
-"""What samples of a study share: the plan of their scene, and friction tables on a ladder.
+"""Samples of a study as scenes, and what they share: a plan, and friction tables.
 
-A sample is computed on the smallest table of its model that holds it, of ranges that double from
-step to step: so its result depends on the study alone, not on what is computed beside it.
+The tables of a model have ranges that double from step to step. A sample is computed on the first
+table that holds it, so that its result depends on the study alone, not on other samples.
 """
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations as pairs_of
 from pathlib import Path
 from typing import Any
 
@@ -21,50 +20,53 @@ from slipmode.rom.reduction.combination import CombinationResonance, combination
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.units import Units
 from slipmode.rom.table.cache import cached_model
-from slipmode.runner.plan.amplitude_range import Excited
+from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.scene.scene import Scene, read_scene
+from slipmode.runner.scene.scene import read_scene
+from slipmode.runner.scene.sections import MatrixFile, Scene, TwoMass
 from slipmode.runner.scene.toml_writer import toml_text
-from slipmode.runner.study.outputs.asked import Asked
-from slipmode.runner.study.scene_keys import Content, get, is_load, with_value
-from slipmode.runner.study.shared_limits import is_limit, on_shared_limits
+from slipmode.runner.study.design import Design
+from slipmode.runner.study.outputs.outputs import Outputs
+from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
+from slipmode.runner.study.shared_limits import on_shared_limits
 
-MOST_STEPS = 10  # up the ladder
-_SCALE = "limits.scale"
+LAST_STEP = 10  # of the tables: their range is then 1024 times that of the plan
+Frequencies = dict[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Samples:
-    """The scene of a study, and how samples are made of it."""
+    """The scene of a study, as parsed, and how samples are made of it."""
 
     content: Content
-    folder: Path
-    keys: tuple[str, ...]
-    asked: Asked
-    recordings: Path | None = None
+    folder: Path  # The folder of the scene's files
+    modes: tuple[str, ...]  # The modes of the scene, in the order of the results
+    outputs: Outputs
+    recordings: Path | None = None  # The folder for recordings of the samples
 
-    def contents(self, rows: Sequence[tuple[Any, ...]]) -> list[Content]:
-        """Scenes of some samples, as parsed TOML, on limits that they share."""
-        found = []
-        for row in rows:
-            content = self.content
-            for key, value in zip(self.keys, row, strict=True):
-                content = with_value(content, key, value)
-            found.append(on_shared_limits(content, self.content))
-        return found
+    def contents(self, design: Design) -> list[Content]:
+        """Return the scenes of samples, as parsed TOML, on limits that they share."""
+        return [self.content_with(design.keys, row) for row in design.rows()]
 
-    def scenes(self, rows: Sequence[tuple[Any, ...]]) -> list[Scene | str]:
-        """Of some samples, or why there is none."""
+    def content_with(self, keys: Sequence[str], row: Sequence[Any]) -> Content:
+        """Return the scene with values of some keys, on the shared limits."""
+        content = self.content
+        for key, value in zip(keys, row, strict=True):
+            content = with_value(content, key, value)
+        return on_shared_limits(content, self.content)
+
+    def scenes(self, design: Design) -> list[Scene | str]:
+        """Return the scenes of samples, or why they are refused."""
         found: list[Scene | str] = []
-        for content in self.contents(rows):
+        for content in self.contents(design):
             try:
                 found.append(self.scene(content))
             except SlipmodeError as refusal:
-                found.append(said(refusal))
+                found.append(one_line(refusal))
         return found
 
     def scene(self, content: Content) -> Scene:
-        """Of a sample; refused by the reader of scenes, or for having no friction table."""
+        """Return the scene of a sample; refuse one without a friction table."""
         text = "" if self.recordings is None else toml_text(content)  # recordings attach it
         scene = read_scene(content, self.folder, text)
         scene.check_tabulated()
@@ -73,168 +75,152 @@ class Samples:
 
 @dataclass(frozen=True, eq=False)
 class SceneModel:
-    """What is modelled of a scene, without the table.
+    """What samples of one model share, without the friction tables.
 
-    Attributes
-    ----------
-    excited : Excited
-    amplitude : tuple of float
-        Range of the table on the lowest step of the ladder [kg^1/2 m].
-    may_grow : bool
-        Whether there are more: not where the scene gives model.amplitude.
-    combinations : tuple of CombinationResonance
-        Anywhere between the samples; steady states have none.
-    detuned : bool
-        Whether forcing frequencies differ between them.
-    tolerance : float
+    It does not hold the structure: it is sent to every worker.
     """
 
+    samples: Samples
     excited: Excited
-    amplitude: tuple[float, ...]
-    may_grow: bool
+    amplitude: tuple[float, ...]  # Range of the first table [kg^1/2 m]
+    table_tolerance: float
+    # Those anywhere between the samples; steady states have none
     combinations: tuple[CombinationResonance, ...]
-    detuned: bool
-    tolerance: float
+    detuned: bool  # Whether forcing frequencies differ between the samples
+    may_grow: bool  # Whether there are larger tables: not if the scene gives model.amplitude
 
     __repr__ = short_repr
 
     @classmethod
-    def of(
-        cls, samples: Samples, contents: Sequence[Content], frequencies: dict[str, Any]
-    ) -> SceneModel:
-        """The plan of a scene that stands for several.
+    def of(cls, samples: Samples, design: Design) -> SceneModel:
+        """Return the model of samples that differ in loads and in a factor on limits.
 
-        Parameters
-        ----------
-        contents : sequence of dict
-            Their scene with loads that may stand for all; the first that has a plan does.
-        frequencies : {"A": (lowest, highest), ...}
-            Of the forces among them, where they differ [rad/s].
+        The plan is made for loads in the middle of their ranges, or, if this is refused, for the
+        study's own loads.
 
         Raises
         ------
         SlipmodeError
-            Of the first, if none has.
+            If neither scene has a plan.
         """
+        contents, frequencies = _representatives(samples, design)
         plan = _first_plan(samples, contents)
-        scene = plan.scene
-        excited, terms = plan.excited, plan.combinations if samples.asked.runs else ()
-        detuned = any(mode in frequencies for mode in excited.modes)
-        if detuned and samples.asked.runs and scene.model.formulation == "consistent":
-            terms = _combinations(plan.excited, plan.schedule, frequencies)
-        may_grow = scene.model.amplitude is None
-        return cls(excited, plan.amplitude, may_grow, terms, detuned, scene.model.tolerance)
+        model = plan.scene.model
+        detuned = any(mode in frequencies for mode in plan.excited.modes)
+        combinations: tuple[CombinationResonance, ...] = ()
+        if samples.outputs.runs:
+            combinations = plan.combinations
+            if detuned and model.formulation == "consistent":
+                combinations = _combinations(plan, frequencies)
+        return cls(
+            samples=samples,
+            excited=plan.excited,
+            amplitude=plan.amplitude,
+            table_tolerance=model.tolerance,
+            combinations=combinations,
+            detuned=detuned,
+            may_grow=model.amplitude is None,
+        )
 
     def model(self, step: int) -> Model:
-        """With the table of a step of the ladder, numbered from 0.
+        """Return the model with the table of a step, numbered from 0.
 
         Raises
         ------
         SlipmodeError
-            If the contacts have no answer that far.
+            If the contact problem has no solution at such amplitudes.
         """
-        ranges = [2.0**step * r for r in self.amplitude]
         model, _ = cached_model(
-            *(self.excited.reduced, self.excited.law, ranges, self.tolerance),
+            self.excited.reduced,
+            self.excited.law,
+            [2.0**step * amplitude for amplitude in self.amplitude],
+            self.table_tolerance,
             combinations=self.combinations,
             detuning=self.detuned,
         )
         return model
 
 
-def typical(
-    samples: Samples, columns: Sequence[np.ndarray]
-) -> tuple[list[Content], dict[str, Any]]:
-    """What `SceneModel.of` has of several samples of one model.
-
-    The scenes have loads in the middle of those of the samples, and the study's own.
-    """
-    row, frequencies = [], {}
-    for key, column in zip(samples.keys, columns, strict=True):
-        value = column[0]
-        numbers = column[column > 0.0] if column.dtype.kind in "if" else np.zeros(0)
-        if key.endswith("frequency") and key.startswith("forcing") and numbers.size:
-            low, high = float(numbers.min()), float(numbers.max())
-            value = np.quantile(numbers, 0.5, method="lower")
-            if low < high:
-                per_unit = Units(get(samples.content, "units.frequency") or "rad/s").per_frequency
-                frequencies[key.split(".")[1]] = per_unit * low, per_unit * high
-        elif numbers.size and (key.endswith(".amplitude") or is_limit(key) or key == _SCALE):
-            value = float(np.sqrt(numbers.min() * numbers.max()))
-        row.append(value.item() if isinstance(value, np.generic) else value)
-    own = [
-        get(samples.content, key) if is_load(key) else value
-        for key, value in zip(samples.keys, row, strict=True)
-    ]
-    rows = [tuple(row)] + [tuple(own)] * (None not in own)
-    return samples.contents(rows), frequencies
-
-
 def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
+    """Return the plan of the first scene that has one; raise the first refusal if none has."""
     refused: list[SlipmodeError] = []
     for content in contents:
         try:
             scene = samples.scene(content)
-            return make_plan(scene, structure=_structure(scene))
+            return make_plan(scene, structure=_built(scene.structure))
         except SlipmodeError as refusal:
             refused.append(refusal)
     raise refused[0]
 
 
-def model_of(content: Content) -> Content:
-    """What of a scene its model depends on: all but the loads."""
-    kept = copy.copy(content)
-    for mode in ("A", "B"):
-        if isinstance(get(content, f"forcing.{mode}"), dict):
-            kept["forcing"] = dict(kept["forcing"])
-            kept["forcing"][mode] = {
-                key: value
-                for key, value in content["forcing"][mode].items()
-                if key not in ("amplitude", "frequency", "phase")
-            }
-    kept.pop("limits", None)
+def _representatives(samples: Samples, design: Design) -> tuple[list[Content], Frequencies]:
+    """Return scenes that stand for samples, and ranges of the frequencies that differ [rad/s]."""
+    row, frequencies = [], {}
+    units = Units(get(samples.content, "units.frequency") or "rad/s")
+    for key, column in zip(design.keys, design.columns, strict=True):
+        value = column[0]
+        positive = column[column > 0.0] if column.dtype.kind in "if" else np.zeros(0)
+        if is_load(key) and key.endswith(".frequency") and positive.size:
+            low, high = float(positive.min()), float(positive.max())
+            value = np.quantile(positive, 0.5, method="lower")
+            if low < high:
+                mode = key.split(".")[1]
+                frequencies[mode] = units.per_frequency * low, units.per_frequency * high
+        elif positive.size and (is_limit(key) or (is_load(key) and not key.endswith(".phase"))):
+            value = float(np.sqrt(positive.min() * positive.max()))
+        row.append(value.item() if isinstance(value, np.generic) else value)
+    own = [
+        get(samples.content, key) if is_load(key) else value
+        for key, value in zip(design.keys, row, strict=True)
+    ]
+    rows = [row] if None in own else [row, own]
+    return [samples.content_with(design.keys, values) for values in rows], frequencies
+
+
+def without_loads(content: Content) -> Content:
+    """Return a scene without the loads: all that its model depends on."""
+    kept = {name: part for name, part in content.items() if name != "limits"}
+    forcing = content.get("forcing")
+    if isinstance(forcing, dict):
+        kept["forcing"] = {
+            mode: {key: v for key, v in table.items() if not is_load(f"forcing.{mode}.{key}")}
+            for mode, table in forcing.items()
+            if isinstance(table, dict)
+        }
     return kept
 
 
-def _combinations(
-    excited: Excited, schedule: Any, frequencies: dict[str, Any]
-) -> tuple[CombinationResonance, ...]:
-    """Combination resonances anywhere between the frequencies of samples.
+def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationResonance, ...]:
+    """Return combination resonances anywhere between the samples' frequencies.
 
-    A harmonic is as near to a carrier as at a corner of these ranges, or passes it between two.
+    A harmonic is as close to a carrier as at a corner of these ranges, or passes it between two.
     """
-    if len(excited.modes) < 2:
+    modes = plan.excited.modes
+    if len(modes) < 2:
         return ()
-    held = schedule.mean_frequency(excited.modes)
-    ends = [frequencies.get(m, (mean, mean)) for m, mean in zip(excited.modes, held, strict=True)]
+    means = plan.schedule.mean_frequency(modes)
+    ends = [frequencies.get(m, (mean, mean)) for m, mean in zip(modes, means, strict=True)]
     corners = np.array([(a, b) for a in ends[0] for b in ends[1]])
-    pairs = np.array(list(combinations(range(4), 2)))
-    return combination_resonances(
-        corners[pairs[:, 0]], corners[pairs[:, 1]], even=excited.reduced.even
-    )
+    first, second = np.array(list(pairs_of(range(4), 2))).T
+    even = plan.excited.reduced.even
+    return combination_resonances(corners[first], corners[second], even=even)
 
 
-_built: list[tuple[object, Structure]] = []  # the last one, for its modes are kept with it
+_last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []
 
 
-def _structure(scene: Scene) -> Structure:
-    """Of a scene; it is built once in a row of scenes that have the same."""
-    for section, structure in _built:
-        if section == scene.structure:
-            return structure
-    _built[:] = [(scene.structure, scene.structure.build())]
-    return _built[0][1]
+def _built(section: TwoMass | MatrixFile) -> Structure:
+    """Return the structure of a scene, the same object as before if the section is equal.
+
+    The structure keeps its modes, and consecutive scenes of a study often have the same one.
+    """
+    if not (_last_built and _last_built[0][0] == section):
+        _last_built[:] = [(section, section.build())]
+    return _last_built[0][1]
 
 
-def step_refusal(may_grow: bool, reason: str) -> str:
-    """Why a sample has no result that leaves every table."""
-    if not may_grow:
-        return f"{reason}; leave out model.amplitude, and it is found"
-    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
-
-
-def said(error: Exception) -> str:
-    """The reason that an error gives, on a line."""
+def one_line(error: BaseException) -> str:
+    """Return the reason that an error gives, on a line."""
     words = " ".join(str(error).split())
     if isinstance(error, SlipmodeError) and words:
         return words

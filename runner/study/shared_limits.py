@@ -1,7 +1,7 @@
 """Scenes that differ in a factor on all limits and preloads share a friction table.
 
-Where the motion scales with them, a(F, s N) = s a(F / s, N): such a scene is the one with the
-limits N and `limits.scale` = s.
+If the motion scales with them, a(F, s N) = s a(F / s, N): such a scene is equal to the scene with
+the limits N and `limits.scale` = s.
 """
 
 from __future__ import annotations
@@ -10,39 +10,32 @@ from collections.abc import Iterator
 from math import isclose, isfinite
 from typing import Any
 
+from slipmode.runner.scene.keys import CONTACT_KEYS
 from slipmode.runner.study.scene_keys import Content
 
-_LIMITS = ("limit", "force", "preload")
-_DIGITS = 12  # by which ratios of limits are the same
-_SAME = 10.0**-_DIGITS
-
-
-def is_limit(key: str) -> bool:
-    """Whether a key of a scene is a limit or preload of contacts."""
-    parts = key.split(".")
-    if parts[0] == "friction":
-        return parts[1] == "limit"
-    return parts[0] == "contacts" and parts[2] in _LIMITS
+_LIMITS = [key.name for key in CONTACT_KEYS if key.role == "limit"]
+_DIGITS = 12  # in which ratios of limits have to agree: rounding changes the 16th
 
 
 def on_shared_limits(content: Content, reference: Content) -> Content:
-    """The same scene with the limits of a reference, or others of least digits, and a scale.
+    """Return the same scene with the limits of a reference scene and `limits.scale`.
 
-    As it is where motion does not scale with limits, or something there is no number.
+    If the ratios of its limits differ, it has limits of 12 digits with the same largest one. The
+    scene is returned unchanged if its motion does not scale with limits, or a limit is no number.
     """
     limits, norm = list(_limits(content)), _largest(reference)
-    largest, scale = _largest(content), content.get("limits", {}).get("scale", 1.0)
+    largest = _largest(content)
     if not (_scales(content) and largest > 0.0 and norm > 0.0):
         return content
     factor = largest / norm
-    scaled = _scaled(scale, factor)
-    if factor == 1.0 or scaled is None:
+    scale = _scaled(content.get("limits", {}).get("scale", 1.0), factor)
+    if factor == 1.0 or scale is None:
         return content
-    same = [value for *_, value in _limits(reference)]
+    of_reference = [value for *_, value in _limits(reference)]
     values = [_divided(value, factor) for *_, value in limits]
-    if len(same) == len(values) and all(map(_equal, values, same)):
-        values = same
-    shared = content | {"limits": content.get("limits", {}) | {"scale": scaled}}
+    if _equal(values, of_reference):
+        values = of_reference
+    shared = content | {"limits": content.get("limits", {}) | {"scale": scale}}
     if "contacts" in content:
         shared["contacts"] = [dict(group) for group in content["contacts"]]
     else:
@@ -54,7 +47,7 @@ def on_shared_limits(content: Content, reference: Content) -> Content:
 
 
 def _limits(content: Content) -> Iterator[tuple[int, str, Any]]:
-    """Group (-1: [friction]), key and value of every limit and preload."""
+    """Yield group (-1: [friction]), key and value of every limit and preload."""
     groups = content.get("contacts", [])
     if "friction" in content and "limit" in content["friction"]:
         yield -1, "limit", content["friction"]["limit"]
@@ -63,19 +56,19 @@ def _limits(content: Content) -> Iterator[tuple[int, str, Any]]:
 
 
 def _largest(content: Content) -> float:
-    """Of all limits; 0 if one is no number >= 0."""
+    """Return the largest limit; 0 if one of them is no number >= 0."""
     found = 0.0
     for *_, value in _limits(content):
         for each in value if isinstance(value, list) else [value]:
-            number = isinstance(each, int | float) and not isinstance(each, bool)
-            if not (number and each >= 0.0 and isfinite(each)):
+            is_number = isinstance(each, int | float) and not isinstance(each, bool)
+            if not (is_number and each >= 0.0 and isfinite(each)):
                 return 0.0
             found = max(found, float(each))
     return found
 
 
 def _scales(content: Content) -> bool:
-    """Whether the motion scales with limits and preloads, and may be scaled in a scene."""
+    """Return whether a scene may have `limits.scale`, as far as its keys say."""
     if content.get("model", {}).get("transients") == "hybrid" or "preload" in content:
         return False
     if "friction" in content:
@@ -85,7 +78,7 @@ def _scales(content: Content) -> bool:
 
 
 def _scaled(script: Any, factor: float) -> Any:
-    """A script times a factor; None if it is no script."""
+    """Return a script times a factor; None if it is no script."""
     try:
         if isinstance(script, list):
             return [[t, factor * value] for t, value in script]
@@ -103,4 +96,6 @@ def _divided(value: Any, factor: float) -> Any:
 def _equal(a: Any, b: Any) -> bool:
     if isinstance(a, list) and isinstance(b, list):
         return len(a) == len(b) and all(map(_equal, a, b))
-    return isinstance(a, float) and not isinstance(b, list) and isclose(a, b, rel_tol=_SAME)
+    if isinstance(a, list) or isinstance(b, list):
+        return False
+    return isclose(a, b, rel_tol=10.0**-_DIGITS)

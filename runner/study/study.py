@@ -11,9 +11,9 @@ from tqdm import tqdm
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.recording.channels import MODES
-from slipmode.runner.study.cluster import Foreman, cluster, prepare_workers
+from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
+from slipmode.runner.study.foreman import Foreman
 from slipmode.runner.study.outputs.batch import Batch
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
@@ -23,15 +23,16 @@ from slipmode.runner.study.tasks import Task, make_tasks
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
-    """What a study has computed.
+    """The results of a study.
 
     Attributes
     ----------
     study : Study
     path : Path
-        Of the Zarr group.
+        The Zarr group.
     samples, found, failed : int
-        Samples in all, those that were there before, and those without results.
+        Number of all samples, of samples that an earlier run computed, and of samples without
+        results.
     """
 
     study: Study
@@ -43,7 +44,7 @@ class StudyResults:
     __repr__ = short_repr
 
     def dataset(self) -> Any:
-        """As an xarray Dataset over the dimension "sample", read when it is looked at."""
+        """Return an xarray Dataset over the dimension "sample", read when values are needed."""
         return open_results(self.path)
 
 
@@ -55,21 +56,21 @@ def run_study(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> StudyResults:
-    """Compute all samples of a study, or those that are missing.
+    """Compute the samples of a study that have no results yet.
 
     Parameters
     ----------
     path : path
-        Of the study file.
+        The study file.
     output : path
-        Folder for the results <study>.zarr, and the recordings <study>/ where there are any.
+        Folder for the results <study>.zarr, and for recordings, <study>/.
     workers : int, optional
         Processes on this machine; default: one per core.
     scheduler : str, optional
         Address of a Dask scheduler whose workers do it instead. They read the scene's files at
         the same paths.
     progress : bool
-        Show how many samples are there, and the time left.
+        Show the number of samples with results, and the remaining time.
 
     Returns
     -------
@@ -91,15 +92,15 @@ def run_study(
         prepare_workers()
     folder = Path(output)
     design = make_design(study)
-    recordings = (folder / study.name).resolve() if study.asked.recording else None
-    samples = Samples(study.content, study.folder, design.keys, study.asked, recordings)
+    recordings = (folder / study.name).resolve() if study.outputs.recording else None
+    samples = Samples(study.content, study.folder, study.modes, study.outputs, recordings)
     _refuse_hopeless(samples, design)
-    results = Results(folder / f"{study.name}.zarr", study, design)
+    path_of_results = folder / f"{study.name}.zarr"
+    results = Results(path_of_results, study, design)
     found = results.done
     if found < design.samples:
         if recordings is not None:
             recordings.mkdir(parents=True, exist_ok=True)
-        modes = MODES[: len(study.scene.modes.numbers)]
         missing = (task for task in make_tasks(samples, design) if not results.has(task))
         with (
             cluster(workers, scheduler) as client,
@@ -117,19 +118,17 @@ def run_study(
                 bar.update(task.stop - task.start)
 
             try:
-                Foreman(client, samples, design, modes).work_on(missing, keep)
+                Foreman(client, samples, design).work_on(missing, keep)
             finally:
                 results.flush()
-    return StudyResults(
-        study, folder / f"{study.name}.zarr", design.samples, found, results.failed
-    )
+    return StudyResults(study, path_of_results, design.samples, found, results.failed)
 
 
 def _refuse_hopeless(samples: Samples, design: Design) -> None:
-    """Refuse a study whose scenes are refused at its beginning, in its middle and at its end."""
+    """Refuse a study if its first, middle and last scene are all refused."""
     last = design.samples - 1
     for place in (0, last // 2, last):
-        (content,) = samples.contents(design.rows(slice(place, place + 1)))
+        (content,) = samples.contents(design.part(slice(place, place + 1)))
         try:
             samples.scene(content)
         except SlipmodeError as error:

@@ -1,13 +1,13 @@
-"""Reading a study file (TOML): a scene, what varies in it, and what is asked of each sample."""
+"""Reading a study file (TOML): a scene, what varies in it, and the outputs of each sample."""
 
 from __future__ import annotations
 
 import copy
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
+from functools import cached_property
 from math import log
 from os import PathLike
 from pathlib import Path
@@ -21,13 +21,29 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
 from slipmode.runner.recording.channels import MODES
-from slipmode.runner.scene.scene import Scene, load_scene, read_scene
-from slipmode.runner.scene.toml_table import FINITE, NON_NEGATIVE, POSITIVE, Rule, Table, between
-from slipmode.runner.study.outputs.asked import Asked, Curve
+from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene, read_text
+from slipmode.runner.scene.sections import Scene
+from slipmode.runner.scene.toml_table import Key, Section, Table
+from slipmode.runner.scene.values import (
+    ANY,
+    BOOLEAN,
+    FINITE,
+    INTEGERS,
+    NON_NEGATIVE,
+    POSITIVE,
+    TEXT,
+    Kind,
+    Rule,
+    between,
+    choice,
+    integer,
+    number,
+    numbers,
+)
+from slipmode.runner.study.outputs.outputs import Curve, Outputs
 from slipmode.runner.study.scene_keys import Content, check_key, get, with_value
 
-_TOP = ("title", "scene", "set", "vary", "sampling", "outputs", "choose")
-_FILE_KEYS = ("structure.matrices", "structure.mass", "preload.vector")  # that name files
+_FILE_KEYS = ("structure.matrices", "structure.mass", "preload.vector")
 _RANGE = ("from", "to", "points", "spacing")
 DISTRIBUTIONS = {
     "uniform": ("low", "high"),
@@ -35,14 +51,58 @@ DISTRIBUTIONS = {
     "normal": ("mean", "deviation"),
     "lognormal": ("median", "sigma"),
 }
-_VARY = (
-    *("key", "values", *_RANGE, "distribution"),
-    *dict.fromkeys(name for names in DISTRIBUTIONS.values() for name in names),
-)
 METHODS = ("grid", "list", "sobol", "latin-hypercube", "saltelli")
-_MANY = 10**7
+_MANY = 10**7  # samples are kept as columns in memory: 80 MB each at this number
 _AT_LEAST_ONE = Rule(">= 1", lambda value: 1 <= value <= _MANY)
-_AT_LEAST_TWO = between(2, _MANY)
+_LARGEST_SIGMA = log(1e6)  # a larger one is hardly meant: the median times or by a million
+
+
+def _key(name: str, kind: Kind, default: Any = None) -> Key:
+    return Key(name, kind, "-", default, "")
+
+
+# fmt: off
+STUDY = Section("", "", (
+    _key("title", TEXT, ""),
+    _key("scene", TEXT, MISSING),
+    _key("set", ANY, {}),
+    Section("vary", "", (
+        _key("key", TEXT, MISSING),
+        _key("values", ANY),
+        _key("from", number(), MISSING),
+        _key("to", number(), MISSING),
+        _key("points", integer(_AT_LEAST_ONE), MISSING),
+        _key("spacing", choice("linear", "log"), "linear"),
+        _key("distribution", choice(*DISTRIBUTIONS)),
+        *(_key(name, number(), MISSING)
+          for name in dict.fromkeys(name for names in DISTRIBUTIONS.values() for name in names)),
+    ), is_array=True),
+    Section("sampling", "", (
+        _key("method", choice(*METHODS)),
+        _key("samples", integer(_AT_LEAST_ONE), MISSING),
+        _key("seed", integer(), 0),
+    )),
+    Section("outputs", "", (
+        _key("steady", BOOLEAN, False),
+        _key("resonance", ANY),
+        Section("curve", "", (
+            _key("mode", TEXT, MISSING),
+            _key("from", number(POSITIVE), MISSING),
+            _key("to", number(POSITIVE), MISSING),
+            _key("points", integer(between(2, _MANY)), MISSING),
+        )),
+        _key("peak", BOOLEAN, False),
+        _key("times", numbers(NON_NEGATIVE)),
+        _key("recording", BOOLEAN, False),
+        _key("dofs", INTEGERS, []),
+    )),
+    Section("choose", "", (
+        _key("key", TEXT, MISSING),
+        _key("output", TEXT, MISSING),
+        _key("quantile", number(between(0, 1)), 0.95),
+    )),
+))
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -53,7 +113,7 @@ class Distribution:
     parameters: tuple[float, float]
 
     def quantile(self, part: Floats) -> Floats:
-        """Values below which parts (n,) of it lie."""
+        """Return the values below which parts (n,) of the distribution lie."""
         from scipy import stats
 
         first, second = self.parameters
@@ -76,7 +136,7 @@ class Varied:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How values are combined: a method, and of distributions how many samples, from a seed."""
+    """How values are combined: a method, the number of samples of distributions, and a seed."""
 
     method: str
     samples: int
@@ -85,7 +145,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class Choose:
-    """The value of a key for which a quantile of an output is least."""
+    """The rule for the best value of a key: the one with the least quantile of an output."""
 
     key: str
     output: str
@@ -94,43 +154,31 @@ class Choose:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file has it.
-
-    Attributes
-    ----------
-    title, name : str
-    scene : Scene
-        With what the study sets, without what it varies.
-    content : dict
-        The same, as parsed.
-    folder : Path
-        Where the scene's files are.
-    varied : tuple of Varied
-    sampling : Sampling
-    asked : Asked
-    choose : Choose or None
-    text : str
-        The TOML source.
-    """
+    """A study as its file has it."""
 
     title: str
     name: str
-    scene: Scene
-    content: Content = field(repr=False)
-    folder: Path
+    scene: Scene  # With the values that the study sets, without those that it varies
+    content: Content = field(repr=False)  # The same scene, as parsed
+    folder: Path  # The folder of the scene's files
     varied: tuple[Varied, ...]
     sampling: Sampling
-    asked: Asked
+    outputs: Outputs
     choose: Choose | None
-    text: str = field(repr=False)
+    text: str = field(repr=False)  # The TOML source
 
     __repr__ = short_repr
 
+    @cached_property
+    def modes(self) -> tuple[str, ...]:
+        """The modes of the scene."""
+        return MODES[: len(self.scene.modes.numbers)]
+
     @property
     def digest(self) -> str:
-        """Return a hash of everything that the results depend on, files of the scene included."""
-        plan = (self.varied, self.sampling, self.asked)
-        words = [__version__, self.content, repr(plan)]
+        """A hash of everything that the results depend on, files of the scene included."""
+        parts = (self.varied, self.sampling, self.outputs)
+        words = [__version__, self.content, repr(parts)]
         found = hashlib.sha256(json.dumps(words, default=str, sort_keys=True).encode())
         for path in self._files():
             found.update(f"{path.name} {path.stat().st_size}".encode())
@@ -153,7 +201,7 @@ class Study:
 
 
 def load_study(path: str | PathLike[str]) -> Study:
-    """Read a study; its scene is a shipped one, or a file beside it.
+    """Read a study; its scene is a shipped one, or a file in the same folder.
 
     Raises
     ------
@@ -161,14 +209,9 @@ def load_study(path: str | PathLike[str]) -> Study:
         Naming the file and the key that is refused.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise SlipmodeError(f"{path}: no such study file") from None
-    except OSError as error:
-        raise SlipmodeError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise SlipmodeError(f"{path}: must be UTF-8 text") from error
+    if not path.exists():
+        raise SlipmodeError(f"{path}: no such study file")
+    text = read_text(path)
     try:
         return _study(text, path)
     except SlipmodeError as error:
@@ -176,35 +219,35 @@ def load_study(path: str | PathLike[str]) -> Study:
 
 
 def _study(text: str, path: Path) -> Study:
-    try:
-        root = Table(given := tomllib.loads(text), _TOP)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
-    name = root.text("scene")
-    beside = path.parent / name
-    original = load_scene(beside if beside.is_file() else name)
-    assert original.path is not None  # it was loaded
-    content, folder = tomllib.loads(original.text), original.path.parent.resolve()
-    content = _set(given.get("set", {}), content)
+    root = Table(parse_toml(text), STUDY)
+    sampling_table, outputs_table = root["sampling"], root["outputs"]
+    name = root["scene"]
+    file = path.parent / name
+    original = load_scene(file if file.is_file() else name)
+    assert original.path is not None  # `load_scene` sets it
+    content, folder = parse_toml(original.text), original.path.parent.resolve()
+    content = _set(root["set"], content)
     scene = read_scene(content, folder, original.text)
-    varied = tuple(
-        _varied(table, f"vary[{k}]", content)
-        for k, table in enumerate(root.sections("vary", _VARY))
-    )
-    if not varied:
+    tables = root["vary"]
+    if not tables:
         raise root.error("vary", "nothing varies; give [[vary]] with a key and its values")
+    varied = tuple(_varied(each, f"vary[{k}]", content) for k, each in enumerate(tables))
     keys = [each.key for each in varied]
     for key in keys:
         if keys.count(key) > 1:
             raise root.error("vary", f"{key!r} is varied twice")
-    asked = _asked(root.section("outputs", Asked.KEYS), scene)
-    sampling = _sampling(root.section("sampling", ("method", "samples", "seed")), varied)
-    choose = None
-    if "choose" in root:
-        choose = _choose(root.section("choose", ("key", "output", "quantile")), varied, asked)
-    title = root.text("title", default=path.stem)
+    outputs = _outputs(outputs_table, scene)
     return Study(
-        *(title, path.stem, scene, content, folder, varied, sampling, asked, choose, text)
+        title=root["title"] or path.stem,
+        name=path.stem,
+        scene=scene,
+        content=content,
+        folder=folder,
+        varied=varied,
+        sampling=_sampling(sampling_table, varied),
+        outputs=outputs,
+        choose=_choose(root["choose"], varied, outputs) if "choose" in root else None,
+        text=text,
     )
 
 
@@ -220,122 +263,104 @@ def _set(values: Any, content: Content) -> Content:
 
 
 def _varied(table: Table, name: str, content: Content) -> Varied:
-    key = table.text("key")
+    key = table["key"]
     check_key(f"{name}.key", key, content)
     ways = [way for way in ("values", "from", "distribution") if way in table]
     if len(ways) != 1:
         raise table.error("values", "give one of values, from (to, points), and distribution")
-    of = {"values": ("values",), "from": _RANGE}.get(ways[0])
-    if of is None:
-        distribution = table.choice("distribution", tuple(DISTRIBUTIONS))
-        of = ("distribution", *DISTRIBUTIONS[distribution])
-    for other in _VARY[1:]:
-        if other in table and other not in of:
-            raise table.error(other, f"does not go with {ways[0]}; allowed: {', '.join(of)}")
-    if ways[0] == "values":
-        return Varied(key, _values(table))
-    if ways[0] == "from":
+    way = ways[0]
+    own: tuple[str, ...] = {"values": ("values",), "from": _RANGE}.get(way, ())
+    if way == "distribution":
+        own = ("distribution", *DISTRIBUTIONS[table["distribution"]])
+    for other in table:
+        if other not in ("key", *own):
+            raise table.error(other, f"does not go with {way}; allowed: {', '.join(own)}")
+    if way == "from":
         return Varied(key, _range(table))
-    return Varied(key, _distribution(table, distribution))
-
-
-def _values(table: Table) -> tuple[Any, ...]:
-    values = table.anything("values")
+    if way == "distribution":
+        return Varied(key, _distribution(table))
+    values = table["values"]
     if not isinstance(values, list) or not values:
         raise table.error("values", "must be a list of at least one value")
-    return tuple(copy.deepcopy(values))
+    return Varied(key, tuple(copy.deepcopy(values)))
 
 
 def _range(table: Table) -> tuple[float, ...]:
-    first, last = table.number("from"), table.number("to")
-    points = table.integer("points", _AT_LEAST_ONE)
-    spacing = table.choice("spacing", ("linear", "log"), default="linear")
-    if spacing == "log" and not (first > 0.0 and last > 0.0):
+    first, last = table["from"], table["to"]
+    logarithmic = table["spacing"] == "log"
+    if logarithmic and not (first > 0.0 and last > 0.0):
         raise table.error("spacing", '"log" needs from > 0 and to > 0')
-    space = np.geomspace if spacing == "log" else np.linspace
-    return tuple(space(first, last, points).tolist())
+    space = np.geomspace if logarithmic else np.linspace
+    return tuple(space(first, last, table["points"]).tolist())
 
 
-def _distribution(table: Table, name: str) -> Distribution:
+def _distribution(table: Table) -> Distribution:
+    name = table["distribution"]
     first, second = DISTRIBUTIONS[name]
     positive = POSITIVE if name in ("loguniform", "lognormal") else FINITE
-    a = table.number(first, positive)
-    if second == "high":
-        b = table.number(second)
-        if b <= a:
-            raise table.error(second, f"must be above {first} = {a:g}, got {b:g}")
-    else:
-        b = table.number(second, POSITIVE)
-        if name == "lognormal" and b > log(1e6):
-            raise table.error(second, "is the deviation of the logarithm; must be below 13.8")
+    a = table.read(first, number(positive))
+    b = table.read(second, number(FINITE if second == "high" else POSITIVE))
+    if second == "high" and b <= a:
+        raise table.error(second, f"must be above {first} = {a:g}, got {b:g}")
+    if name == "lognormal" and b > _LARGEST_SIGMA:
+        raise table.error(second, "is the deviation of the logarithm; must be below 13.8")
     return Distribution(name, (a, b))
 
 
 def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
     drawn = [each for each in varied if isinstance(each.values, Distribution)]
-    method = table.choice("method", METHODS, default="sobol" if drawn else "grid")
-    listed = len(drawn) < len(varied)
+    lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
+    method = table["method"] or ("sobol" if drawn else "grid")
     if drawn and method in ("grid", "list"):
         raise table.error("method", f'"{method}" needs values; {drawn[0].key} has a distribution')
     if not drawn and method not in ("grid", "list"):
         raise table.error("method", f'"{method}" needs a key with a distribution; or use "grid"')
-    if method == "saltelli" and listed:
+    if method == "saltelli" and lengths:
         raise table.error("method", '"saltelli" needs distributions of all keys')
     for key in ("samples", "seed"):
         if key in table and not drawn:
             raise table.error(key, "goes with distributions; a grid has all its points")
-    samples = table.integer("samples", _AT_LEAST_ONE) if drawn else 1
-    lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
+    samples = table["samples"] if drawn else 1
     if method == "list" and len(set(lengths)) > 1:
         raise table.error("method", f'"list" needs as many values of each key, got {lengths}')
     size = float(np.prod([samples, *(lengths[:1] if method == "list" else lengths)], dtype=float))
     if size > _MANY:
         raise table.error("samples", f"must be at most 1e7 in all, got {size:g}")
-    return Sampling(method, samples, table.integer("seed", default=0))
+    return Sampling(method, samples, table["seed"])
 
 
-def _asked(table: Table, scene: Scene) -> Asked:
+def _outputs(table: Table, scene: Scene) -> Outputs:
     modes = MODES[: len(scene.modes.numbers)]
-
-    def mode_of(table: Table, key: str) -> str:
-        return table.choice(key, modes)
-
-    resonance: tuple[str, ...] = ()
-    if "resonance" in table:
-        listed = table.anything("resonance")
-        if not isinstance(listed, list) or not listed or not set(map(str, listed)) <= set(modes):
-            raise table.error("resonance", f"must be a list of modes of {', '.join(modes)}")
-        resonance = tuple(mode for mode in modes if mode in listed)
+    resonance = table["resonance"]
+    if resonance is not None and not (
+        isinstance(resonance, list) and resonance and set(map(str, resonance)) <= set(modes)
+    ):
+        raise table.error("resonance", f"must be a list of modes of {', '.join(modes)}")
     curve = None
     if "curve" in table:
-        part = table.section("curve", ("mode", "from", "to", "points"))
-        curve = Curve(
-            mode_of(part, "mode"),
-            scene.units.per_frequency * part.number("from", POSITIVE),
-            scene.units.per_frequency * part.number("to", POSITIVE),
-            part.integer("points", _AT_LEAST_TWO),
-        )
-    times = table.numbers("times", NON_NEGATIVE) if "times" in table else ()
+        part, unit = table["curve"], scene.units.per_frequency
+        mode = part.read("mode", choice(*modes))
+        curve = Curve(mode, unit * part["from"], unit * part["to"], part["points"])
+    times = table["times"] or ()
     if times and max(times) > scene.run.duration:
         raise table.error("times", f"must be at most run.duration = {scene.run.duration:g}")
-    asked = Asked(
-        steady=table.boolean("steady", default=False),
-        resonance=resonance,
+    outputs = Outputs(
+        steady=table["steady"],
+        resonance=tuple(mode for mode in modes if mode in (resonance or ())),
         curve=curve,
-        peak=table.boolean("peak", default=False),
+        peak=table["peak"],
         times=times,
-        recording=table.boolean("recording", default=False),
-        dofs=table.integers("dofs") if "dofs" in table else (),
+        recording=table["recording"],
+        dofs=table["dofs"],
     )
-    if not asked.anything:
-        raise SlipmodeError(f"outputs: nothing is asked for; give one of {', '.join(Asked.KINDS)}")
-    return asked
+    if not any(getattr(outputs, kind) for kind in Outputs.KINDS):
+        raise SlipmodeError(f"outputs: is empty; give one of {', '.join(Outputs.KINDS)}")
+    return outputs
 
 
-def _choose(table: Table, varied: tuple[Varied, ...], asked: Asked) -> Choose:
+def _choose(table: Table, varied: tuple[Varied, ...], outputs: Outputs) -> Choose:
     listed = [each.key for each in varied if not isinstance(each.values, Distribution)]
     if not listed:
         raise table.error("key", "needs a key that is varied by values, and none is")
-    key, output = table.choice("key", listed), table.choice("output", asked.chosen_from)
-    quantile = table.number("quantile", Rule("0 to 1", lambda q: 0.0 <= q <= 1.0), default=0.95)
-    return Choose(key, output, quantile)
+    key = table.read("key", choice(*listed))
+    return Choose(key, table.read("output", choice(*outputs.single_numbers)), table["quantile"])

@@ -1,5 +1,7 @@
-"""Transients: the error that slow time has in them, and stretches of a scene at full order.
+"""Transients: the error of slow time in them, and stretches of a scene at full order.
 
-estimate.py estimates the error, hybrid.py switches to full order and back, full_order.py
-integrates a stretch, demodulation.py takes amplitudes out of it; reference.py is a whole scene.
+estimate.py       the estimated error
+hybrid.py         slow time, and full order where the error is too large
+integrated.py     a scene without slow time
+full_order.py     a stretch at full order; demodulation.py: its amplitudes
 """

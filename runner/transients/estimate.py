@@ -17,7 +17,7 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import slow_time_error
 from slipmode.runner.scene.schedule import LIMIT_SCALE, rate_of
 
-_APART = 10.0  # cycles: intervals closer to each other are reported as one
+_CYCLES_BETWEEN = 10.0  # intervals closer to each other are reported as one
 
 
 class RunError:
@@ -45,17 +45,17 @@ class RunError:
         first, stride : int
             Number of the first step, and the difference of the numbers.
         rate : (steps, modes) complex ndarray, optional
-            da/dt. Default: that of the slow flow.
+            da/dt. Default: from the slow flow.
         """
         schedule = self._plan.schedule
         steps = slice(first, first + stride * len(amplitude), stride)
         script = scripted(self._plan.excited, schedule, steps)
-        inputs = inputs_of(
-            *(script.force, script.frequency, script.force_rate, script.frequency_rate, angle)
-        )
         scale, scale_rate = schedule.inputs([LIMIT_SCALE, rate_of(LIMIT_SCALE)], steps).T
-        inputs["limit_scale"], inputs["limit_scale_rate"] = scale, scale_rate
         if rate is None:
+            inputs = inputs_of(
+                script.force, script.frequency, script.force_rate, script.frequency_rate, angle
+            )
+            inputs["limit_scale"], inputs["limit_scale_rate"] = scale, scale_rate
             try:
                 rate = rates(self._flow, inputs, amplitude)
             except SlipmodeError:
@@ -67,28 +67,28 @@ class RunError:
 
 
 class ErrorRecord:
-    """The largest transient error of slow time in a run, and where it exceeds the allowed one."""
+    """The largest transient error of slow time in a run, and when it exceeds the allowed one."""
 
     def __init__(self, plan: Plan) -> None:
         self._scene, self._modes = plan.scene, plan.excited.modes
-        self._apart = _APART * 2.0 * np.pi / plan.excited.reduced.carrier.min()
-        self._most = np.zeros(len(self._modes))
+        self._gap = _CYCLES_BETWEEN * 2.0 * np.pi / plan.excited.reduced.carrier.min()
+        self._largest = np.zeros(len(self._modes))
         self._above: list[tuple[float, float]] = []
 
     def add(self, error: Floats, time: Floats) -> None:
         """Add errors (steps, modes) in steps between times (steps + 1,)."""
-        self._most = np.maximum(self._most, error.max(axis=0, initial=0.0))
+        self._largest = np.maximum(self._largest, error.max(axis=0, initial=0.0))
         allowed = self._scene.model.transient_error
         for k in np.flatnonzero(np.any(error > allowed, axis=1)):
             start, end = float(time[k]), float(time[k + 1])
-            if self._above and start - self._above[-1][1] <= self._apart:
+            if self._above and start - self._above[-1][1] <= self._gap:
                 start = self._above.pop()[0]
             self._above.append((start, end))
 
     def finding(self) -> Finding:
-        """Return what the recording says: a warning where the error exceeds the allowed one."""
-        said = said_error(self._modes, self._most)
+        """Return the event for the recording: a warning if the error exceeds the allowed one."""
+        largest = said_error(self._modes, self._largest)
         if not self._above:
-            return Finding("transients", "slow time", said)
+            return Finding("transients", "slow time", largest)
         listed = short_list(f"{a:g} to {b:g} s" for a, b in self._above)
-        return slow_time_error(self._scene, f"{said} from {listed}")
+        return slow_time_error(self._scene, f"{largest} from {listed}")

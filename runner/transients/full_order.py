@@ -1,4 +1,4 @@
-"""A stretch of a scene at full order, on the coordinates of the reduced model."""
+"""Stretches of a scene at full order, on the coordinates of the reduced model."""
 
 from __future__ import annotations
 
@@ -25,15 +25,18 @@ from slipmode.runner.transients.demodulation import (
     window_length,
 )
 
+# Errors of a stretch stay far below the transient error of slow time that it replaces
+# (tests/runner/transients/test_hybrid.py).
 _STEPS_PER_PERIOD = 48
 _SAMPLES_PER_PERIOD = 24  # of the fastest forcing, for demodulation
-_ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative at the last instant
-_MEMORY_PERIODS = 3.0  # of the slowest carrier, that contacts are led through to remember
-_MEMORY_SAMPLES = 128  # per period of the fastest
+_ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative of fourth order
+# The internal forces of elastic contacts come from their motion over some periods of the slowest
+# carrier, in samples per period of the fastest.
+_MEMORY_PERIODS, _MEMORY_SAMPLES = 3.0, 128
 
 
 def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitation:
-    """The forces of a scene, a segment for each step of a schedule."""
+    """Return the forces of a scene, with a segment for each step of a schedule."""
 
     def scripted(quantity: str) -> Floats:
         return schedule.inputs([f"{quantity}_{mode}" for mode in plan.excited.modes])
@@ -51,7 +54,7 @@ def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitatio
 
 
 def initial_state(plan: Plan, excitation: Excitation) -> State:
-    """Where the structure of a scene starts."""
+    """Return the state of the structure at the start of a scene."""
     a = np.array(plan.excited.initial, dtype=complex)
     shapes = plan.excited.reduced.mode_shapes
     return State(
@@ -61,64 +64,46 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
     )
 
 
-def _sample_spacing(period: float, step: float) -> float:
-    """Of samples for demodulation, which lie alike around all points that are steps apart."""
-    spacing = period / _SAMPLES_PER_PERIOD
-    return step / round(step / spacing) if step > spacing else spacing
-
-
 @dataclass(frozen=True, eq=False)
 class FastMotion:
-    """Motion at given times, in slow time or at full order.
+    """Motion at given times, in slow time or at full order."""
 
-    Attributes
-    ----------
-    time : (n,) ndarray
-        [s]
-    displacement, velocity, force : (n, N_c) ndarray
-        Of the contacts [m], [m/s], [N].
-    modal : (n, modes) ndarray
-        Displacements of the retained modes [kg^1/2 m].
-    elastic : (n, dofs) ndarray
-        Of the scene's output.elastic [m].
-    """
-
-    time: Floats
+    time: Floats  # (n,) [s]
+    # displacement, velocity, force: (n, N_c): Motion of the contacts [m], [m/s], and force on them
+    # [N]
     displacement: Floats
     velocity: Floats
     force: Floats
-    modal: Floats
-    elastic: Floats
+    modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
+    elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
 
     __repr__ = short_repr
 
 
 @dataclass(frozen=True, eq=False)
 class SlowPart:
-    """What a recording has of a stretch at communication points.
+    """Slow quantities of a stretch at communication points."""
 
-    Attributes
-    ----------
-    amplitude, rate : (points, modes) complex ndarray
-    power : (points, 3) ndarray
-        Input power, dissipated power [W], energy dissipated since the start of the stretch [J].
-    """
-
+    # amplitude, rate: (points, modes)
     amplitude: Complexes
     rate: Complexes
+    # (points, 3): Input power, dissipated power [W], energy dissipated since the start of the
+    # stretch [J]
     power: Floats
 
     __repr__ = short_repr
 
 
 class FullOrder:
-    """Full order of a scene: what all of its stretches share.
+    """Full order of a scene, shared by all of its stretches.
 
     Attributes
     ----------
     modes : int
     window : float
-        Of demodulation [s].
+        Window of demodulation [s].
+    spacing : float
+        Spacing of the samples for demodulation [s].
     """
 
     def __init__(self, plan: Plan, reduced: Reduced) -> None:
@@ -128,19 +113,23 @@ class FullOrder:
         shapes = small.to_coordinates @ reduced.mode_shapes
         self.projection = replace(small, structure=aeroelastic(small.structure, reduced, shapes))
         basis = self.projection.basis
-        straight, modes = plan.schedule.stretches(), plan.excited.modes
-        self.excitation = excitation_of(plan, patterns @ basis, straight)
-        frequencies = [f"frequency_{mode}" for mode in modes]
-        ends = straight.inputs(frequencies), straight.at_ends(frequencies)
-        self.modes, self.window = len(modes), window_length(np.vstack(ends))
+        self.excitation = excitation_of(plan, patterns @ basis, plan.schedule.stretches())
+        modes = plan.excited.modes
+        self.modes, self.window = (
+            len(modes),
+            window_length(np.vstack(plan.schedule.frequencies(modes))),
+        )
         self.elements = reduced.contacts
-        modal = self.projection.to_coordinates[: len(reduced.modes)] @ basis
-        if reduced.contacts is None:  # less what the contact shapes have of the modes
-            shared = self.projection.to_coordinates[: len(reduced.modes)] @ reduced.contact_shapes
+        to_modes = self.projection.to_coordinates[: self.modes]
+        modal = to_modes @ basis
+        if reduced.contacts is None:  # without the part of the modes in the contact shapes
+            shared = to_modes @ reduced.contact_shapes
             modal = modal - shared @ self.projection.structure.directions.T
         dofs = basis[list(plan.scene.output.elastic)]
         fastest = self.excitation.fastest(plan.scene.run.duration)
-        self.spacing = _sample_spacing(2 * np.pi / fastest, plan.scene.run.step)
+        self.spacing, step = 2 * np.pi / fastest / _SAMPLES_PER_PERIOD, plan.scene.run.step
+        if step > self.spacing:  # samples then have the same places around all points
+            self.spacing = step / round(step / self.spacing)
         self._integrator = Integrator(
             self.projection.structure,
             plan.excited.law,
@@ -150,22 +139,22 @@ class FullOrder:
         )
 
     def run(self, times: Floats, start: State) -> FullMotion:
-        """Motion at times from a state of the coordinates."""
+        """Return the motion at times from a state of the coordinates."""
         return self._integrator.run(times, start)
 
     def lost(self, motion: FullMotion) -> Floats:
-        """Energy that friction took, without what springs of contacts hold where that is known."""
+        """Return the energy that friction dissipated, less the energy in springs if known."""
         if self.elements is None:
             return motion.dissipated
         held = stored_energy(self.elements, motion.contact_displacement, motion.contact_force)
         return motion.dissipated - np.where(np.isfinite(held), held, 0.0)
 
     def first(self) -> State:
-        """The start of the scene."""
+        """Return the state at the start of the scene."""
         return self._on_coordinates(initial_state(self._plan, self.excitation))
 
     def state_on(self, model: Model, trajectory: SlowTrajectory) -> State:
-        """Where the motion of slow time is at the end of a trajectory, a period long at least."""
+        """Return the state of slow time at the end of a trajectory of at least one period."""
         end, frequency = float(trajectory.time[-1]), trajectory.point_frequency[-1]
         fastest, slowest = 2 * np.pi / frequency.max(), 2 * np.pi / frequency.min()
         samples = int(np.ceil(_MEMORY_PERIODS * slowest * _MEMORY_SAMPLES / fastest))
@@ -194,14 +183,13 @@ class FullOrder:
 
 
 def _memory(elastic: kernel.Elastic, x_c: Floats) -> Floats:
-    """What elastic contacts remember that moved through displacements (n, N_c)."""
-    contacts = x_c.shape[1]
-    memory = np.zeros(int(kernel.lib.sm_elastic_memory(ctypes.byref(elastic))))
+    """Return the internal forces of elastic contacts after displacements (n, N_c)."""
+    contacts, law = x_c.shape[1], ctypes.byref(elastic)
+    memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
     force = np.empty(contacts)
     for row in kernel.contiguous(x_c):
         status = kernel.lib.sm_elastic_force(
-            *(ctypes.byref(elastic), contacts, row.ctypes.data),
-            *(memory.ctypes.data, force.ctypes.data),
+            law, contacts, row.ctypes.data, memory.ctypes.data, force.ctypes.data
         )
         kernel.check(status, "forces on the contacts")
     return memory
@@ -213,13 +201,13 @@ class Stretch:
     Attributes
     ----------
     start, end : float
-        [s]; the end is infinite until it is handed back.
+        [s]; the end is infinite until slow time goes on.
     reached : float
-        Up to where it is integrated [s].
+        Time up to which it is integrated [s].
     last_fast : float
-        When the estimated transient error was too large last [s].
+        The last time at which the estimated transient error was too large [s].
     error : (modes,) ndarray
-        The largest estimated transient error that slow time would have, relative.
+        The largest estimated transient error of slow time in it, relative.
     """
 
     def __init__(self, full: FullOrder, start: State) -> None:
@@ -227,19 +215,19 @@ class Stretch:
         self.reached = self.last_fast = start.time
         self.error = np.zeros(full.modes)
         self._full, self._modes, self._length = full, full.modes, full.window
-        self._known, self._shown = [start], start  # states to go on from
-        self._spacing = full.spacing
-        self._lost = 0.0  # in all motion so far, springs not looked at
+        self._known, self._shown = [start], start  # states to continue from
+        self._dissipated = 0.0  # so far, with the energy in springs
         self._time = np.empty(0)
         self._angle = np.empty((0, full.modes))
         self._signals = np.empty((0, full.modes + 2), dtype=complex)
 
     def advance(self, until: float) -> None:
-        """Integrate to a time at least."""
+        """Integrate at least to a time."""
         if until <= self.reached:
             return
-        count = int(np.ceil((until - self.reached) / self._spacing))
-        times = np.asarray(self.reached + self._spacing * np.arange(1, count + 1), dtype=float)
+        spacing = self._full.spacing
+        count = int(np.ceil((until - self.reached) / spacing))
+        times = np.asarray(self.reached + spacing * np.arange(1, count + 1), dtype=float)
         motion = self._full.run(times, self._known[-1])
         self._known.append(motion.end)
         self.reached = float(times[-1])
@@ -248,19 +236,19 @@ class Stretch:
         self._signals = np.vstack((self._signals, self._slow_signals(motion)))
 
     def _slow_signals(self, motion: FullMotion) -> Complexes:
-        """What turns with the carriers, input power, and energy that friction took."""
+        """Return carrier signals, input power, and energy that friction dissipated."""
         modes = slice(0, self._modes)
         loaded = slice(self._modes, 2 * self._modes)
         angle, frequency, force = self._full.excitation.at(motion.time)
         moving = motion.displacement[:, modes], motion.velocity[:, modes]
         z = carrier_signal(*moving, angle, frequency)
         power = np.sum(force * motion.velocity[:, loaded], axis=1)
-        lost = self._lost + self._full.lost(motion)
-        self._lost += float(motion.dissipated[-1])
+        lost = self._dissipated + self._full.lost(motion)
+        self._dissipated += float(motion.dissipated[-1])
         return np.column_stack((z, power, lost))
 
     def slow(self, points: Floats) -> SlowPart:
-        """At communication points that have been reached; later calls have later ones."""
+        """Return slow quantities at communication points reached so far, later in each call."""
         values, rates, second = slow_parts(
             self._time, self._signals, self._angle, points, self._length
         )
@@ -274,7 +262,7 @@ class Stretch:
         return SlowPart(a, rate, power)
 
     def motion(self, times: Floats) -> FastMotion:
-        """Fast motion at increasing times inside."""
+        """Return the fast motion at increasing times inside the stretch."""
         before = [state for state in (*self._known, self._shown) if state.time <= times[0]]
         motion = self._full.run(times, max(before, key=lambda state: state.time))
         self._shown = motion.end

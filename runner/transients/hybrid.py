@@ -1,11 +1,10 @@
 """Slow time, and full order where slow time has too large a transient error.
 
-A stretch at full order begins at the communication point where the estimated transient error
-exceeds the allowed one, or where the plan has one before the next point: from the motion that slow
-time has there, at t = 0 from that of the scene.
-Slow time goes on at the first point with a window before it in which the estimate stays below the
-part `SETTLED` of the allowed error, both at full order and in the slow flow that would go on from
-its amplitudes.
+A stretch at full order begins at the communication point at which the estimated transient error
+exceeds the allowed one, or before the point at which the plan has a stretch. It begins from the
+motion of slow time, at t = 0 from the start of the scene.
+Slow time goes on at the first point after a window in which the estimate stays below the part
+`SETTLED` of the allowed error, both at full order and in the slow flow from its amplitudes.
 """
 
 from __future__ import annotations
@@ -33,14 +32,14 @@ _JUMP = 1e-9  # of a force or a frequency, relative: less is rounding
 
 
 class Hybrid:
-    """What the runner drives in place of a component whose transients are integrated.
+    """A component that integrates transients at full order.
 
-    It follows the schedule of its plan: `run` has to be given the steps of that, in order.
+    It follows the schedule of its plan: `run` takes the steps of this schedule, in order.
 
     Attributes
     ----------
     stretches : list of Stretch
-        At full order, in time order; the last one may not be over.
+        Stretches at full order, in time order; the last one may be open.
     """
 
     def __init__(self, plan: Plan, model: Model) -> None:
@@ -51,12 +50,12 @@ class Hybrid:
         self.stretches: list[Stretch] = []
         self._error, self._allowed = RunError(plan, model), plan.scene.model.transient_error
         modes = plan.excited.modes
-        least, _ = plan.schedule.extremes([f"frequency_{mode}" for mode in modes])
+        least, _ = plan.schedule.frequency_range(modes)
         self._cycle = 2.0 * np.pi / float(least.min())
         self._spin_up = (SPIN_UP_PERIODS + 2.0) * self._cycle
         self._point = 0
-        self._energy = 0.0  # beyond what the component has
-        self._before = 0.0  # energy at the start of a stretch
+        self._energy = 0.0  # dissipated in stretches, which the component does not know
+        self._before = 0.0  # dissipated at the start of a stretch
         self._open: Stretch | None = None
         column = {name: k for k, name in enumerate(self.output_names)}
         self._amplitude = [column[f"{m}_{part}"] for m in modes for part in ("re", "im")]
@@ -72,7 +71,13 @@ class Hybrid:
 
     @cached_property
     def _jumps(self) -> Floats:
-        return _jumps(self._plan)
+        """Times at which forces or frequencies jump [s]."""
+        straight, excited = self._plan.schedule.stretches(), self._plan.excited
+        found = np.zeros(straight.steps, dtype=bool)
+        for start, end in (excited.modal_forces(straight), straight.frequencies(excited.modes)):
+            size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
+            found[1:] |= np.any(np.abs(start[1:] - end[:-1]) > _JUMP * size, axis=1)
+        return straight.time(slice(straight.steps))[found]
 
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values."""
@@ -90,7 +95,7 @@ class Hybrid:
         return dict(zip(self.output_names, self._rows[-1].tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """The next steps of the schedule; outputs (steps, outputs) after each."""
+        """Return the outputs (steps, outputs) after each of the next steps of the schedule."""
         if not len(self._rows):
             now = self.outputs()
             self._rows = np.array([[now[name] for name in self.output_names]])
@@ -109,7 +114,7 @@ class Hybrid:
         return np.vstack(found)
 
     def _slowly(self, durations: Floats, inputs: Floats) -> Floats:
-        """Steps of the slow flow up to where it is too fast, where a stretch begins."""
+        """Return steps of the slow flow until its error is too large; then a stretch begins."""
         first = self._point
         row = self._rows[-1:]
         if self._too_fast(row, first).any():
@@ -125,12 +130,12 @@ class Hybrid:
             self._component.set_state(state)
             steps = slice(0, fast[0] + 1)
             rows = self._shifted(self._component.run(durations[steps], inputs[steps]))
-        elif stopped is not None:  # its outputs are shifted by now
+        elif stopped is not None:  # `_shifted` has changed its outputs in place
             raise stopped
         return rows
 
     def _too_fast(self, rows: Floats, first: int) -> Flags:
-        """Whether slow time has too large an error in the steps after rows, (rows,)."""
+        """Return whether slow time has too large an error in the steps after rows, (rows,)."""
         error = self._error.at(self._complex(rows), rows[:, self._angle], first)
         time = self._plan.schedule.time(slice(first, first + len(rows) + 1))
         starts = [start for start, _ in self._plan.full_order]
@@ -141,7 +146,7 @@ class Hybrid:
         """Start a stretch at the present point."""
         self._before = float(self._rows[-1, self._powers[-1]])
         now = float(self._plan.schedule.time(slice(self._point, self._point + 1))[0])
-        if now < self._cycle:  # the contacts have hardly moved: as from the start of the scene
+        if now < self._cycle:  # too little motion yet for a state: from the start of the scene
             state, self._before = self._full.first(), 0.0
         else:
             names = list(self.output_names)
@@ -151,7 +156,7 @@ class Hybrid:
         self.stretches.append(self._open)
 
     def _fully(self, durations: Floats, inputs: Floats) -> Floats:
-        """Steps of the stretch that is open, up to where it is handed back."""
+        """Return steps of the open stretch, until slow time goes on."""
         assert self._open is not None
         stretch, first = self._open, self._point + 1
         points = slice(first, first + len(durations))
@@ -161,9 +166,9 @@ class Hybrid:
         known = time <= stretch.reached - 0.5 * self._full.window
         count = max(int(np.sum(known | (stretch.reached >= end))), 1)
         slow = stretch.slow(time[:count])
-        back = self._handed_back(stretch, slow, time[:count], first)
+        back = self._end_of(stretch, slow, time[:count], first)
         count = count if back is None else back + 1
-        # the component goes on beside: time and angles are its own
+        # the component takes the same steps, for time and angles
         try:
             rows = self._component.run(durations[:count], inputs[:count])
         except StoppedError as stop:
@@ -179,10 +184,8 @@ class Hybrid:
             stretch.end, self._open = float(time[back]), None
         return rows
 
-    def _handed_back(
-        self, stretch: Stretch, slow: SlowPart, time: Floats, first: int
-    ) -> int | None:
-        """Which of the points, from number `first` on, ends the stretch; None: none yet."""
+    def _end_of(self, stretch: Stretch, slow: SlowPart, time: Floats, first: int) -> int | None:
+        """Return which of the points, from number `first` on, ends the stretch, if one does."""
         going_on = min(len(time), self._plan.schedule.steps - first)  # steps that follow
         angle, _, _ = self._full.excitation.at(time[:going_on])
         amplitude, rate = slow.amplitude[:going_on], slow.rate[:going_on]
@@ -199,7 +202,7 @@ class Hybrid:
         return None
 
     def _keep(self, rows: Floats) -> None:
-        """Go on to the point after rows, and drop what no stretch to come reaches back to."""
+        """Keep rows as far back as a later stretch may need them, and advance the point."""
         self._point += len(rows)
         self._rows = np.vstack((self._rows, rows))
         time = self._plan.schedule.time(slice(self._first, self._point + 1))
@@ -207,7 +210,7 @@ class Hybrid:
         self._rows, self._first = self._rows[drop:], self._first + drop
 
     def _shifted(self, rows: Floats) -> Floats:
-        """Outputs of the component with the energy that stretches took."""
+        """Return outputs of the component with the energy that stretches dissipated."""
         rows[:, self._powers[-1]] += self._energy
         return rows
 
@@ -216,7 +219,7 @@ class Hybrid:
 
 
 def stepper(plan: Plan, model: Model) -> Component | Hybrid:
-    """Return what takes the steps of a scene, with stretches at full order where they may be."""
+    """Return what takes the steps of a scene, with stretches at full order if it switches."""
     if plan.scene.switches:
         return Hybrid(plan, model)
     return plan.component(model)
@@ -231,7 +234,7 @@ def fast_motion(
     *,
     summed: bool = False,
 ) -> FastMotion:
-    """Motion at increasing times of a run: from slow time, but from full order where that ran."""
+    """Return the motion at increasing times of a run, from slow time or from full order."""
     number = full_order_number(component, times)
     parts = []
     for k in np.unique(number):
@@ -255,17 +258,3 @@ def full_order_number(component: Steppable, times: Floats) -> NDArray[np.int64]:
     stretches = component.stretches if isinstance(component, Hybrid) else []
     edges = [edge for stretch in stretches for edge in (stretch.start, stretch.end)]
     return np.searchsorted(edges, times, side="right")
-
-
-def _jumps(plan: Plan) -> Floats:
-    """Times at which forces or frequencies jump [s]."""
-    straight, modes = plan.schedule.stretches(), plan.excited.modes
-    names = [f"frequency_{mode}" for mode in modes]
-    found = np.zeros(straight.steps, dtype=bool)
-    for start, end in (
-        plan.excited.modal_forces(straight),
-        (straight.inputs(names), straight.at_ends(names)),
-    ):
-        size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
-        found[1:] |= np.any(np.abs(start[1:] - end[:-1]) > _JUMP * size, axis=1)
-    return straight.time(slice(straight.steps))[found]

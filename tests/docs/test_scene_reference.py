@@ -8,6 +8,7 @@ import pytest
 from runs import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.cli import main
 from slipmode.runner.scene.reference import as_markdown, scene_reference
 from slipmode.runner.scene.scene import parse_scene
 
@@ -37,8 +38,8 @@ LAWS = {
     ),
 }
 WITH_MATRICES = ("mass", "contacts", "rayleigh", "matrices")
-SECTIONS = {section.header: section for section in scene_reference()}
-KEYS = [(section.header, key) for section in SECTIONS.values() for key in section.keys]
+SECTIONS = scene_reference()
+KEYS = [(header, key) for header, section in SECTIONS.items() for key in section.keys]
 WRONG = "1979-05-27"  # no key is a date
 
 
@@ -88,8 +89,8 @@ def ids(case):
 @pytest.mark.parametrize("case", KEYS, ids=ids)
 def test_the_reader_takes_the_key_and_says_what_is_allowed(case, tmp_path):
     header, key = case
-    pair = key.value in ("list of 2 numbers", "list of one number per mode")
-    lists = key.value.startswith("list of") and key.allowed
+    pair = key.kind.words in ("list of 2 numbers", "list of one number per mode")
+    lists = key.kind.words.startswith("list of") and key.kind.allowed
     wrong = f"[{WRONG}, {WRONG}]" if pair else f"[{WRONG}]" if lists else WRONG
     text = with_value(header, key.name, wrong)
     if key.name in WITH_MATRICES and header == "[structure]":
@@ -107,7 +108,7 @@ def test_the_reader_takes_the_key_and_says_what_is_allowed(case, tmp_path):
     name = f"{prefix}.{key.name}" if prefix else key.name
     assert said.startswith((f"{name}: ", f"{name}[0]: "))
     assert "unknown key" not in said
-    assert key.allowed in said
+    assert key.kind.allowed in said
 
 
 @pytest.mark.parametrize("header", SECTIONS)
@@ -119,7 +120,8 @@ def test_the_reader_takes_no_other_key(header, tmp_path):
     assert set(allowed) == named | (tables if header == "" else set())
 
 
-BY_DEFAULT = [(header, key) for header, key in KEYS if key.default not in ("required", "-", '""')]
+WITHOUT_DEFAULT = ("required", "-", '""')
+BY_DEFAULT = [case for case in KEYS if case[1].shown_default not in WITHOUT_DEFAULT]
 
 
 def plain(scene):
@@ -131,8 +133,8 @@ def plain(scene):
 def test_leaving_a_key_out_is_its_default(case, tmp_path):
     header, key = case
     left_out = parse_scene(scene_for(header, key.name), tmp_path)
-    written = parse_scene(with_value(header, key.name, key.default), tmp_path)
-    value = tomllib.loads(f"value = {key.default}")["value"]
+    written = parse_scene(with_value(header, key.name, key.shown_default), tmp_path)
+    value = tomllib.loads(f"value = {key.shown_default}")["value"]
     if header == "[structure]":
         assert written.structure.parameters == {key.name: value}
         same = written.structure.build(), left_out.structure.build()
@@ -142,7 +144,7 @@ def test_leaving_a_key_out_is_its_default(case, tmp_path):
         assert plain(written) == plain(left_out)
 
 
-REQUIRED = [(header, key) for header, key in KEYS if key.default == "required"]
+REQUIRED = [(header, key) for header, key in KEYS if key.shown_default == "required"]
 
 
 @pytest.mark.parametrize("case", REQUIRED, ids=ids)
@@ -158,3 +160,12 @@ def test_every_key_is_printed_with_its_meaning():
         section = printed.split(f"## `{header}`" if header else "## Top of the file")[1]
         row = next(line for line in section.splitlines() if line.startswith(f"| `{key.name}` |"))
         assert row.count("|") == 6 and key.meaning in row and key.meaning.endswith(".")
+
+
+def test_the_command_prints_the_keys_of_a_table(capsys):
+    assert main(["scenes", "--keys", "forcing.A"]) == 0
+    printed = capsys.readouterr().out
+    assert "amplitude: number, or breakpoints [[t, value], ...] >= 0" in printed
+    assert "    Force amplitude over time." in printed
+    assert main(["scenes", "--keys", "forces"]) == 1
+    assert capsys.readouterr().err.startswith("slipmode: --keys: must be one of structure, fric")

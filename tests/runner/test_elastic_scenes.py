@@ -10,7 +10,7 @@ from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK
 from slipmode.rom.structure.structure import load_structure
 from slipmode.runner.run import run
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
-from slipmode.runner.validate import validate
+from slipmode.runner.validation.validate import validate
 
 SCENE = """
 [structure]

@@ -201,7 +201,7 @@ def test_elastic_motion_alone_is_summed_from_harmonics(tmp_path):
     scene = elastic_windows([100, 150], [0])
     choice, reason = decisions(scene)["elastic motion"]
     assert choice == "100 to 150 s, harmonics to order 5 summed"
-    assert reason.startswith("64 samples per period; they miss 0 of it")
+    assert reason.startswith("64 samples per period; they neglect 0 of it")
     recording = runner.run(scene, tmp_path)
     assert set(recording.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}
     marched = runner.run(
@@ -216,7 +216,7 @@ def test_what_harmonics_cannot_sum_to_the_tolerance_is_marched():
     """A contact DOF: its corners need more harmonics than there are."""
     choice, reason = decisions(elastic_windows([100, 150], [2]))["elastic motion"]
     assert choice == "100 to 150 s, marched"
-    assert "harmonics to order 9 miss" in reason
+    assert "harmonics to order 9 neglect" in reason
     assert "above 0.001" in reason
 
 

@@ -8,7 +8,7 @@ from slipmode.fmu import StoppedError
 from slipmode.runner.cli import main
 from slipmode.runner.curves.scene_curves import scene_performance
 from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.validate import validate
+from slipmode.runner.validation.validate import validate
 
 SCENE = """
 [structure]

@@ -10,8 +10,8 @@ from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
-from slipmode.runner.transients import reference
-from slipmode.runner.validate import validate
+from slipmode.runner.validation import reference
+from slipmode.runner.validation.validate import validate
 from slipmode.runner.view.phase_portraits import portraits
 
 # relative errors as measured, with a tenth to spare
@@ -234,7 +234,7 @@ def test_large_structures_run_on_component_modes_and_say_what_that_changes(meshe
     times = np.linspace(180.0, 200.0, 400)
     exact = reference.reference(meshed, times)
     assert exact.coordinates == 120
-    assert len(exact.doubts) == 1
+    assert len(exact.comparisons) == 1
     monkeypatch.setattr(reference, "MOST_DOFS", 100)
     found = reference.reference(meshed, times)
     assert found.coordinates < 40
@@ -242,14 +242,14 @@ def test_large_structures_run_on_component_modes_and_say_what_that_changes(meshe
     for signal in ("displacement", "velocity", "contact_displacement", "contact_force"):
         apart, *stated = (
             relative_rms(getattr(one, signal), getattr(other, signal)).max()
-            for one, other in ((found.motion, exact.motion), *found.doubts)
+            for one, other in ((found.motion, exact.motion), *found.comparisons)
         )
         assert apart <= sum(stated), signal
         assert 0.0 < stated[1] < 0.05, signal
     np.testing.assert_array_equal(found.motion.time, exact.motion.time)
 
 
-def test_a_validation_adds_both_doubts(meshed, monkeypatch, tmp_path):
+def test_a_validation_adds_the_errors_of_both_comparisons(meshed, monkeypatch, tmp_path):
     monkeypatch.setattr(reference, "MOST_DOFS", 100)
     found = validate(meshed.scene, tmp_path)
     assert found.coordinates < 40
@@ -257,5 +257,5 @@ def test_a_validation_adds_both_doubts(meshed, monkeypatch, tmp_path):
     assert window.subject == "modal displacement"
     assert window.error < 0.02
     full = reference.reference(meshed, np.linspace(180.0, 200.0, 400))
-    doubts = [relative_rms(a.displacement, b.displacement).max() for a, b in full.doubts]
-    assert window.reference_error == pytest.approx(sum(doubts), rel=0.2)
+    errors = [relative_rms(a.displacement, b.displacement).max() for a, b in full.comparisons]
+    assert window.reference_error == pytest.approx(sum(errors), rel=0.2)

@@ -7,7 +7,7 @@ from benchmarks.measure import worst_rms
 from benchmarks.slow_case import SlowCase
 from slipmode.rom import full
 from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.validate import validate
+from slipmode.runner.validation.validate import validate
 
 SCENE = """
 [structure]

@@ -1,4 +1,4 @@
-"""A batch of samples on one model: their results, and why some have none."""
+"""A batch of samples on one model: their results, and why some samples have none."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.scene.scene import Scene
+from slipmode.runner.scene.sections import Scene
 from slipmode.runner.study.outputs.runs import record, run_through
 from slipmode.runner.study.outputs.steady import Loads, curves, peaks, steady_states
 from slipmode.runner.study.scene_model import Samples, SceneModel
@@ -18,35 +18,25 @@ from slipmode.runner.study.scene_model import Samples, SceneModel
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Results of some samples.
+    """Results of some samples."""
 
-    Attributes
-    ----------
-    values : dict of str to (samples, ...) ndarray
-        By the names of `Asked.results`; NaN where there are none.
-    reason : list of str
-        Of samples without results; empty otherwise.
-    outside : (samples,) ndarray of bool
-        Whether the friction table ends before the sample, so that a larger one would help.
-    """
-
-    values: dict[str, Floats]
-    reason: list[str]
-    outside: Flags
+    values: dict[str, Floats]  # By the names of `Outputs.results`; NaN without a result
+    reason: list[str]  # Why a sample has no results; empty if it has
+    outside: Flags  # (samples,): Whether a larger friction table is needed
 
     __repr__ = short_repr
 
     @classmethod
-    def empty(cls, samples: Samples, modes: Sequence[str], count: int) -> Batch:
-        """Without results as yet."""
+    def empty(cls, samples: Samples, count: int) -> Batch:
+        """Return a batch without results."""
         values = {
             result.name: np.full((count, *result.shape), np.nan)
-            for result in samples.asked.results(modes)
+            for result in samples.outputs.results(samples.modes)
         }
         return cls(values, [""] * count, np.zeros(count, dtype=bool))
 
     def put(self, places: Sequence[int], found: Batch) -> None:
-        """Results of some of the samples, in their places."""
+        """Store the results of some of the samples."""
         for name, values in found.values.items():
             self.values[name][places] = values
         self.outside[places] = found.outside
@@ -55,100 +45,74 @@ class Batch:
 
 
 def compute(
-    samples: Samples,
-    modes: Sequence[str],
-    shared: SceneModel,
-    model: Model,
-    read: Sequence[Scene | str],
-    numbers: Sequence[int],
+    shared: SceneModel, model: Model, scenes: Sequence[Scene | str], numbers: Sequence[int]
 ) -> Batch:
-    """What is asked of some samples, each by itself: one that is refused leaves others alone.
+    """Return the results of samples; one that is refused does not affect the others.
 
     Parameters
     ----------
-    modes : sequence of str
-        Of the scene, in the order of the results.
     shared : SceneModel
     model : Model
-        One of `shared`.
-    read : sequence of Scene or str
-        Of the samples, or why there is none.
+        A model of `shared`.
+    scenes : sequence of Scene or str
+        The scene of each sample, or why it is refused.
     numbers : sequence of int
-        Of the samples in the study: recordings are named by them.
+        The numbers of the samples in the study; recordings have them in their names.
     """
-    asked = samples.asked
-    batch = Batch.empty(samples, modes, len(read))
-    batch.reason[:] = [each if isinstance(each, str) else "" for each in read]
-    places = [k for k, why in enumerate(batch.reason) if not why]
-    scenes = [each for each in read if not isinstance(each, str)]
-    if scenes and (asked.steady or asked.resonance or asked.curve):
-        loads = Loads.of(scenes, shared.excited)
-        columns = [modes.index(mode) for mode in shared.excited.modes]
-        at = np.ix_(places, columns)
-        for name in ("steady", "resonance", "curve"):
-            if not getattr(asked, name):
+    outputs, modes = shared.samples.outputs, shared.samples.modes
+    batch = Batch.empty(shared.samples, len(scenes))
+    batch.reason[:] = [each if isinstance(each, str) else "" for each in scenes]
+    read = {k: each for k, each in enumerate(scenes) if not isinstance(each, str)}
+    places = list(read)
+    columns = [modes.index(mode) for mode in shared.excited.modes]
+    if read and (outputs.steady or outputs.resonance or outputs.curve):
+        loads = Loads.of(list(read.values()), shared.excited)
+        for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
+            if not getattr(outputs, kind):
                 continue
-            solve = {"steady": steady_states, "resonance": peaks, "curve": curves}[name]
-            found = solve(asked, shared.excited, model, loads)
-            for key, values in found.values.items():
-                batch.values[key][places] = _at_rest(key)
-                batch.values[key][at] = values
+            found = solve(outputs, model, loads)
+            for name, values in found.values.items():
+                # a mode without a motion is not in the model
+                at_rest = np.nan if name.endswith(("_phase", "_frequency")) else 0.0
+                batch.values[name][places] = at_rest
+                batch.values[name][np.ix_(places, columns)] = values
             for k, why, out in zip(places, found.reason, found.outside, strict=True):
                 batch.reason[k] = batch.reason[k] or why
                 batch.outside[k] |= out
-    if asked.runs:
-        for k, scene in zip(places, scenes, strict=True):
+    for k, scene in read.items():
+        if not outputs.runs or batch.reason[k]:
+            continue
+        run = run_through(scene, shared.excited, model, outputs.times)
+        batch.reason[k], batch.outside[k] = run.reason, run.outside
+        for name, values in (("peak", run.peak), ("at", run.at)):
+            if name in batch.values:
+                batch.values[name][k] = 0.0
+                batch.values[name][k, columns] = values
+    if outputs.dofs:
+        _add_displacements(batch, shared)
+    if shared.samples.recordings is not None:
+        for k, scene in read.items():
             if not batch.reason[k]:
-                _run(k, scene, modes, shared, model, batch, samples)
-    if asked.dofs:
-        _displacements(asked.dofs, shared, modes, batch)
-    if samples.recordings is not None:
-        for k, scene in zip(places, scenes, strict=True):
-            if not batch.reason[k]:
-                batch.reason[k] = record(scene, samples.recordings, numbers[k])
+                batch.reason[k] = record(scene, shared.samples.recordings, numbers[k])
     for values in batch.values.values():
         values[[bool(why) for why in batch.reason]] = np.nan
     return batch
 
 
-def _run(
-    k: int,
-    scene: Scene,
-    modes: Sequence[str],
-    shared: SceneModel,
-    model: Model,
-    batch: Batch,
-    samples: Samples,
-) -> None:
-    run = run_through(scene, shared.excited, model, samples.asked.times)
-    batch.reason[k], batch.outside[k] = run.reason, run.outside
-    columns = [modes.index(mode) for mode in shared.excited.modes]
-    for name, values in (("peak", run.peak), ("at", run.at)):
-        if name in batch.values:
-            batch.values[name][k] = 0.0
-            batch.values[name][k, columns] = values
-
-
-def _displacements(
-    dofs: Sequence[int], shared: SceneModel, modes: Sequence[str], batch: Batch
-) -> None:
-    """Amplitudes of DOFs in the shapes of the modes, beside those of the modes."""
-    reduced = shared.excited.reduced
+def _add_displacements(batch: Batch, shared: SceneModel) -> None:
+    """Add the amplitudes of DOFs in the shapes of the modes."""
+    reduced, dofs = shared.excited.reduced, list(shared.samples.outputs.dofs)
+    modes = shared.samples.modes
     if max(dofs) >= reduced.n_dofs:
         refused = f"outputs.dofs: must be 0 to {reduced.n_dofs - 1}, got {max(dofs)}"
         batch.reason[:] = [why or refused for why in batch.reason]
         return
     shapes = np.zeros((len(modes), len(dofs)))
     for j, mode in enumerate(shared.excited.modes):
-        shapes[modes.index(mode)] = 2.0 * np.abs(reduced.mode_shapes[list(dofs), j])
-    for name in list(batch.values):
+        shapes[modes.index(mode)] = 2.0 * np.abs(reduced.mode_shapes[dofs, j])
+    for name, values in batch.values.items():
         if name.endswith("_displacement"):
             amplitude = batch.values[name.removesuffix("_displacement")]
-            along = amplitude.ndim - 2  # axes of a curve or of times, after samples and modes
-            factor = shapes.reshape(len(modes), *(1,) * along, len(dofs))
-            batch.values[name][:] = amplitude[..., np.newaxis] * factor
-
-
-def _at_rest(name: str) -> float:
-    """The result of a mode that is not modelled, for nothing moves it."""
-    return np.nan if name.endswith(("_phase", "_frequency")) else 0.0
+            between = amplitude.ndim - 2  # axes of a curve or of times, after samples and modes
+            factor = shapes.reshape(len(modes), *(1,) * between, len(dofs))
+            values[:] = amplitude[..., np.newaxis] * factor

@@ -1,4 +1,4 @@
-"""Answers through slow time: peaks, amplitudes at given times, recordings."""
+"""Results through slow time: peaks, amplitudes at given times, recordings."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 
 from slipmode.fmu import StoppedError
 from slipmode.rom import Model
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.plan.amplitude_range import Excited
-from slipmode.runner.plan.plan import start_amplitudes
+from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.settling import shortened
 from slipmode.runner.run import run
-from slipmode.runner.scene.scene import Scene
 from slipmode.runner.scene.schedule import Schedule, is_rate, make_schedule, rate_of
+from slipmode.runner.scene.sections import Scene
 
-_INSIDE = 0.99  # of a table: amplitudes that a run may start from
-_NEAR = 0.9  # the same: a run that creeps along its edge finds no step that stays inside
+# Parts of the table's range. Above the first no run starts. A run that stops above the second is
+# repeated on a larger table: close to the edge it may find no step that stays inside.
+_START, _STOP = 0.99, 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """|a| (modes,), the largest and at times (modes, times); why there are none, see `Batch`."""
+    """|a| of a run: `peak` (modes,) and `at` times (modes, times); `reason`, see `Batch`."""
 
     peak: Floats
     at: Floats
@@ -37,60 +37,64 @@ class Run:
 
 
 def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Run:
-    """A scene on a model that may be of others too."""
+    """Run a scene on a model, which may be shared with other scenes."""
     modes = excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
     if scene.model.formulation == "consistent":
-        excited = replace(excited, amplitude=start_amplitudes(excited, schedule))
-    nothing = np.full(len(modes), np.nan), np.full((len(modes), len(times)), np.nan)
+        excited = excited.started(schedule)
+    nothing = Run(np.full(len(modes), np.nan), np.full((len(modes), len(times)), np.nan), "")
     if times and max(times) > scene.run.duration:
-        refused = f"outputs.times: run.duration is {scene.run.duration:g}"
-        return Run(*nothing, refused)
-    scale = 1.0 if scene.limit_scale is None else scene.limit_scale.value(0.0)
-    if np.any(np.abs(excited.amplitude) > _INSIDE * scale * model.table.amplitude_range):
-        return Run(*nothing, "initial: outside the friction table", outside=True)
-    rows = [np.append(0.0, np.array([excited.amplitude]).view(float))[np.newaxis]]
-    width = rows[0].shape[1]
+        return replace(nothing, reason=f"outputs.times: run.duration is {scene.run.duration:g}")
+    scale = (1.0, 1.0)
+    if scene.limit_scale is not None:
+        scale = scene.limit_scale.range(0.0, 0.0)
+    if np.any(np.abs(excited.amplitude) > _START * scale[0] * model.table.amplitude_range):
+        return replace(nothing, reason="initial: outside the friction table", outside=True)
+    rows = [excited.first_row()]
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
-        steps = (
-            _until(schedule, names, times) if times else shortened(schedule, model, modes, names)
-        )
-        rows += [outputs[:, :width].copy() for outputs in component.trace(*steps)]
+        if times:
+            steps = _until(schedule, names, times)
+        else:
+            steps = shortened(schedule, model, modes, names)
+        rows += [outputs[:, : rows[0].size].copy() for outputs in component.trace(*steps)]
     except StoppedError as stop:
-        reached = np.abs(_amplitude(np.concatenate([*rows, stop.outputs[:, :width]])))
-        least = 1.0 if scene.limit_scale is None else scene.limit_scale.range(0.0, stop.time)[0]
-        near = bool(np.any(reached > _NEAR * least * model.table.amplitude_range))
-        return Run(*nothing, str(stop), stop.left_table or near)
+        reached = _moduli(np.concatenate([*rows, stop.outputs[:, : rows[0].size]]))
+        if scene.limit_scale is not None:
+            scale = scene.limit_scale.range(0.0, stop.time)
+        near = bool(np.any(reached > _STOP * scale[0] * model.table.amplitude_range))
+        return replace(nothing, reason=str(stop), outside=stop.left_table or near)
     except SlipmodeError as refusal:
-        return Run(*nothing, str(refusal))
+        return replace(nothing, reason=str(refusal))
     traced = np.concatenate(rows)
-    size = np.abs(_amplitude(traced))
+    size = _moduli(traced)
     at = [np.argmin(np.abs(traced[:, 0] - t)) for t in times]
     return Run(size.max(axis=0), size[at].T, "")
 
 
 def record(scene: Scene, folder: Path, number: int) -> str:
-    """Record the run of a sample; why there is no recording, or nothing."""
-    named = replace(scene, name=f"sample-{number:06d}")
+    """Record the run of a sample; return why there is no recording, or nothing."""
     try:
-        run(named, folder)
+        run(replace(scene, name=f"sample-{number:06d}"), folder)
     except SlipmodeError as refusal:
         return str(refusal)
     return ""
 
 
-def _amplitude(traced: Floats) -> Complexes:
-    """Of rows of outputs, (rows, modes)."""
-    return np.asarray(traced[:, 1::2] + 1j * traced[:, 2::2])
+def _moduli(traced: Floats) -> Floats:
+    """Return |a| (rows, modes) of rows of outputs."""
+    return np.hypot(traced[:, 1::2], traced[:, 2::2])
 
 
 def _until(
     schedule: Schedule, names: Sequence[str], times: Sequence[float]
 ) -> tuple[Floats, Floats]:
-    """Straight stretches of a schedule that end at its breakpoints and at times, with inputs."""
+    """Return straight stretches of a schedule that end at breakpoints and at times, with inputs.
+
+    See `shortened` for what is returned.
+    """
     straight = schedule.stretches()
     points, values = straight.time(), straight.inputs(names)
     ends = np.unique(np.concatenate((points, np.asarray(times, dtype=float))))

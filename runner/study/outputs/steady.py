@@ -1,4 +1,4 @@
-"""Answers without time: steady states, resonance peaks and curves of many samples at once."""
+"""Results without time: steady states, resonance peaks and curves of many samples at once."""
 
 from __future__ import annotations
 
@@ -15,34 +15,27 @@ from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.branches.performance import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
-from slipmode.runner.plan.amplitude_range import Excited
-from slipmode.runner.scene.scene import Scene
-from slipmode.runner.study.outputs.asked import Asked
+from slipmode.runner.plan.excited import Excited
+from slipmode.runner.scene.sections import Scene
+from slipmode.runner.study.outputs.outputs import Outputs
 
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """What acts at the end of scenes.
+    """The forces at the end of scenes."""
 
-    Attributes
-    ----------
-    frequency : (samples, modes) ndarray
-        [rad/s]
-    excitation : (samples, modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2].
-    scale : (samples, 1) ndarray
-        Of limits and preloads.
-    """
-
-    frequency: Floats
+    excited: Excited
+    frequency: Floats  # (samples, modes) [rad/s]
+    # (samples, modes): F_j exp(i phase_j), modal, divided by `scale` [N kg^-1/2]: the friction
+    # table is for limits of scale 1
     excitation: Complexes
-    scale: Floats
+    scale: Floats  # (samples, 1): Scale of limits and preloads; results are multiplied by it
 
     __repr__ = short_repr
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], excited: Excited) -> Self:
-        """Of scenes with the same modes."""
+        """Return the loads of scenes with the same modes."""
         shape = len(scenes), len(excited.modes)
         frequency = np.tile(excited.reduced.frequency, (shape[0], 1))
         force, phase, scale = np.zeros(shape), np.zeros(shape), np.ones((shape[0], 1))
@@ -55,13 +48,13 @@ class Loads:
                     force[k, j] = forcing.amplitude.value_before(end)
                     frequency[k, j] = forcing.frequency.value_before(end)
                     phase[k, j] = forcing.phase.value_before(end)
-        modal = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
-        return cls(frequency, phasor(np.array(modal) * force, phase), scale)
+        excitation = phasor(excited.modal_force * force, phase) / scale
+        return cls(excited, frequency, excitation, scale)
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Arrays (samples, modes of the model, ...) by name, and what `Batch` has besides."""
+    """Results (samples, modes of the model, ...) by name; `reason` and `outside` as in `Batch`."""
 
     values: dict[str, Floats]
     reason: list[str]
@@ -70,27 +63,29 @@ class Found:
     __repr__ = short_repr
 
 
-def steady_states(asked: Asked, excited: Excited, model: Model, loads: Loads) -> Found:
-    """|a| and its phase."""
-    found = steady_points(
-        model, loads.frequency, excited.force_patterns, loads.excitation / loads.scale
-    )
+def steady_states(outputs: Outputs, model: Model, loads: Loads) -> Found:
+    """Return |a| and its phase."""
+    patterns = loads.excited.force_patterns
+    found = steady_points(model, loads.frequency, patterns, loads.excitation)
     a = loads.scale * found.amplitude
     values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
     return Found(values, found.reason, found.outside)
 
 
-def curves(asked: Asked, excited: Excited, model: Model, loads: Loads) -> Found:
-    """|a| at each frequency of a mode, (samples, modes, points); one refused refuses all."""
-    assert asked.curve is not None
-    axis, n = asked.curve.frequency, len(loads.scale)
-    if asked.curve.mode not in excited.modes:
-        refused = f"outputs.curve.mode: nothing moves mode {asked.curve.mode}"
-        return _refused("curve", (n, len(excited.modes), axis.size), refused)
+def curves(outputs: Outputs, model: Model, loads: Loads) -> Found:
+    """Return |a| over the frequency of a mode, (samples, modes, points).
+
+    A sample with a refused point is refused.
+    """
+    assert outputs.curve is not None
+    axis, n, modes = outputs.curve.frequency, len(loads.scale), loads.excited.modes
+    if outputs.curve.mode not in modes:
+        reason = f"outputs.curve.mode: nothing moves mode {outputs.curve.mode}"
+        return _refused("curve", (n, len(modes), axis.size), reason)
     frequency = np.repeat(loads.frequency, axis.size, axis=0)
-    frequency[:, excited.modes.index(asked.curve.mode)] = np.tile(axis, n)
-    excitation = np.repeat(loads.excitation / loads.scale, axis.size, axis=0)
-    found = steady_points(model, frequency, excited.force_patterns, excitation)
+    frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
+    excitation = np.repeat(loads.excitation, axis.size, axis=0)
+    found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
     a = np.abs(found.amplitude).reshape(n, axis.size, -1).swapaxes(1, 2)
     first = (
         next((why for why in found.reason[k : k + axis.size] if why), "")
@@ -100,18 +95,17 @@ def curves(asked: Asked, excited: Excited, model: Model, loads: Loads) -> Found:
     return Found({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
 
 
-def peaks(asked: Asked, excited: Excited, model: Model, loads: Loads) -> Found:
-    """The highest resonance peak of modes, and its frequency."""
-    shape = loads.excitation.shape
+def peaks(outputs: Outputs, model: Model, loads: Loads) -> Found:
+    """Return the highest resonance peak of modes, and its frequency."""
+    shape, modes = loads.excitation.shape, loads.excited.modes
     peak, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
     reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
-    for mode in asked.resonance:
-        if mode not in excited.modes:
+    for mode in outputs.resonance:
+        if mode not in modes:
             return _refused("resonance", shape, f"outputs.resonance: nothing moves mode {mode}")
-        j = excited.modes.index(mode)
-        force = np.abs(loads.excitation[:, j]) / loads.scale[:, 0]
+        j = modes.index(mode)
         try:
-            relative, frequency[:, j] = resonance_peaks(model, j, force)
+            relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
         except SlipmodeError as refusal:
             return _refused("resonance", shape, str(refusal))
         peak[:, j] = loads.scale[:, 0] * relative
@@ -121,6 +115,6 @@ def peaks(asked: Asked, excited: Excited, model: Model, loads: Loads) -> Found:
     return Found({"resonance": peak, "resonance_frequency": frequency}, reason, outside)
 
 
-def _refused(name: str, shape: tuple[int, ...], why: str) -> Found:
+def _refused(name: str, shape: tuple[int, ...], reason: str) -> Found:
     empty = np.full(shape, np.nan)
-    return Found({name: empty}, [why] * shape[0], np.zeros(shape[0], dtype=bool))
+    return Found({name: empty}, [reason] * shape[0], np.zeros(shape[0], dtype=bool))

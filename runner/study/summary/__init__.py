@@ -1,7 +1,6 @@
-"""What a study comes to, from its results.
+"""The findings of a study, from its results.
 
-summary.py       all of it, in lines and files
-choice.py        the value of a key for which an output is least
-sensitivity.py   how much of an output's variance each key explains
-picture.py       outputs against what varies; recording.py: the same in Rerun
+summary.py      all of it, in lines and files
+statistics.py   the best value of a key, and the share of the variance due to each key
+charts.py       outputs against what varies, as a picture and for Rerun
 """

@@ -1,4 +1,4 @@
-"""What a study comes to, in lines and files."""
+"""The findings of a study, in lines and files."""
 
 from __future__ import annotations
 
@@ -6,59 +6,80 @@ import logging
 from collections import Counter
 from typing import Any
 
+import numpy as np
+
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.command_words import command_words
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
-from slipmode.runner.study.summary.choice import Choice, choice
-from slipmode.runner.study.summary.picture import draw
-from slipmode.runner.study.summary.recording import record
-from slipmode.runner.study.summary.sensitivity import sensitivity
-from slipmode.runner.study.summary.shown import shown_as
+from slipmode.runner.study.summary.charts import draw, shown_as, shown_output, study_charts
+from slipmode.runner.study.summary.statistics import Choice, choice, sensitivity
+from slipmode.runner.view.charts import write_charts
 
 _log = logging.getLogger("slipmode.study")
 
-_MOST_REASONS = 3
+_MOST_REASONS = 3  # on the screen
+_MOST_FAILURES = 200  # in the recording, one by one
 
 
 def summarise(done: StudyResults) -> list[str]:
-    """Lines that say what was found, failures first; picture and recording are beside it."""
-    dataset = done.dataset()
-    lines = _failures(dataset)
+    """Return lines with the findings, failures first; write a picture and a recording."""
+    study, dataset = done.study, done.dataset()
+    reasons = dataset["reason"].values[dataset["status"].values == FAILED].tolist()
+    lines = _failures(reasons)
     if done.failed == done.samples:
         return [*lines, str(done.path)]
     chosen: Choice | None = None
-    if done.study.choose is not None:
+    best = ""
+    if study.choose is not None:
+        kind, mode = study.choose.output.rsplit("_", 1)
+        output = shown_output(dataset, kind, shown_as(study))
+        values = output.values.sel(mode=mode).values
         try:
-            chosen = choice(dataset, done.study.choose, shown_as(done.study))
+            chosen = choice(dataset[study.choose.key].values, values, study.choose)
+            best = chosen.text(output.unit, output.where)
+            lines.append(best)
         except SlipmodeError as refusal:
             lines.append(str(refusal))
-        else:
-            lines.append(chosen.text())
-    if done.study.sampling.method == "saltelli":
+    if study.sampling.method == "saltelli":
         lines += _sensitivities(dataset, done)
     found = list(lines)
     lines.append(str(done.path))
-    picture = done.path.with_suffix(".png")
+    charts = study_charts(dataset, study, chosen)
+    picture, recording = done.path.with_suffix(".png"), done.path.with_suffix(".rrd")
     try:
-        draw(dataset, done.study, chosen, picture)
-    except SlipmodeError as refusal:  # no matplotlib: the results are there all the same
-        _log.warning("%s: not drawn: %s", picture, refusal)
-    else:
+        draw(charts, f"{study.title}\n{best}".strip(), picture)
         lines.append(str(picture))
-    recording = done.path.with_suffix(".rrd")
-    record(dataset, done.study, chosen, found, recording)
+    except SlipmodeError as refusal:  # without matplotlib there is no picture
+        _log.warning("%s: not drawn: %s", picture, refusal)
+    texts = {
+        "What was found": "\n\n".join([f"# {study.title}", *found]),
+        "Failures": _failed_samples(dataset, reasons),
+        "Study": f"```toml\n{study.text}\n```",
+        "Scene": f"```toml\n{study.scene.text}\n```",
+    }
+    write_charts(recording, study.title, charts, texts)
     return [*lines, str(recording)]
 
 
-def _failures(dataset: Any) -> list[str]:
-    """The most frequent reasons."""
-    reasons = Counter(dataset["reason"].values[dataset["status"].values == FAILED].tolist())
-    lines = [
-        f"failed: {n} x {command_words(why)}" for why, n in reasons.most_common(_MOST_REASONS)
-    ]
-    left = len(reasons) - len(lines)
-    return [*lines, f"and {left} other reasons"] if left > 0 else lines
+def _failures(reasons: list[str]) -> list[str]:
+    """Return the most frequent reasons."""
+    count = Counter(reasons)
+    lines = [f"failed: {n} x {command_words(why)}" for why, n in count.most_common(_MOST_REASONS)]
+    others = len(count) - len(lines)
+    return [*lines, f"and {others} other reasons"] if others > 0 else lines
+
+
+def _failed_samples(dataset: Any, reasons: list[str]) -> str:
+    """Return how often each reason occurs, and the samples, in Markdown."""
+    if not reasons:
+        return "None."
+    numbers = np.flatnonzero(dataset["status"].values == FAILED)
+    each = [f"- sample {k}: {why}" for k, why in zip(numbers, reasons, strict=True)]
+    others = len(each) - _MOST_FAILURES
+    more = [f"- and {others} others"] if others > 0 else []
+    count = [f"- {n} x {why}" for why, n in Counter(reasons).most_common()]
+    return "\n".join([*count, "", *each[:_MOST_FAILURES], *more])
 
 
 def _sensitivities(dataset: Any, done: StudyResults) -> list[str]:
@@ -73,8 +94,7 @@ def _sensitivities(dataset: Any, done: StudyResults) -> list[str]:
                 continue
             try:
                 found = sensitivity(f"{kind}_{mode}", values, keys, done.study.sampling.seed)
+                lines += found.text()
             except SlipmodeError as refusal:
                 lines.append(str(refusal))
-            else:
-                lines += found.text()
     return lines

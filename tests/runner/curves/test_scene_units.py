@@ -10,12 +10,14 @@ from slipmode import rom
 from slipmode.rom import SlipmodeError
 from slipmode.rom.slow.branches.oscillation import SlowCycles
 from slipmode.rom.slow.branches.response_curve import SpecialPoint
+from slipmode.rom.slow.units import Shown
 from slipmode.runner import load, run
 from slipmode.runner.cli import main
 from slipmode.runner.curves.curve_charts import curve_charts
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 from slipmode.runner.view import views
 
+MODAL = "kg^0.5 m"
 ONE_MODE = shipped_scenes()["one-mode"].read_text(encoding="utf-8")
 
 
@@ -70,14 +72,14 @@ def test_recordings_of_curves_are_in_units_of_the_scene(two_mode_model):
     units = rom.Units("Hz", "mm")
     force = ({0: 0.15}, {1: 0.25})
     curve = rom.response_curve(two_mode_model, (0.98, 1.65), force, "frequency_A", (0.96, 1.0))
-    ((A, B),) = curve_charts(curve, 0, units)
+    ((A, B),) = curve_charts(curve, Shown(0, units, MODAL))
     assert (A.x.label, A.y.label) == ("frequency A [Hz]", "|A| at DOF 0 [mm]")
     (layer,) = A.layers  # one branch, all of it stable
     assert layer.name == "stable"
     np.testing.assert_allclose(2 * np.pi * layer.x, curve.parameter)
     np.testing.assert_allclose(layer.y, 1e3 * curve.displacement(0)[:, 0])
     assert B.y.label == "|B| at DOF 0 [mm]"
-    ((frequency, damping),) = curve_charts(rom.backbone(two_mode_model), None, units)
+    ((frequency, damping),) = curve_charts(rom.backbone(two_mode_model), Shown(None, units, MODAL))
     assert (frequency.y.label, damping.y.label) == ("frequency [Hz]", "damping [-]")
     assert frequency.x.label == "amplitude [kg^0.5 m]"
 
@@ -94,7 +96,7 @@ def test_folds_and_branches_are_told_apart_in_recordings():
         *("limit", parameter, size + 0j, 0.01 * size, growth, branch, (fold,), shapes),
         *(cycles, np.zeros(0), motion),
     )
-    (((chart),),) = curve_charts(curve, None, rom.Units("Hz"))
+    (((chart),),) = curve_charts(curve, Shown(None, rom.Units("Hz"), MODAL))
     stable, unstable, at_fold, band = chart.layers
     assert [each.name for each in chart.layers] == [
         "stable",

@@ -10,17 +10,9 @@ from runs import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
-from slipmode.runner.scene.scene import (
-    MatrixFile,
-    Modes,
-    Run,
-    TwoMass,
-    Window,
-    load_scene,
-    parse_scene,
-    shipped_scenes,
-)
+from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 from slipmode.runner.scene.script import Script
+from slipmode.runner.scene.sections import MatrixFile, Modes, Run, TwoMass, Window
 
 pytestmark = pytest.mark.quick
 

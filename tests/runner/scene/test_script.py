@@ -39,10 +39,6 @@ def test_arrays_of_times_keep_their_shape_and_agree_with_single_times():
         np.testing.assert_array_equal(method(t), one_by_one.reshape(4, 6))
 
 
-def test_a_single_time_gives_a_plain_float():
-    assert type(RAMP_AND_JUMP.value(3)) is float
-
-
 @pytest.mark.parametrize(
     ("points", "breaks"),
     [

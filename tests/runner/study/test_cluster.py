@@ -13,10 +13,10 @@ import pytest
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.study import cluster
 from slipmode.runner.study import study as of_study
-from slipmode.runner.study.cluster import Foreman
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.outputs.asked import Asked
+from slipmode.runner.study.foreman import Foreman
 from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.outputs.outputs import Outputs
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study import run_study
@@ -45,7 +45,7 @@ def test_workers_are_copies_of_a_process_that_has_what_they_need_and_no_more():
     assert len(set(parents)) == 1
     assert parents[0] != os.getpid()
     for loaded in map(set, modules):
-        assert "slipmode.runner.study.cluster" in loaded
+        assert "slipmode.runner.study.foreman" in loaded
         assert not loaded & {"pandas", "zarr", "xarray", "matplotlib", "rerun", "scipy.stats"}
 
 
@@ -86,9 +86,9 @@ class NoWork:
         if function.__name__ != "_compute":
             return arguments
         self.tasks += 1
-        (samples, modes, *_), models, portion = arguments
-        batch = Batch.empty(samples, modes, portion.numbers.size)
-        batch.outside[:] = models[-1].result() < self.outside
+        (samples, _), model, _, numbers = arguments
+        batch = Batch.empty(samples, numbers.size)
+        batch.outside[:] = model.result() < self.outside
         return self.Future(self.tasks, (batch, True))
 
 
@@ -112,39 +112,36 @@ def without_cluster(monkeypatch, tmp_path, count):
     """Samples of a study whose tasks are taken as `Completed` has them."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(distributed, "as_completed", Completed)
-    samples = Samples(
-        {"forcing": {"A": {"amplitude": 1.0}}}, tmp_path, ("forcing.A.phase",), Asked(steady=True)
-    )
-    return samples, Design(samples.keys, (np.linspace(0.0, 1.0, count),))
+    content = {"forcing": {"A": {"amplitude": 1.0}}}
+    samples = Samples(content, tmp_path, ("A",), Outputs(steady=True))
+    return samples, Design(("forcing.A.phase",), (np.linspace(0.0, 1.0, count),))
 
 
 def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
     samples, design = without_cluster(monkeypatch, tmp_path, 50_000)
     client, finished = NoWork(), []
     tasks = make_tasks(samples, design)
-    Foreman(client, samples, design, ("A",)).work_on(tasks, lambda task, _: finished.append(task))
+    Foreman(client, samples, design).work_on(tasks, lambda task, _: finished.append(task))
     assert client.tasks == len(finished) == 100
     assert Completed.most <= 6
     assert sorted((t.start, t.stop) for t in finished)[-1] == (49_500, 50_000)
 
 
-def test_a_task_climbs_the_tables_that_are_there_by_itself(monkeypatch, tmp_path):
+def test_samples_outside_a_table_are_computed_on_the_next_one(monkeypatch, tmp_path):
     samples, design = without_cluster(monkeypatch, tmp_path, 10_000)
     client, finished = NoWork(outside=2), []
     tasks = make_tasks(samples, design)
-    Foreman(client, samples, design, ("A",)).work_on(
-        tasks, lambda task, batch: finished.append(batch)
-    )
+    Foreman(client, samples, design).work_on(tasks, lambda task, batch: finished.append(batch))
     assert (len(finished), client.steps) == (20, 3)
     assert not any(batch.outside.any() for batch in finished)
-    assert client.tasks <= 20 + 2 * 6  # those of the beginning went up step by step
+    assert client.tasks == 3 * 20
 
 
 def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path, monkeypatch):
     pytest.importorskip("zarr")
     study = load_study(study_file(PEAKS))
     design = make_design(study)
-    samples = Samples(study.content, study.folder, design.keys, study.asked)
+    samples = Samples(study.content, study.folder, study.modes, study.outputs)
     results = Results(tmp_path / "study.zarr", study, design)
     written, write = [], Results._write
 
@@ -155,7 +152,7 @@ def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path
     monkeypatch.setattr(Results, "_write", counted)
     tasks = [task for task in make_tasks(samples, design) if task.start != 250]
     for task in reversed(tasks):
-        batch = Batch.empty(samples, ("A",), task.stop - task.start)
+        batch = Batch.empty(samples, task.stop - task.start)
         batch.values["peak"][:, 0] = np.arange(task.start, task.stop)
         batch.reason[0] = "none" if task.start == 500 else ""
         results.write(task, batch)

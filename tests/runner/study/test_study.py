@@ -109,9 +109,7 @@ def test_a_sample_that_fails_says_why_and_the_others_are_there(study_file, tmp_p
     assert np.isfinite(steady).tolist() == [True, False, False, False]
     _, second, third, _ = data["reason"].values.tolist()
     assert second.startswith("frequency: must be 0.62")
-    assert (
-        third == "forcing.A.amplitude: must be >= 0 (use phase to turn the force round), got -0.1"
-    )
+    assert third == "forcing.A.amplitude: must be >= 0 (use phase to reverse the force), got -0.1"
 
 
 def test_a_model_that_cannot_be_made_fails_its_samples_alone(study_file, tmp_path, scheduler):

@@ -15,7 +15,7 @@ from slipmode.runner.scene.scene import read_scene, shipped_scenes
 from slipmode.runner.scene.toml_writer import toml_text
 from slipmode.runner.study import cluster
 from slipmode.runner.study.design import make_design
-from slipmode.runner.study.scene_keys import check_key, get, unit, with_value
+from slipmode.runner.study.scene_keys import check_key, declared, get, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 from slipmode.runner.study.study_file import load_study
 
@@ -38,7 +38,7 @@ UNIFORM = VARY + 'distribution = "uniform"\nlow = 0.1\nhigh = 0.2\n'
         (UNIFORM + '[sampling]\nmethod = "grid"\n' + STEADY, 'sampling.method: "grid" needs'),
         (VARY + "values = [1.0]\n[sampling]\nsamples = 3\n" + STEADY, "sampling.samples: goes"),
         (VARY + "values = [0.1]\n" * 1 + VARY + "values = [0.2]\n" + STEADY, "varied twice"),
-        (VARY + "values = [0.1]\n", "outputs: nothing is asked for"),
+        (VARY + "values = [0.1]\n", "outputs: is empty; give one of steady"),
         (VARY + "values = [0.1]\n[outputs]\nresonance = ['C']\n", "outputs.resonance: must be"),
         (VARY + "values = [0.1]\n[outputs]\ntimes = [1e9]\n", "outputs.times: must be at most"),
         (VARY + "values = [0.1]\n[outputs]\nsteadi = true\n", "did you mean steady?"),
@@ -64,7 +64,7 @@ def test_a_refusal_is_one_line_that_names_the_key(study_file, capsys, tmp_path, 
         ("contacts.0.preload", "of [[contacts]] there are none"),
         ("contact.1.window", "of [[contact]] there are 1, numbered from 0"),
         ("contact.0.window.2", "there are 2, numbered from 0"),
-        ("run.step.3", "there are none"),
+        ("run.step.3", "nothing is below a value"),
         ("title.x", "nothing is below a value"),
     ],
 )
@@ -131,7 +131,7 @@ def test_draws_have_their_distribution(study_file, method):
 def test_lists_are_walked_together(study_file):
     vary = VARY + 'values = [0.1, 0.2]\n[[vary]]\nkey = "title"\nvalues = ["a", "b"]\n'
     design = make_design(load_study(study_file(vary + '[sampling]\nmethod = "list"\n' + STEADY)))
-    assert design.rows(slice(None)) == [(0.1, "a"), (0.2, "b")]
+    assert design.rows() == [(0.1, "a"), (0.2, "b")]
 
 
 def test_keys_are_found_put_and_known_with_their_units():
@@ -143,8 +143,8 @@ def test_keys_are_found_put_and_known_with_their_units():
     assert content["contacts"][0]["preload"] == [16.0, 30.0]
     assert (get(content, "limits.scale"), get(content, "initial.A")) == (2.0, None)
     assert original == tomllib.loads(shipped_scenes()["blade"].read_text())
-    units = [unit(k) for k in ("contacts.0.preload.1", "forcing.B.amplitude", "run.step", "title")]
-    assert units == ["N", "N", "s", "-"]
+    keys = ("contacts.0.preload.1", "forcing.B.amplitude", "run.step", "title")
+    assert [declared(key).unit for key in keys] == ["N", "N", "s", "-"]
 
 
 def test_limits_in_one_ratio_are_a_scale_of_the_same_scene():
@@ -178,7 +178,9 @@ def test_frequencies_are_in_the_units_of_the_scene(study_file):
             '[outputs]\ncurve = { mode = "A", from = 0.15, to = 0.16, points = 3 }\n'
         )
     )
-    assert study.asked.curve.frequency == pytest.approx(2 * np.pi * np.array([0.15, 0.155, 0.16]))
+    assert study.outputs.curve.frequency == pytest.approx(
+        2 * np.pi * np.array([0.15, 0.155, 0.16])
+    )
 
 
 def matrix_folder(folder):

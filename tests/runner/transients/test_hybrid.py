@@ -13,8 +13,8 @@ from slipmode.runner.motion.trajectory import sample_times, slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.transients.reference import on_all_modes
-from slipmode.runner.validate import _lost
+from slipmode.runner.validation.reference import on_all_modes
+from slipmode.runner.validation.validate import dissipated_energy
 
 STEPPED = """
 [structure]
@@ -95,7 +95,7 @@ def test_stretches_begin_at_rest_and_at_a_force_step(contacts):
         assert jump < 1e-2 * np.abs(amplitude[k])
     energy = outputs[:, -1]
     assert np.diff(energy).min() > -1e-3 * energy[-1]
-    spent = _lost(component._model.reduced.contacts, reference)
+    spent = dissipated_energy(component._model.reduced.contacts, reference)
     assert outputs[-1, -1] == pytest.approx(spent, rel=1e-2)
 
 

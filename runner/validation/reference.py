@@ -1,4 +1,4 @@
-"""The full order that a scene is compared with, and how far its answer is to be trusted."""
+"""The full-order motion that a scene is compared with, and its accuracy."""
 
 from __future__ import annotations
 
@@ -21,38 +21,28 @@ from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 
+# A comparison states the error of these steps, measured by a run at twice the step.
 _STEPS_PER_PERIOD = 64
-MOST_DOFS = 1000  # of which all modes are taken
-_HARMONICS = 7  # of the fastest forcing, up to which component modes are right
+MOST_DOFS = 1000  # for which all modes are computed
+_HARMONICS = 7  # of the fastest forcing, up to which component modes are accurate
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Motion at full order, and how else it comes out when less is spent on it.
+    """Motion at full order, with cheaper versions of it."""
 
-    Attributes
-    ----------
-    motion : FullMotion
-        Outputs: the retained modes.
-    doubts : list of (FullMotion, FullMotion)
-        Pairs of motions: how far they lie apart is an error that the motion may have. At twice
-        the step; and of large structures, at that step, on half as many component modes.
-    coordinates : int
-        It has so many.
-    seconds : float
-        Wall time of that motion alone.
-    """
-
-    motion: FullMotion
-    doubts: list[tuple[FullMotion, FullMotion]]
-    coordinates: int
-    seconds: float
+    motion: FullMotion  # Its outputs are the retained modes
+    # Pairs of motions whose difference is an error of `motion`: at twice the step; of large
+    # structures also on half as many component modes
+    comparisons: list[tuple[FullMotion, FullMotion]]
+    coordinates: int  # Number of coordinates
+    seconds: float  # Wall time of `motion` alone
 
     __repr__ = short_repr
 
 
 def reference(plan: Plan, times: Floats) -> Reference:
-    """Of a scene, at times and at its end.
+    """Return the motion of a scene at full order, at times and at its end.
 
     Structures of up to 1000 DOFs have all their modes, larger ones `rom.full.component_modes`.
     """
@@ -67,7 +57,7 @@ def reference(plan: Plan, times: Floats) -> Reference:
     excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     highest = _HARMONICS * excitation.fastest(plan.scene.run.duration)
     arguments = plan.structure, excited.law, excitation.patterns, highest
-    least = max(excited.reduced.modes) + 1  # retained modes are among them
+    least = max(excited.reduced.modes) + 1  # the retained modes are among them
     small = component_modes(*arguments)
     if small.frequency.size < 2 * least:
         small = component_modes(*arguments, modes=2 * least)
@@ -77,17 +67,19 @@ def reference(plan: Plan, times: Floats) -> Reference:
     seconds = time.perf_counter() - started
     coarse = _on_component_modes(plan, small, excitation, times, 2)
     halved = _on_component_modes(plan, fewer, excitation, times, 2)
-    doubts = [(coarse, fine), (halved, coarse)]
-    return Reference(fine, doubts, small.structure.n_dofs, seconds)
+    return Reference(fine, [(coarse, fine), (halved, coarse)], small.structure.n_dofs, seconds)
 
 
 def on_all_modes(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
-    """Motion of a scene at times, on a structure that is not large; outputs: retained modes."""
+    """Return the motion of a scene on all modes of its structure; outputs: retained modes."""
     excited = plan.excited
     excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     structure = aeroelastic(plan.structure, excited.reduced)
     return integrate(
-        *(structure, excited.law, excitation, times),
+        structure,
+        excited.law,
+        excitation,
+        times,
         steps_per_period=steps_per_period,
         outputs=as_dense(structure.mass @ excited.reduced.mode_shapes).T,
         start=initial_state(plan, excitation),

@@ -23,7 +23,7 @@ def mode_table(
     stiffness: float | None = None,
     number: int = 10,
 ) -> rom.ModeTable:
-    """Modes of a scene with its contacts, or of a structure with the contacts that are named.
+    """Return the modes of a scene, or of a structure with some contacts.
 
     Parameters
     ----------
@@ -32,18 +32,20 @@ def mode_table(
     contact : sequence of str, optional
         DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION.
     stiffness : float, optional
-        Of elastic contacts [N/m]; rigid otherwise.
+        Stiffness of elastic contacts [N/m]; without it they are rigid.
+    number : int
+        Number of modes.
     """
     if file in shipped_scenes() or Path(file).suffix == ".toml":
         if mass or contact or stiffness:
-            raise SlipmodeError("--mass, --contact, --stiffness: the scene says what they are")
+            raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
         scene = load_scene(file)
         structure = scene.structure.build()
-        of_scene = law_of(scene, structure.n_contacts)
-        rest = preloaded(scene, structure, of_scene)  # contacts that it opens are not stuck
-        loaded = of_scene if rest is None else rest.law
-        law = None if isinstance(loaded, RigidFriction) else loaded
-        return rom.modes(structure, law, number, progress=True)
+        law = law_of(scene, structure.n_contacts)
+        rest = preloaded(scene, structure, law)  # open contacts are not stuck
+        law = law if rest is None else rest.law
+        elastic = None if isinstance(law, RigidFriction) else law
+        return rom.modes(structure, elastic, number, progress=True)
     where = None if contact is None else _contacts(contact)
     structure = rom.load_structure(file, mass=mass, contact=where)
     springs = None if stiffness is None else rom.Jenkins(1.0, stiffness)

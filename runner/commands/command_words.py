@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Container
 
-# Advice for Python, and what a user of the command line can do instead.
+# Advice for Python, and the advice for a user of the command line.
 _ADVICE = (
     (r"tabulate with detuning=True", "compare with slipmode validate"),
     (r"put them at the forcing \(rom\.reduce\([^)]*\)\), or (compare with slipmode)", r"\1"),
@@ -17,8 +17,6 @@ _ADVICE = (
     (r": up to where friction holds it says rom\.limit_cycles", ", and friction does not hold it"),
     (r"; rom\.limit_cycles .*", ""),
 )
-# Arguments of functions that commands call, and the keys of a scene that they come from.
-_KEYS = {"amplitude": "model.amplitude"}
 
 
 def command_words(message: str, options: Container[str] = ()) -> str:
@@ -27,17 +25,19 @@ def command_words(message: str, options: Container[str] = ()) -> str:
     Parameters
     ----------
     message : str
-        In one line; it may begin with the name of what is wrong, followed by a colon.
+        One line; it may begin with the name of an argument, followed by a colon.
     options : container of str
         Names of the options of the command.
     """
     for advice, instead in _ADVICE:
         message = re.sub(advice, instead, message)
     name, colon, rest = message.partition(":")
-    if colon and name in options:
+    if not colon:
+        return message
+    if name in options:
         name = f"--{name}"
-    elif colon and name == "frequency" and "span" in options:  # a scene's own have other names
+    elif name == "frequency" and "span" in options:  # keys of a scene have longer names
         name = "--span"
-    elif colon:
-        name = _KEYS.get(name, name)
-    return f"{name}{colon}{rest}"
+    elif name == "amplitude":
+        name = "model.amplitude"
+    return f"{name}:{rest}"

@@ -26,58 +26,37 @@ from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink, d
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.transients.full_order import FastMotion, FullOrder
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.transients.reference import Reference, reference
+from slipmode.runner.validation.reference import Reference, reference
 from slipmode.runner.view.rerun_sink import RerunSink
 
-_LAST_PERIODS = 20  # compared where the scene asks for no contact motion
+_LAST_PERIODS = 20  # of the scene are compared if it has no window of contact motion
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One quantity of the reduced model against full order.
-
-    Attributes
-    ----------
-    subject : str
-    error : float
-        Relative: RMS over all contacts or modes for a signal.
-    reference_error : float
-        The same between the full-order run and one at twice the step; of large structures, and
-        what half as many component modes change, added.
-    """
+    """One quantity of the reduced model against full order."""
 
     subject: str
-    error: float
+    error: float  # Relative; of a signal the largest RMS over contacts or modes
+    # The same between the full-order run and a run at twice the step; of large structures, the
+    # change by half as many component modes is added
     reference_error: float
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """What `validate` found.
-
-    Attributes
-    ----------
-    comparisons : list of Comparison
-    slow_seconds, table_seconds, full_seconds : float
-        Wall time of the slow run with its reconstruction, of the friction table, and of the
-        full-order run.
-    recordings : list of Path
-        Both motions in one recording, for replay side by side.
-    coordinates : int
-        Of the full order: those of the structure, or on component modes.
-    windows : tuple of Window
-        The times that are compared.
-    reduced : {"slow time", "reduced coordinates"}
-        How the reduced motion was computed: a scene with `model.table = "none"` is integrated.
-    """
+    """The result of `validate`."""
 
     comparisons: list[Comparison]
+    # slow_seconds, table_seconds, full_seconds: Wall time of the slow run with its reconstruction,
+    # of the friction table, and of the full-order run
     slow_seconds: float
     table_seconds: float
     full_seconds: float
-    recordings: list[Path]
-    coordinates: int
-    windows: tuple[Window, ...]
+    recordings: list[Path]  # Both motions in one recording, for replay side by side
+    coordinates: int  # Number of coordinates at full order: of the structure, or component modes
+    windows: tuple[Window, ...]  # The times that are compared
+    # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
     reduced: Literal["slow time", "reduced coordinates"]
 
     __repr__ = short_repr
@@ -100,7 +79,7 @@ def validate(
     ----------
     scene : Scene, path of a scene file, or name of a shipped scene
         Without a [[contact]] window the last 20 periods are compared. With
-        `model.table = "none"` it is the motion integrated on the reduced coordinates.
+        `model.table = "none"` the motion is integrated on the reduced coordinates.
     output : path
         Folder for <scene>.validation.mcap and .rrd.
 
@@ -140,7 +119,7 @@ def validate(
 
 
 def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
-    """Outputs at the communication points, and the motion in every window."""
+    """Return the outputs at the communication points, and the motion in every window."""
     component = stepper(plan, model)
     now = component.outputs()
     first = np.array([[now[name] for name in component.output_names]])
@@ -154,7 +133,7 @@ def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
 def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
     """Return the motion in every window, integrated on the reduced coordinates.
 
-    And the energy that friction took until the end of the scene [J].
+    The second value is the energy that friction dissipated until the end of the scene [J].
     """
     excited, schedule = plan.excited, plan.schedule
     full = FullOrder(plan, excited.reduced)
@@ -176,11 +155,11 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
         until_end.displacement[seen, :modes],
         until_end.displacement[seen, 2 * modes :],
     )
-    return motion, _lost(excited.reduced.contacts, until_end)
+    return motion, dissipated_energy(excited.reduced.contacts, until_end)
 
 
 def with_window(plan: Plan) -> Plan:
-    """The plan, asking for contact motion at its end where the scene asks for none at all."""
+    """Return the plan with a window of contact motion at its end if the scene has none."""
     if plan.scene.contact:
         return plan
     end = plan.scene.run.duration
@@ -189,55 +168,41 @@ def with_window(plan: Plan) -> Plan:
     return replace(plan, scene=replace(plan.scene, contact=(window,)))
 
 
-def _compare(
-    plan: Plan,
-    motion: FastMotion,
-    energy: float,
-    full: Reference,
-) -> list[Comparison]:
+def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> list[Comparison]:
     seen = np.isin(full.motion.time, motion.time)
-    reduced = plan.excited.reduced
+    elements = plan.excited.reduced.contacts
     signals = {
-        "modal displacement": (motion.modal[:, : len(reduced.modes)], "displacement"),
+        "modal displacement": (motion.modal[:, : len(plan.excited.modes)], "displacement"),
         "contact displacement": (motion.displacement, "contact_displacement"),
         "contact velocity": (motion.velocity, "contact_velocity"),
         "friction force": (motion.force, "contact_force"),
     }
     found = []
-    elements, times = reduced.contacts, motion.time
-    for subject, (ours, name) in signals.items():
-        about_mean = elements is not None and name in ("contact_displacement", "contact_force")
+    for subject, (reduced, name) in signals.items():
+        # the mean of a slider's position and force depends on its history
+        centred = elements is not None and name in ("contact_displacement", "contact_force")
 
-        def error(
-            found: Floats, motion: FullMotion, name: str = name, about_mean: bool = about_mean
-        ) -> float:
-            exact = getattr(motion, name)[seen]
-            if about_mean:
-                found, exact = (_about_mean(plan, times, each) for each in (found, exact))
-            return _worst(found, exact)
+        def signal(
+            source: FullMotion | Floats, name: str = name, centred: bool = centred
+        ) -> Floats:
+            values = source if isinstance(source, np.ndarray) else getattr(source, name)[seen]
+            return _about_mean(plan, motion.time, values) if centred else values
 
-        doubt = sum(error(getattr(rough, name)[seen], better) for rough, better in full.doubts)
-        found.append(Comparison(subject, error(ours, full.motion), doubt))
-    spent = _lost(elements, full.motion)
-    if not np.isfinite(spent):
-        return found
-    scale = spent if spent > 0 else 1.0
-    lost = [(_lost(elements, rough), _lost(elements, better)) for rough, better in full.doubts]
-    found.append(
-        Comparison(
-            "energy dissipated by friction",
-            abs(energy - spent) / scale,
-            sum(abs(rough - better) for rough, better in lost) / scale,
-        )
-    )
+        error = _worst(signal(reduced), signal(full.motion))
+        of_reference = sum(_worst(signal(a), signal(b)) for a, b in full.comparisons)
+        found.append(Comparison(subject, error, of_reference))
+    spent = dissipated_energy(elements, full.motion)
+    if np.isfinite(spent):
+        scale = spent if spent > 0 else 1.0
+        pairs = [[dissipated_energy(elements, each) for each in pair] for pair in full.comparisons]
+        of_reference = sum(abs(a - b) for a, b in pairs) / scale
+        error = abs(energy - spent) / scale
+        found.append(Comparison("energy dissipated by friction", error, of_reference))
     return found
 
 
 def _about_mean(plan: Plan, time: Floats, signal: Floats) -> Floats:
-    """A signal (samples, N_c) of elastic contacts less its mean in each window.
-
-    Where a slider stands is a matter of its history, not of its motion.
-    """
+    """Return a signal (samples, N_c) less its mean in each window."""
     moving = signal.copy()
     for window in plan.scene.contact:
         inside = (time >= window.start) & (time <= window.end)
@@ -245,10 +210,10 @@ def _about_mean(plan: Plan, time: Floats, signal: Floats) -> Floats:
     return moving
 
 
-def _lost(elements: Elements | None, motion: FullMotion) -> float:
-    """Energy that friction took until the end, the springs of elastic contacts apart [J].
+def dissipated_energy(elements: Elements | None, motion: FullMotion) -> float:
+    """Return the energy that friction dissipated until the end, without energy in springs [J].
 
-    NaN where what they hold is not known.
+    It is NaN if the energy in the springs of elastic contacts is unknown.
     """
     work = float(motion.dissipated[-1])
     if elements is None:
@@ -258,7 +223,7 @@ def _lost(elements: Elements | None, motion: FullMotion) -> float:
 
 
 def _worst(signal: Floats, reference: Floats) -> float:
-    """Largest relative RMS over the columns that move at all."""
+    """Return the largest relative RMS over the columns that move at all."""
     size = np.sqrt(np.mean(reference**2, axis=0))
     moving = size > 1e-6 * size.max(initial=0.0)
     if not moving.any():
@@ -274,7 +239,7 @@ def _record(
     found: Validation,
     folder: Path,
 ) -> list[Path]:
-    """Both motions in one recording; the full-order channels begin with /full."""
+    """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
     elements, contacts = plan.excited.reduced.contacts, plan.excited.reduced.n_contacts

@@ -1,0 +1,77 @@
+"""The modes of a scene that move, and the forces on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from slipmode.fmu import Component
+from slipmode.rom import Friction, Model, Reduced
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.short_repr import short_repr
+from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.schedule import Schedule
+
+
+@dataclass(frozen=True, eq=False)
+class Excited:
+    """The modes of a scene that move, and the forces on them."""
+
+    modes: tuple[Mode, ...]  # Out of "A" and "B"
+    reduced: Reduced
+    law: Friction
+    # Force on every DOF per unit of the scripted amplitude, for each mode
+    force_patterns: tuple[Floats, ...]
+    initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
+    # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
+    amplitude: tuple[complex, ...]
+
+    __repr__ = short_repr
+
+    @cached_property
+    def modal_force(self) -> Floats:
+        """Modal force per unit of the scripted amplitude, (modes,) [kg^-1/2]."""
+        patterns = enumerate(self.force_patterns)
+        return np.array([self.reduced.modal_force(j, pattern) for j, pattern in patterns])
+
+    def modal_forces(
+        self, schedule: Schedule, steps: slice = slice(None)
+    ) -> tuple[Complexes, Complexes]:
+        """Return F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
+        start, end = schedule.forces(self.modes, steps)
+        return self.modal_force * start, self.modal_force * end
+
+    def started(self, schedule: Schedule) -> Self:
+        """Return the same with the `amplitude` that follows from `initial` and the forces."""
+        return replace(self, amplitude=start_amplitudes(self, schedule))
+
+    def component(self, model: Model, tolerance: float) -> Component:
+        """Return a component at t = 0 of the scene; `tolerance` is of the slow flow."""
+        component = Component(
+            model, self.force_patterns, mode_names=self.modes, tolerance=tolerance, warned=False
+        )
+        component.reset(amplitude=self.amplitude)
+        return component
+
+    def first_row(self) -> Floats:
+        """Return time and amplitudes at t = 0 as a row of outputs, (1, 1 + 2 modes)."""
+        return np.append(0.0, np.array(self.amplitude).view(float))[np.newaxis]
+
+    def start(self) -> dict[str, float]:
+        """Return the amplitudes at t = 0 by name of the component's outputs."""
+        names = [f"{mode}_{part}" for mode in self.modes for part in ("re", "im")]
+        return dict(zip(names, self.first_row()[0, 1:].tolist(), strict=True))
+
+
+def start_amplitudes(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
+    """Return the amplitudes of the initial motion under the forces at t = 0."""
+    reduced, first = excited.reduced, slice(1)
+    force, _ = excited.modal_forces(schedule, first)
+    frequency = schedule.inputs([f"frequency_{mode}" for mode in excited.modes], first)
+    force_response = ForceResponse.of(reduced, excited.force_patterns)
+    at_rest = force_response.free_vibration(reduced, force[0], frequency[0])
+    return tuple((np.array(excited.initial) + at_rest).tolist())

@@ -1,0 +1,137 @@
+"""Handing out the tasks of a study to a Dask client, and collecting their results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom import Model
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.runner.study.design import Design
+from slipmode.runner.study.outputs.batch import Batch, compute
+from slipmode.runner.study.scene_model import LAST_STEP, Samples, SceneModel, one_line
+from slipmode.runner.study.tasks import Task
+
+_PER_WORKER = 3  # tasks that wait or run: enough that no worker waits, few enough for memory
+
+
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """Samples of a task that a worker computes."""
+
+    task: Task
+    batch: Batch  # The results of all samples of the task so far
+    places: Sequence[int]  # The samples at work, by their places in the task
+    step: int = 0  # The friction table that they are computed on, see `SceneModel.model`
+
+
+class Foreman:
+    """Hands out tasks, repeats samples on larger friction tables, and passes on what is finished.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    samples : Samples
+    design : Design
+    """
+
+    def __init__(self, client: Any, samples: Samples, design: Design) -> None:
+        self._client = client
+        self._samples = samples
+        self._design = design
+        # per group of samples: futures of their SceneModel, and of its models from step to step
+        self._shared: dict[tuple[int, int], list[Any]] = {}
+        self._at_work: dict[str, _Work] = {}
+
+    def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
+        """Compute all tasks, and call `finished` for each of them.
+
+        Raises
+        ------
+        SlipmodeError
+            If the connection to the scheduler is lost; and all that `finished` raises.
+        """
+        completed = extra("distributed", "study").as_completed(loop=self._client.loop)
+        most = most_at_once(self._client)
+        for task in tasks:
+            batch = Batch.empty(self._samples, task.stop - task.start)
+            completed.add(self._submit(_Work(task, batch, range(task.stop - task.start))))
+            groups = {work.task.group for work in self._at_work.values()}
+            self._shared = {group: self._shared[group] for group in groups}
+            while len(self._at_work) >= most:
+                self._collect(completed, finished)
+        while self._at_work:
+            self._collect(completed, finished)
+
+    def _submit(self, work: _Work) -> Any:
+        def submit(function: Callable[..., Any], *arguments: Any) -> Any:
+            return self._client.submit(function, *arguments, pure=False)
+
+        group = work.task.group
+        if group not in self._shared:
+            part = self._design.part(slice(*group))
+            self._shared[group] = [submit(SceneModel.of, self._samples, part)]
+        futures = self._shared[group]
+        while len(futures) < work.step + 2:
+            futures.append(submit(_model, futures[0], len(futures) - 1))
+        numbers = work.task.start + np.array(work.places)
+        part = self._design.part(numbers)
+        future = submit(_compute, futures[0], futures[work.step + 1], part, numbers)
+        self._at_work[future.key] = work
+        return future
+
+    def _collect(self, completed: Any, finished: Callable[[Task, Batch], None]) -> None:
+        """Take the next result; repeat samples outside the table on the next one."""
+        future = next(completed)
+        work = self._at_work.pop(future.key)
+        outside: list[int] = []
+        if future.status == "finished":
+            found, may_grow = future.result()
+            work.batch.put(work.places, found)
+            outside = [place for place in work.places if work.batch.outside[place]]
+            if not may_grow or work.step >= LAST_STEP:
+                for place in outside:
+                    work.batch.reason[place] = _outside(may_grow, work.batch.reason[place])
+                outside = []
+        elif future.status == "error":
+            for place in work.places:
+                work.batch.reason[place] = one_line(future.exception())
+        else:
+            raise SlipmodeError(
+                "scheduler: was lost; what was computed stays, and the same command goes on "
+                "from there"
+            )
+        if outside:
+            completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
+        else:
+            finished(work.task, work.batch)
+
+
+def most_at_once(client: Any) -> int:
+    """Return how many tasks wait or run at a time."""
+    return _PER_WORKER * max(2, len(client.nthreads()))
+
+
+def _outside(may_grow: bool, reason: str) -> str:
+    """Return why a sample has no result that is outside the largest table."""
+    if not may_grow:
+        return f"{reason}; leave out model.amplitude, and it is found"
+    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
+
+
+def _model(shared: SceneModel, step: int) -> Model:
+    return shared.model(step)
+
+
+def _compute(
+    shared: SceneModel, model: Model, design: Design, numbers: NDArray[np.intp]
+) -> tuple[Batch, bool]:
+    """Return the results of samples, and whether there are larger tables."""
+    with np.errstate(all="ignore"):
+        scenes = shared.samples.scenes(design)
+        return compute(shared, model, scenes, numbers.tolist()), shared.may_grow

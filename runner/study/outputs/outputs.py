@@ -1,0 +1,97 @@
+"""The outputs that a study requests of each sample, and the arrays that hold them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+
+MODAL = "kg^1/2 m"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Steady states over the frequency of one mode's force [rad/s], the other force constant."""
+
+    mode: str
+    first: float
+    last: float
+    points: int
+
+    @property
+    def frequency(self) -> Floats:
+        """(points,) [rad/s]."""
+        return np.linspace(self.first, self.last, self.points)
+
+
+@dataclass(frozen=True)
+class Result:
+    """An array of results: dimensions after "sample" with their sizes, unit and meaning."""
+
+    name: str
+    sizes: dict[str, int]
+    unit: str
+    meaning: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the entry of one sample."""
+        return tuple(self.sizes.values())
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """The outputs of a study."""
+
+    steady: bool = False  # Steady amplitudes under the forces at the end of the scene
+    # Modes of which the highest resonance peak is computed, under the force on this mode alone
+    resonance: tuple[str, ...] = ()
+    curve: Curve | None = None
+    peak: bool = False  # Largest amplitudes of the run
+    times: tuple[float, ...] = ()  # Times of the run at which amplitudes are stored [s]
+    recording: bool = False  # A recording of each run
+    # DOFs whose amplitudes are stored in addition to the modal amplitudes
+    dofs: tuple[int, ...] = ()
+
+    KINDS: ClassVar = ("steady", "resonance", "curve", "peak", "times", "recording")
+
+    @property
+    def runs(self) -> bool:
+        """Whether samples run through slow time on the model that they share."""
+        return self.peak or bool(self.times)
+
+    def results(self, modes: tuple[str, ...]) -> list[Result]:
+        """Return the arrays, for the modes of the scene."""
+        found: list[Result] = []
+
+        def add(name: str, meaning: str, unit: str = MODAL, **more: int) -> None:
+            sizes = {"mode": len(modes)} | more
+            found.append(Result(name, sizes, unit, meaning))
+            if self.dofs and unit == MODAL:
+                sizes = sizes | {"dof": len(self.dofs)}
+                words = f"{meaning}, at DOFs in the mode's shape"
+                found.append(Result(f"{name}_displacement", sizes, "m", words))
+
+        if self.steady:
+            add("steady", "steady amplitude |a|")
+            add("steady_phase", "its phase", "rad")
+        if self.resonance:
+            add("resonance", "resonance peak |a|")
+            add("resonance_frequency", "its frequency", "rad/s")
+        if self.curve:
+            add("curve", "steady amplitude |a|", frequency=self.curve.points)
+        if self.peak:
+            add("peak", "largest |a| of the run")
+        if self.times:
+            add("at", "|a| at times of the run", time=len(self.times))
+        return found
+
+    @property
+    def single_numbers(self) -> tuple[str, ...]:
+        """Results that are one number per sample, by the names that [choose] has for them."""
+        kinds = [kind for kind in ("steady", "peak") if getattr(self, kind)]
+        found = [f"{kind}_{mode}" for kind in kinds for mode in ("A", "B")]
+        return (*found, *(f"resonance_{mode}" for mode in self.resonance))

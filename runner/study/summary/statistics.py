@@ -1,0 +1,109 @@
+"""Statistics over the samples of a study: the best value of a key, and Sobol indices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import short_repr
+from slipmode.runner.study.design import unit_problem
+from slipmode.runner.study.study_file import Choose
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """A quantile of an output against a key."""
+
+    of: Choose
+    values: np.ndarray  # (n,): The values of the key; strings if some are no numbers
+    # quantile, failed: (n,): The quantile over the samples with each value, NaN if one of them
+    # failed; and the number of these
+    quantile: Floats
+    failed: np.ndarray
+
+    __repr__ = short_repr
+
+    @property
+    def best(self) -> int:
+        """Index of the value for which the quantile is least."""
+        return int(np.nanargmin(self.quantile))
+
+    def text(self, unit: str, where: str) -> str:
+        """Return the best value in a line; `where` is the DOF of the output, in words."""
+        value, least = self.values[self.best], self.quantile[self.best]
+        shown = f"{value:.4g}" if isinstance(value, float) else str(value)
+        part = "highest" if self.of.quantile == 1.0 else f"{self.of.quantile:.0%} quantile"
+        output = f"{self.of.output}{where}"
+        return f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {unit}"
+
+
+def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
+    """Return the quantile of an output (samples,) for each value of a key (samples,).
+
+    Raises
+    ------
+    SlipmodeError
+        If every value has a failed sample.
+    """
+    values, group = np.unique(column, return_inverse=True)
+    quantile, failed = np.full(values.size, np.nan), np.zeros(values.size, dtype=int)
+    for k in range(values.size):
+        own = output[group == k]
+        failed[k] = np.count_nonzero(np.isnan(own))
+        if not failed[k]:
+            quantile[k] = np.quantile(own, of.quantile)
+    if np.isnan(quantile).all():
+        raise SlipmodeError(
+            f"choose: of each value of {of.key} some samples failed; `reason` of them says why"
+        )
+    return Choice(of, values, quantile, failed)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Sobol indices of an output: shares of its variance due to each key."""
+
+    output: str
+    keys: tuple[str, ...]
+    # first, total: (keys,): Share of the variance due to each key alone, and with the others
+    first: Floats
+    total: Floats
+    # first_error, total_error: (keys,): Half of their confidence intervals of 95 %
+    first_error: Floats
+    total_error: Floats
+
+    __repr__ = short_repr
+
+    def text(self) -> list[str]:
+        """Return a line per key."""
+        width = max(map(len, self.keys))
+        rows = zip(
+            self.keys, self.first, self.first_error, self.total, self.total_error, strict=True
+        )
+        return [
+            f"{self.output}: {key:{width}}  first {f:6.3f} +- {fe:.3f}  total {t:6.3f} +- {te:.3f}"
+            for key, f, fe, t, te in rows
+        ]
+
+
+def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
+    """Return the indices of samples that were drawn by the method "saltelli".
+
+    Raises
+    ------
+    SlipmodeError
+        If a sample failed: the method needs all of them.
+    """
+    failed = int(np.count_nonzero(np.isnan(values)))
+    if failed:
+        raise SlipmodeError(
+            f"{output}: no sensitivities, for {failed} samples failed; `reason` of them says why"
+        )
+    analyze: Any = extra("SALib.analyze.sobol", "study").analyze
+    found = analyze(unit_problem(len(keys)), values, calc_second_order=False, seed=seed)
+    return Sensitivity(output, keys, found["S1"], found["ST"], found["S1_conf"], found["ST_conf"])
