@@ -1,10 +1,10 @@
-"""Where the error of a table is measured: spread evenly, where contacts yield, where in doubt.
+"""Points where the error of a table is measured.
 
-A few even points miss most of what a kink does: it is felt in the blocks that it crosses, and
-falls fast beside it. So most points are in those, and where the surface is doubted most: where its
-nodes are least predicted by their neighbours, or samples said so. The worst blocks are gone
-through at several places. Blocks, not cells: grid lines that go through one without samples on
-them say nothing.
+Some points are spread evenly. Most are in the blocks that kinks cross, since the error of a kink
+decays fast outside these, and in the blocks with the largest error indicator: where nodes are
+predicted badly by their neighbours, or where samples differed from the surface. The worst blocks
+are checked at several places. Blocks are the unit, not cells: grid lines without samples on them
+say nothing about the error.
 """
 
 from __future__ import annotations
@@ -19,30 +19,30 @@ from slipmode.rom.table.refinement.blocks import Blocks
 
 _SPREAD = (8, 16)  # points for one mode, for two
 _ONSETS = 32  # points at most where contacts yield, or a share of the blocks
-_NEAR = 0.25  # of a block: a kink as near as that is felt in it
-_DOUBTS = (32, 64)  # points at least where in doubt, for one mode, for two
-_BLOCKS_PER_DOUBT = (1, 32)
+_NEAR = 0.25  # of a block: distance of a kink that affects it
+_INDICATED = (32, 64)  # points at least by the indicator, for one mode, for two
+_BLOCKS_PER_INDICATED = (1, 32)
 _BLOCKS_PER_ONSET = 32
-_BLOCKS_ALL_OVER = 3  # that are doubted most
+_BLOCKS_ALL_OVER = 3  # with the largest indicator
 _ALL_OVER = (0.2, 0.5, 0.8)  # places along each axis of such a block
-_NEARBY = 0.1  # of a block: what is checked there need not be checked again
+_NEARBY = 0.1  # of a block: distance of check points that tell the same
 AROUND = (0.25, 0.12)  # of a block, around the largest error, then around the largest again
-_WORST = (4, 1)  # blocks whose largest errors are gone around, for one mode, for two
-_OTHERS = 4  # errors beside the largest that tell what lies beyond it
+_WORST = (4, 1)  # blocks checked around their largest error, for one mode, for two
+_OTHERS = 4  # errors next to the largest that extrapolate to the end of the distribution
 _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
 
 def spread_points(amplitude_range: Floats) -> Floats:
-    """Evenly over [0, amplitude_range], (points, modes)."""
+    """Return points spread evenly over [0, amplitude_range], (points, modes)."""
     modes = amplitude_range.size
     return np.asarray(_halton(_SPREAD[modes - 1], modes) * amplitude_range)
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:
-    """|values - what the cubic through two neighbours on either side has there|, as values.
+    """Return |values - cubic through two neighbours on either side|, of the shape of values.
 
-    Along the first axis; at its ends through the nearest four. Nothing at node = 0, where all
-    harmonics are known.
+    Along the first axis; at its ends through the nearest four. 0 at node = 0, where all harmonics
+    are known.
     """
     here = np.arange(1, node.size)[:, np.newaxis]
     window = np.clip(here - 2, 0, node.size - 5) + np.arange(5)
@@ -57,27 +57,27 @@ def unpredicted(node: Floats, values: Complexes) -> Floats:
 
 
 def at_cells(nodes: Floats) -> Floats:
-    """Largest value at the corners of each cell, (n_a - 1, n_b - 1), of nodes (n_a, n_b).
+    """Return the largest value at the corners of each cell, (n_a - 1, n_b - 1).
 
-    Of one mode, n_b = 1, that of each interval, (n_a - 1, 1).
+    Of nodes (n_a, n_b). With one mode, n_b = 1, of each interval, (n_a - 1, 1).
     """
     along = np.maximum(nodes[:-1], nodes[1:])
     return along if nodes.shape[1] == 1 else np.maximum(along[:, :-1], along[:, 1:])
 
 
 def holding_cells(axes: Sequence[Floats], points: Floats) -> tuple[NDArray[np.intp], ...]:
-    """Index along each axis of the cells that hold points (points, modes)."""
+    """Return the indices along each axis of the cells that contain points (points, modes)."""
     return tuple(
         np.searchsorted(node[1:-1], place) for node, place in zip(axes, points.T, strict=True)
     )
 
 
 def onset_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
-    """Middles of blocks that kinks cross or come near to, (points, modes).
+    """Return the middles of blocks that kinks cross or come close to, (points, modes).
 
-    Of those without a `checked` one next to it, evenly. Errors there do not fall evenly as cells
-    are halved: one that is small by chance tells nothing of the next. On the kink itself they may
-    be small, too.
+    Blocks with a `checked` point close to the middle are left out. Errors in these blocks decay
+    irregularly as cells are halved, so that a small error in one says nothing about the next. On
+    the kink itself they may be small, too.
 
     Parameters
     ----------
@@ -93,15 +93,15 @@ def onset_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
     return found[np.arange(count) * len(found) // max(count, 1)]
 
 
-def doubtful_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
-    """Points in the blocks of most doubt, none next to a `checked` one, (points, modes).
+def indicated_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
+    """Return points in the blocks of the largest indicator, none close to a `checked` one.
 
-    A block that one of `lines`, as above, crosses is checked there too.
+    (points, modes). A block that one of `lines`, see `onset_points`, crosses is checked there too.
     """
     modes = checked.shape[1]
-    count = max(_DOUBTS[modes - 1], len(blocks.doubt) // _BLOCKS_PER_DOUBT[modes - 1])
+    count = max(_INDICATED[modes - 1], len(blocks.indicator) // _BLOCKS_PER_INDICATED[modes - 1])
     all_over = np.stack(np.meshgrid(*modes * [_ALL_OVER]), axis=-1).reshape(-1, modes)
-    ranked = np.argsort(-blocks.doubt, kind="stable")
+    ranked = np.argsort(-blocks.indicator, kind="stable")
     most, others = ranked[:_BLOCKS_ALL_OVER], ranked[_BLOCKS_ALL_OVER:]
     places = np.stack((blocks.middle, _on_kink(blocks, lines)), axis=1)
     low, width = blocks.low[most, np.newaxis], blocks.width[most, np.newaxis]
@@ -115,9 +115,9 @@ def doubtful_points(blocks: Blocks, lines: Floats, checked: Floats) -> Floats:
 def places_around(
     blocks: Blocks, holding: NDArray[np.int64], points: Floats, errors: Floats, share: float
 ) -> Floats:
-    """By a share of its block to either side of the largest error in a few, along each axis.
+    """Return points at a share of the block to either side of the largest error in a few blocks.
 
-    `holding` (points,) are the numbers of the blocks that the points are in.
+    Along each axis; `holding` (points,) are the numbers of the blocks that contain the points.
     """
     modes = points.shape[1]
     order = np.argsort(-errors, kind="stable")
@@ -130,7 +130,7 @@ def places_around(
 
 
 def points_beside(blocks: Blocks, numbers: NDArray[np.int64], checked: Floats) -> Floats:
-    """Middles of the blocks that touch some, none next to a `checked` point, (points, modes)."""
+    """Return the middles of the blocks that touch some blocks, none close to a `checked` point."""
     at = np.searchsorted(blocks.number, np.unique(numbers))
     end = blocks.low + blocks.width
     touched = np.zeros(len(end), dtype=bool)
@@ -140,26 +140,26 @@ def points_beside(blocks: Blocks, numbers: NDArray[np.int64], checked: Floats) -
 
 
 def largest_error(errors: Floats, noise: float) -> float:
-    """Largest error of a table, from those at its check points; samples are off by `noise`.
+    """Return the largest error of a table from the errors at its check points.
 
-    These are the upper end of a sample: beyond its largest lies about as much as between it and
-    the few after it (Robson and Whitlock's estimate of where a distribution ends). Where these
-    are alike a better place in the block, or a kink less fortunate, has more: of dense checks of
-    58 tables three found 1.28 to 1.32 times as much; no other 1.12.
+    The end of the distribution is extrapolated: it lies about as far beyond the largest error as
+    the next few lie below it (Robson and Whitlock 1964), but at least `_LEAST_BEYOND` of the
+    largest, for dense checks of 58 tables found up to 1.32 times the largest error, and `noise`,
+    the error of samples.
     """
     worst = np.sort(errors)[-1 - _OTHERS :]
     return float(worst[-1] + max(worst[-1] - worst[0], _LEAST_BEYOND * worst[-1], noise))
 
 
 def _new_middles(blocks: Blocks, chosen: Flags, checked: Floats) -> Floats:
-    """Middles of chosen blocks that are next to no `checked` point, nor to each other."""
+    """Return middles of chosen blocks that are close to no `checked` point, nor to each other."""
     return _new(blocks.middle[chosen], blocks.width[chosen], checked, len(blocks.number))
 
 
 def _new(places: Floats, width: Floats, checked: Floats, count: int) -> Floats:
-    """The first `count` places (places, modes), in blocks of a `width`, that are next to no other.
+    """Return the first `count` places (places, modes) in blocks of a `width` (places, modes).
 
-    Neither to a `checked` point nor to a place before.
+    Places close to a `checked` point or to a place before are left out.
     """
     reach = _NEARBY * width
     near = np.ones((len(places), len(checked)), dtype=bool)
@@ -175,7 +175,7 @@ def _new(places: Floats, width: Floats, checked: Floats, count: int) -> Floats:
 
 
 def _on_kink(blocks: Blocks, lines: Floats) -> Floats:
-    """Of blocks, the places of a line nearest to the middle, (blocks, modes).
+    """Return the point of a line that is closest to the middle of each block, (blocks, modes).
 
     The middle where no line crosses.
     """

@@ -1,4 +1,4 @@
-"""Blocks of a grid: what was sampled at its corners alone, whatever grid lines go through it."""
+"""Blocks of a grid: rectangles sampled at their corners only, whatever grid lines cross them."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ class Blocks:
         Ascending.
     low, width : (blocks, modes) ndarray
     middle : (blocks, modes) ndarray
-    doubt : (blocks,) ndarray
-        How little is known of the surface there.
+    indicator : (blocks,) ndarray
+        Interpolation error indicator.
     """
 
     number: NDArray[np.int64]
     low: Floats
     width: Floats
     middle: Floats
-    doubt: Floats
+    indicator: Floats
 
     __repr__ = short_repr
 
     @classmethod
-    def of(cls, axes: Sequence[Floats], block: NDArray[np.int64], doubt: Floats) -> Self:
-        """From the block of each cell and its doubt."""
+    def of(cls, axes: Sequence[Floats], block: NDArray[np.int64], indicator: Floats) -> Self:
+        """Return the blocks from the block number of each cell and its indicator."""
         cells = np.indices(block.shape)[: len(axes)].reshape(len(axes), -1)
         start = np.stack([node[i] for node, i in zip(axes, cells, strict=True)], axis=-1)
         end = np.stack([node[i + 1] for node, i in zip(axes, cells, strict=True)], axis=-1)
@@ -45,14 +45,14 @@ class Blocks:
         of_cell = of_cell.ravel()
         low, high, most = start[first], end[first], np.zeros(len(first))
         np.maximum.at(high, of_cell, end)
-        np.maximum.at(most, of_cell, doubt.ravel())
+        np.maximum.at(most, of_cell, indicator.ravel())
         return cls(numbers, low, high - low, 0.5 * (low + high), most)
 
 
 def apart(block: NDArray[np.int64], cells: Flags) -> NDArray[np.int64]:
-    """Blocks of cells, with `cells` for blocks of their own.
+    """Return block numbers in which each of `cells` is a block of its own.
 
-    What is left of those that had them is cut into rectangles.
+    The rest of the blocks that contained them is cut into rectangles.
     """
     block, most = block.copy(), int(block.max())
     for number in np.intersect1d(block[cells], block[~cells]):

@@ -1,10 +1,10 @@
 """The amplitude grid: dense where the slip threshold bends the surface, coarse elsewhere.
 
-Cells between grid lines are halved until the surface can be expected to be within the
-tolerance: what it missed new samples by falls with this halving at least half as well as with the
-last one, and nowhere is it trusted to fall below half. Those next to a poor one are halved too.
-Every sample becomes a node; points that are no nodes measure the error of the finished table, see
-check_points.py, and cells where it is too large are halved again.
+Cells between grid lines are halved until the expected error is within the tolerance. The expected
+error follows from the errors at new samples in the last two halvings, see `Grid.halved`.
+Neighbours of marked cells are halved too. Every sample becomes a node. Points that are no nodes
+measure the error of the finished table, see check_points.py; cells where it is too large are
+halved again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
     AROUND,
     at_cells,
-    doubtful_points,
+    indicated_points,
     largest_error,
     onset_points,
     places_around,
@@ -38,26 +38,27 @@ from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 
 _FIRST_INTERVALS = {1: 8, 2: 4}  # by modes
 _MAX_ROUNDS = 40
-_RINGS = 8  # of blocks around those of large errors that are checked at once
-_LESS_IN_DOUBT = 1 / 4  # of the largest doubt in a cell: an axis that has less is left alone
+_RINGS = 8  # of neighbouring blocks around large errors that are checked at once
+_LEAST_SHARE = 1 / 4  # of the larger indicator of a cell: an axis with less is not halved
 _MOST_NODES = {1: 600, 2: 60_000}  # by modes
-# Of the amplitude times the tolerance: nodes as close as that differ by what samples are off.
-# Kinks and thresholds were seen to need 1/2.
+# Distance of nodes over amplitude and tolerance: closer nodes differ by the error of samples.
+# Kinks and thresholds needed 1/2.
 _CLOSEST = 1 / 100
-_IDLE_ROUNDS = 5  # in which the error does not fall to this part of the least: samples are off
+# Rounds in which the error does not decrease to `_LESS` of the least: samples are not exact.
+_STAGNANT_ROUNDS = 5
 _LESS = 0.8
-_WITHIN = 0.5  # of an idle round, that is one whose errors found are within the tolerance
-# Of the tolerance: an error below is not looked for any closer, and was seen to be 1.51 times what
-# is found at first.
+_WITHIN = 0.5  # of a stagnant round: one whose errors at check points are within the tolerance
+# Of the tolerance: smaller errors are not refined further, and the true error was up to 1.51 times
+# the first estimate (tests/rom/table/test_stated_error.py).
 _LEAST_STATED = 0.5
-_SLACK = 1.5  # of the tolerance that is advised: its lines lie elsewhere
+_SLACK = 1.5  # of the tolerance that is advised: its grid lines differ
 
 
 class _Checks:
     """Samples that are no nodes, and the errors of tables there.
 
-    `gain` is by how much going around the largest error made it larger. Those in other blocks,
-    that were not gone around, would grow by about as much.
+    `gain` is the ratio of the largest error after points around it were checked to the one before.
+    Errors in other blocks, around which no points were checked, would grow by about as much.
     """
 
     def __init__(self, sampling: Sampling, points: Floats, exact: Complexes) -> None:
@@ -66,11 +67,11 @@ class _Checks:
         self.points, self._exact = points, exact
 
     def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
-        """Points, in order, and samples there.
+        """Return the points in order, and samples there.
 
-        Solves begin with what the point before came to: where contacts have two motions, from far
-        away one comes to another one than from the nodes nearby. Not with what the table has:
-        checks are to find a motion that it has missed.
+        The initial guess of a solve is the solution at the point before: where contacts have two
+        motions, solves from far away converge to another one. The table is no initial guess, since
+        checks are to find a motion that it does not have.
         """
         points = _in_order(points)
         return points, self._sampling.at(points, None)
@@ -83,28 +84,28 @@ class _Checks:
         self._exact = np.concatenate((self._exact, exact))
 
     def errors(
-        self, table: Table, doubts: Floats, grid: Grid, tolerance: float
+        self, table: Table, indicators: Floats, grid: Grid, tolerance: float
     ) -> Iterator[Floats]:
-        """Relative error at the points, to which those are added that the table needs.
+        """Yield the relative errors at the points, to which those are added that the table needs.
 
-        And then, should it be asked for, those around the largest errors.
+        Then the errors with further points around the largest ones.
         """
         sampling, axes = self._sampling, table.axes
         norm = sampling.norm(table)
-        doubt = np.maximum(at_cells(doubts.max(axis=0)), grid.left.max(axis=0))
-        blocks = Blocks.of(axes, grid.block, doubt)
+        indicator = np.maximum(at_cells(indicators.max(axis=0)), grid.left.max(axis=0))
+        blocks = Blocks.of(axes, grid.block, indicator)
 
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
-            """Add points; errors at all, and their blocks."""
+            """Add points; return the errors at all points, and their blocks."""
             self._add(points)
             errors = sampling.error_of(self.points, table.terms(self.points), self._exact, norm)
             return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
         checked = np.concatenate((self.points, onset))
-        doubtful = doubtful_points(blocks, sampling.onset_lines, checked)
-        errors, holding = add(np.concatenate((onset, doubtful)))
-        # errors too large are seldom alone: samples estimated those beside them as badly
+        indicated = indicated_points(blocks, sampling.onset_lines, checked)
+        errors, holding = add(np.concatenate((onset, indicated)))
+        # Large errors cluster: the estimates in neighbouring blocks were as wrong.
         for _ in range(_RINGS):
             bad = holding[errors > self.limit(errors, tolerance)]
             if not bad.size or not len(beside := points_beside(blocks, bad, self.points)):
@@ -118,7 +119,7 @@ class _Checks:
         yield errors
 
     def limit(self, errors: Floats, tolerance: float) -> float:
-        """What the largest error found may be if none at all is to be above the tolerance."""
+        """Return the largest error at check points for which `largest_error` is the tolerance."""
         worst = float(errors.max())
         return tolerance * worst / max(largest_error(errors, self._sampling.noise), tolerance)
 
@@ -138,7 +139,7 @@ def refine(
     -------
     table : Table
     carried : (n_a, n_b, carried) complex ndarray, optional
-        The columns that are not tabulated, at the nodes, if they are to be kept.
+        The columns that are not tabulated, at the nodes, if they are kept.
     error : float
         Largest difference between the nodes, relative to the largest |S_j|: `largest_error`, or
         half the tolerance if that is less. Above the tolerance where samples jump or are not
@@ -156,7 +157,7 @@ def refine(
 
 
 def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, NodeSamples, _Checks]:
-    """The first grid with its samples, and check points all over; samples are taken at once."""
+    """Return the first grid, its samples and spread check points, which are sampled at once."""
     ends = sampling.amplitude_range
     spread = _in_order(spread_points(ends))
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
@@ -165,7 +166,7 @@ def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, NodeSamples, _Ch
         exact = sampling.at(nodes, None).reshape(*grid.sampled.shape, -1)
         samples = NodeSamples.of(exact, tabulated)
         return grid, samples, _Checks(sampling, spread, sampling.at(spread, None))
-    middles = grid.middles(0)[:, np.newaxis]  # that are sampled next whatever the nodes tell
+    middles = grid.middles(0)[:, np.newaxis]  # sampled next in any case
     points = np.concatenate((nodes, middles, spread))
     order = np.argsort(points[:, 0], kind="stable")
     exact = sampling.at(points[order], None)[np.argsort(order)]
@@ -187,37 +188,37 @@ def _refined(
 
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
-    least, idle = np.inf, 0.0
+    least, stagnant = np.inf, 0.0
     table: Table | None = None
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.size > _MOST_NODES[grid.modes] or time_budget.spent:
             break
         for mode in range(grid.modes):
-            if grid.poor[mode].any():
+            if grid.marked[mode].any():
                 grid, samples = _halve(sampling, grid, samples, table, mode, tolerance)
                 table = None
-        if grid.poor.any():
+        if grid.marked.any():
             continue
-        table, stalled = sampling.table(grid.nodes, samples.tabulated), 0.0
-        doubts = sampling.doubts(table)
-        for gone_around, errors in enumerate(checks.errors(table, doubts, grid, tolerance)):
-            if idle and not gone_around:
-                continue  # the last halving was no use: more is to be seen before the next
+        table, stagnation = sampling.table(grid.nodes, samples.tabulated), 0.0
+        indicators = sampling.indicators(table)
+        for is_second_look, errors in enumerate(checks.errors(table, indicators, grid, tolerance)):
+            if stagnant and not is_second_look:
+                continue  # the last halving did not help: check more points before the next one
             error = largest_error(errors, sampling.noise)
-            # within it by what was found, it lacks what may lie beyond: seen less with every round
+            # If only the extrapolated error is too large, it decreases with every round.
             waste = 1.0 if errors.max() > tolerance else _WITHIN
-            stalled = 0.0 if error < _LESS * least else idle + waste
-            if error > tolerance and stalled < _IDLE_ROUNDS:
-                # what lies beyond the largest may be at any of those that are nearly as large
+            stagnation = 0.0 if error < _LESS * least else stagnant + waste
+            if error > tolerance and stagnation < _STAGNANT_ROUNDS:
+                # The largest error may be close to any point whose error is nearly the largest.
                 missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
-                grid = grid.poor_at(missed, doubts, _LESS_IN_DOUBT)
-            if grid.poor.any():
+                grid = grid.marked_at(missed, indicators, _LEAST_SHARE)
+            if grid.marked.any():
                 break
         else:
             return grid, samples, table, error
-        idle, least = stalled, min(least, error)
+        stagnant, least = stagnation, min(least, error)
     table = sampling.table(grid.nodes, samples.tabulated)
-    *_, errors = checks.errors(table, sampling.doubts(table), grid, tolerance)
+    *_, errors = checks.errors(table, sampling.indicators(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
     many = grid.modes == 2 and grid.sampled.size > _MOST_NODES[2]
     if error <= LARGEST_TOLERANCE and not many and not time_budget.spent:
@@ -248,22 +249,22 @@ def _halve(
     tolerance: float,
     known: Complexes | None = None,
 ) -> tuple[Grid, NodeSamples]:
-    """Halve the poor cells along one axis; `known` are samples at their middles.
+    """Halve the marked cells along one axis; `known` are samples at their middles.
 
-    `table` is that through the samples, where there is one.
+    `table` is the one through the samples, if it is known.
     """
-    lacking = grid.lacking(mode)
-    if lacking.any():
-        near = samples.rows[samples.row[lacking]]
-        samples = _sampled_at(sampling, grid, samples, lacking, near)
-        grid, table = replace(grid, sampled=grid.sampled | lacking), None
+    unsampled = grid.unsampled(mode)
+    if unsampled.any():
+        near = samples.rows[samples.row[unsampled]]
+        samples = _sampled_at(sampling, grid, samples, unsampled, near)
+        grid, table = replace(grid, sampled=grid.sampled | unsampled), None
     order = grid.order(mode)
     points = amplitude_pairs(*grid.with_nodes(mode, grid.middles(mode)), grid.modes)
     table = table or sampling.table(grid.nodes, samples.tabulated)
     new = order >= grid.nodes[mode].size
     taken = grid.wanted(mode)
     surface = table.terms(points).reshape(*taken.shape, -1)
-    # what is not sampled is as it was: on the surface, or between the nodes
+    # Nodes without samples have the values of the surface.
     lines, near = samples.middles(grid, mode, surface, taken, smooth=sampling.columns.kept)
     if known is None and taken.any():
         known = sampling.at(points[taken.ravel()], near)
@@ -278,6 +279,6 @@ def _halve(
 def _sampled_at(
     sampling: Sampling, grid: Grid, samples: NodeSamples, nodes: Flags, near: Complexes | None
 ) -> NodeSamples:
-    """With samples at some nodes of the grid, from about what is carried there, if it is known."""
+    """Return the samples with those at some nodes of the grid; `near` are initial guesses."""
     points = amplitude_pairs(*grid.nodes, grid.modes)[nodes.ravel()]
     return samples.taken(nodes, sampling.at(points, near))

@@ -89,7 +89,7 @@ class Sampling:
         """Return the norm with the largest |S_j| at the nodes of a table."""
         return self.columns.norm.known(table.nodes())
 
-    def doubts(self, table: Table) -> Floats:
+    def indicators(self, table: Table) -> Floats:
         """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
         S = table.nodes()
         points = amplitude_pairs(table.node_a, table.node_b, table.modes)
