@@ -197,7 +197,7 @@ def test_what_grid_lines_go_through_without_samples_is_one_block():
     assert blocks.low[last].tolist() == [2.0, 0.0]
     assert blocks.width[last].tolist() == [2.0, 4.0]
     assert blocks.middle[last].tolist() == [3.0, 2.0]
-    assert blocks.doubt[last] == 11.0
+    assert blocks.indicator[last] == 11.0
 
 
 def test_onset_is_checked_in_the_blocks_that_it_comes_near_to():
