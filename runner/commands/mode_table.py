@@ -38,9 +38,7 @@ def mode_table(
     """
     if file in shipped_scenes() or Path(file).suffix == ".toml":
         if mass or contact or stiffness:
-            raise SlipmodeError(
-                "--mass, --contact, --stiffness: are in the scene; leave them out"
-            )
+            raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
         scene = load_scene(file)
         structure = scene.structure.build()
         law = law_of(scene, structure.n_contacts)
