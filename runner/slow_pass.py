@@ -189,7 +189,7 @@ class SlowPass:
             self._raise_if_interrupted()
             batch = times[start : start + SAMPLES_PER_BATCH]
             motion = fast_motion(
-                *(self._component, self._plan, self._model, trajectory, batch), summed=summed
+                self._component, self._plan, self._model, trajectory, batch, summed=summed
             )
             record.add(motion, trajectory.scale_at(batch))
             if on_torus:
