@@ -142,7 +142,13 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
     def solve(problem: Reduced, amplitudes: Floats, near: Complexes | None) -> ContactTerms:
         smallest = SMALLEST_SHARE * model.table.amplitude_range
         return resolved_terms(
-            *(problem, model.law, resolution, amplitudes, smallest, model.combinations, 1),
+            problem,
+            model.law,
+            resolution,
+            amplitudes,
+            smallest,
+            model.combinations,
+            1,
             near=near,
         )
 

@@ -119,8 +119,13 @@ class SteadyMotion:
         )
         modulus = np.abs(effective)
         terms = resolved_terms(
-            *(model.reduced, model.law, resolution, modulus / scale),
-            *(_SMALLEST * model.table.amplitude_range, model.combinations, 1),
+            model.reduced,
+            model.law,
+            resolution,
+            modulus / scale,
+            _SMALLEST * model.table.amplitude_range,
+            model.combinations,
+            1,
         )
         carriers = [terms.orders.index(order) for order in CARRIERS[: model.modes]]
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)

@@ -215,7 +215,7 @@ class ForcedSlowFlow:
         return np.asarray(factor * turned * friction / mass)
 
     def neglected_force(self, z: Floats) -> Floats:
-        """Return |da/dt| (points, modes) by the force through dampers, that the slow flow neglects."""
+        """Return |da/dt| (points, modes) by the neglected force through dampers."""
         inputs = self.inputs_at(z[:, -1])
         mass = balance(self.flow, inputs, self.amplitude(z)).mass
         force = inputs["force"][:, : self.model.modes] * self.applied.through_dampers

@@ -217,7 +217,13 @@ class ForcedBalance:
         coupling = -held[:modes]
         held[:modes] = 0.0
         solved = torus_harmonics(
-            *(self.reduced, self.law, coupling, reaction, np.ones((1, modes)), grid, orders),
+            self.reduced,
+            self.law,
+            coupling,
+            reaction,
+            np.ones((1, modes)),
+            grid,
+            orders,
             tolerance=tolerance,
             held=held,
             start=start,
