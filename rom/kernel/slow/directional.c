@@ -28,22 +28,28 @@ static sm_status derivative_at(const straight_line *line, double distance, doubl
     return sm_slow_flow_derivative(line->flow, &inputs, &instant, y, derivative);
 }
 
-/* Distance along the line over which nothing changes by more than FAR of its range. */
+/* Distance along the line over which nothing changes by more than FAR of its range; of rates, in
+ * the time of one radian of the mode. */
 static double short_distance(const straight_line *line) {
     const sm_table *table = &line->flow->table;
+    const sm_inputs *at = &line->at, *along = &line->along;
     const double range[SM_MODES] = {table->node_a[table->count_a - 1],
                                     table->modes == SM_MODES ? table->node_b[table->count_b - 1]
                                                              : 1.0};
-    double size = fabs(line->along.limit_scale) / line->at.limit_scale;
+    double size = 0.0;
     for (int j = 0; j < table->modes; j++) {
-        const double natural = line->flow->natural[j];
+        const double natural = line->flow->natural[j], elastic = natural * natural * range[j];
         const double sizes[] = {hypot(line->dy[2 * j], line->dy[2 * j + 1]) / range[j],
-                                fabs(line->along.force[j]) / (natural * natural * range[j]),
-                                fabs(line->along.frequency[j]) / line->at.frequency[j],
-                                fabs(line->along.phase[j]), fabs(line->along.angle[j])};
+                                hypot(along->force[j], along->force_rate[j] / natural) / elastic,
+                                hypot(along->frequency[j], along->frequency_rate[j] / natural)
+                                    / at->frequency[j],
+                                hypot(along->phase[j], along->phase_rate[j] / natural),
+                                hypot(along->limit_scale, along->limit_scale_rate / natural)
+                                    / at->limit_scale,
+                                fabs(along->angle[j])};
         for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) size = fmax(size, sizes[k]);
     }
-    return size > 0.0 ? FAR / size : 1.0; /* the rates are quadratic in all other inputs */
+    return size > 0.0 ? FAR / size : 1.0;
 }
 
 /* Central difference; one-sided at the edge of the table. */
