@@ -117,8 +117,16 @@ def reconstruct(
     if steps_per_period is None:
         steps_per_period = _STEPS if model.reduced.contacts is None else _ELASTIC_STEPS
     status = kernel.lib.sm_contact_motion(
-        *(ctypes.byref(problem), len(effective), effective.ctypes.data, None, steps_per_period),
-        *(sample.size, sample.ctypes.data, x.ctypes.data, v.ctypes.data, f.ctypes.data),
+        ctypes.byref(problem),
+        len(effective),
+        effective.ctypes.data,
+        None,
+        steps_per_period,
+        sample.size,
+        sample.ctypes.data,
+        x.ctypes.data,
+        v.ctypes.data,
+        f.ctypes.data,
     )
     kernel.check(status, "contact motion")
     scale = part.scale_at(sample)[:, np.newaxis]
@@ -240,8 +248,12 @@ def _summed(
     )
     motion = np.empty((times.size, weights.shape[1]))
     status = kernel.lib.sm_harmonic_motion(
-        *(ctypes.byref(harmonic_sum), len(segments), segments.ctypes.data),
-        *(times.size, times.ctypes.data, motion.ctypes.data),
+        ctypes.byref(harmonic_sum),
+        len(segments),
+        segments.ctypes.data,
+        times.size,
+        times.ctypes.data,
+        motion.ctypes.data,
     )
     kernel.check(status, "sum of harmonics")
     return motion

@@ -143,7 +143,11 @@ def _balance(
     a = np.ascontiguousarray(amplitude, dtype=complex)
     parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
     status = kernel.lib.sm_slow_flow_balance(
-        *(ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, parts.ctypes.data),
+        ctypes.byref(flow),
+        len(a),
+        inputs.ctypes.data,
+        a.ctypes.data,
+        parts.ctypes.data,
         None if jacobian is None else jacobian.ctypes.data,
     )
     if status != kernel.OUTSIDE_TABLE:

@@ -216,8 +216,12 @@ def resonance(
     amplitude, applied = steady(model, grid, force), AppliedForces.of(model.reduced, force)
     points = grid.reshape(-1, model.modes)
     motion = SteadyMotion(
-        *(model, amplitude.reshape(points.shape), points),
-        *(np.tile(applied.modal + 0j, (len(points), 1)), applied, np.ones(len(points))),
+        model,
+        amplitude.reshape(points.shape),
+        points,
+        np.tile(applied.modal + 0j, (len(points), 1)),
+        applied,
+        np.ones(len(points)),
     )
     return ResonanceSurface(axis_A, axis_B, amplitude, model.reduced.mode_shapes.copy(), motion)
 

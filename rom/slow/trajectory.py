@@ -167,7 +167,9 @@ class SlowTrajectory:
         """By how much each step's cubic leaves the slow flow, were it as far off all along."""
         steps, bend = self._steps(), np.empty(self.time.size - 1)
         status = kernel.lib.sm_trajectory_bend(
-            *(ctypes.byref(flow), bend.size, *(array.ctypes.data for array in steps)),
+            ctypes.byref(flow),
+            bend.size,
+            *(array.ctypes.data for array in steps),
             bend.ctypes.data,
         )
         kernel.check(status, "slow trajectory")
@@ -187,8 +189,11 @@ class SlowTrajectory:
         whole = [array[steps] for array in self._steps()]
         between = np.empty((steps.size, parts - 1, modes), dtype=complex)
         status = kernel.lib.sm_trajectory_divide(
-            *(ctypes.byref(flow), steps.size, *(array.ctypes.data for array in whole)),
-            *(parts, between.ctypes.data),
+            ctypes.byref(flow),
+            steps.size,
+            *(array.ctypes.data for array in whole),
+            parts,
+            between.ctypes.data,
         )
         kernel.check(status, "slow trajectory")
         counts = np.ones(self.time.size - 1, dtype=int)

@@ -82,8 +82,11 @@ class TransientError:
         part = _FrictionParts.of(reduced.contacts)
         moved = coupling[:, part.column]
         return cls(
-            *(2.0 * moved * part.stiffness, 2.0 * coupling @ part.slip_load),
-            *(part.onset, part.largest, _ELASTIC * moved * per_force),
+            2.0 * moved * part.stiffness,
+            2.0 * coupling @ part.slip_load,
+            part.onset,
+            part.largest,
+            _ELASTIC * moved * per_force,
         )
 
     def at(

@@ -209,8 +209,7 @@ SM_INLINE void change_of_strengths(const sm_slow_flow *flow, const sm_instant *i
     }
 }
 
-/* All but the difference of powers. `moving` is a literal too: whether more than the angles of the
- * inputs changes. */
+/* `moving` is a literal too: whether more than the angles of the inputs changes. */
 SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
                             const sm_flow_state *state, const sm_direction *along, int modes,
                             int moving, effective_change *effective, sm_flow_change *change) {
@@ -284,16 +283,11 @@ SM_INLINE void correct_for_rate(const sm_slow_flow *flow, const sm_instant *inst
 void sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                            const sm_flow_state *state, const sm_direction *along,
                            sm_flow_change *change) {
-    const int modes = flow->table.modes, column = modes + flow->table.combinations;
-    const size_t fields = 2 * (size_t)(column + flow->table.power);
     effective_change effective;
-    if (modes == 1)
+    if (flow->table.modes == 1)
         change_along(flow, instant, state, along, 1, 1, &effective, change);
     else
         change_along(flow, instant, state, along, SM_MODES, 1, &effective, change);
-    change->difference = flow->table.power
-                             ? change_of_column(state->slopes, fields, modes, column, &effective).re
-                             : 0.0;
 }
 
 SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
@@ -317,14 +311,9 @@ SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
     correct_for_rate(flow, instant, state, modes, &effective, &change->rate_correction);
 }
 
-void sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
-                          const sm_flow_state *state, sm_flow_change *change) {
-    if (flow->table.modes == 1)
-        along_flow(flow, instant, state, 1, 1, change);
-    else
-        along_flow(flow, instant, state, SM_MODES, 1, change);
-}
-
+/* Power that friction dissipates: the mean power -2 Omega Im(conj(a) force) that leaves the modes at
+ * the contacts, less the tabulated power of the dampers between modes and contacts; at least 0.
+ * `rate_correction` is the difference of the force from the force in steady motion. */
 SM_INLINE double friction_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
                                 const sm_flow_state *state, const sm_modal *rate_correction) {
     double leaves[SM_MODES] = {0.0};
@@ -339,11 +328,6 @@ SM_INLINE double friction_power(const sm_slow_flow *flow, const sm_instant *inst
     const double scale = instant->inputs.limit_scale;
     power += scale * scale * state->slopes[2 * (modes + flow->table.combinations)];
     return power < 0.0 ? 0.0 : power;
-}
-
-double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                         const sm_flow_state *state, const sm_modal *rate_correction) {
-    return friction_power(flow, instant, flow->table.modes, state, rate_correction);
 }
 
 /* Mean of F cos(theta + ph) q', q' = 2 Re((a' + i Omega a) exp(i theta)). */
@@ -361,7 +345,7 @@ SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, in
     if (status != SM_OK) return status;
     sm_flow_change change; /* a'' and the rate correction, which the paper neglects */
     if (flow->paper)
-        change = (sm_flow_change){.difference = 0.0};
+        change = (sm_flow_change){.rate = {{0.0}, {0.0}}};
     else
         along_flow(flow, instant, &state, modes, moving, &change);
     double put_in[SM_MODES] = {0.0};

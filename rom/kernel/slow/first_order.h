@@ -38,7 +38,6 @@ typedef struct {
 typedef struct {
     sm_modal rate, force;
     sm_modal rate_correction; /* along the flow: the force of friction less that in steady motion */
-    double difference; /* tabulated: the friction power less what leaves the modes */
 } sm_flow_change;
 
 /* At amplitudes y (2 modes) and the inputs that `instant` is set to. */
@@ -53,9 +52,5 @@ sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, int slop
 void sm_first_order_change(const sm_slow_flow *flow, const sm_instant *instant,
                            const sm_flow_state *state, const sm_direction *along,
                            sm_flow_change *change);
-
-/* Along the flow itself, all but the difference. */
-void sm_change_along_flow(const sm_slow_flow *flow, const sm_instant *instant,
-                          const sm_flow_state *state, sm_flow_change *change);
 
 #endif

@@ -17,12 +17,6 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow);
 sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
                                 sm_inputs *now);
 
-/* Friction takes what leaves the modes at the contacts, on average -2 Omega Im(conj(a) force),
- * less what the dampers between modes and contacts take of it; 0 if that were negative.
- * `rate_correction` is what the force has on top of that in steady motion. */
-double sm_friction_power(const sm_slow_flow *flow, const sm_instant *instant,
-                         const sm_flow_state *state, const sm_modal *rate_correction);
-
 /* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
  * work: equal arguments give equal bits. */
 sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now,

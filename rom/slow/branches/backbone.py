@@ -198,8 +198,16 @@ def backbone(
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, still, None, np.ones(r.size))
     return Backbone(
-        *(r, float(other), Omega, frequency_error, zeta, damping_error),
-        *(decay, shape, motion, mode),
+        r,
+        float(other),
+        Omega,
+        frequency_error,
+        zeta,
+        damping_error,
+        decay,
+        shape,
+        motion,
+        mode,
     )
 
 

@@ -52,8 +52,12 @@ class Points:
         passed = np.empty(len(z), dtype=bool)
         at = np.ascontiguousarray(z)
         status = kernel.lib.sm_curve_passes(
-            *(self.unknowns, len(self.rows), self.rows.ctypes.data),
-            *(len(at), at.ctypes.data, passed.ctypes.data),
+            self.unknowns,
+            len(self.rows),
+            self.rows.ctypes.data,
+            len(at),
+            at.ctypes.data,
+            passed.ctypes.data,
         )
         kernel.check(status, "curve")
         return passed
@@ -122,7 +126,7 @@ def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
     most, found = len(points.rows), ctypes.c_size_t()
     folds, z = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
     status = kernel.lib.sm_curve_specials(
-        *(curve, most, points.rows.ctypes.data, folds.ctypes.data, z.ctypes.data, found)
+        curve, most, points.rows.ctypes.data, folds.ctypes.data, z.ctypes.data, found
     )
     kernel.check(status, "curve")
     kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: found.value]]

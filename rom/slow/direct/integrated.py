@@ -76,7 +76,7 @@ class _March:
         patterns = list(force @ small.shapes)
         excitation = Excitation.harmonic(small.structure, patterns, reduced.carrier)
         rows = np.eye(len(reduced.modes), small.structure.n_dofs)
-        self.integrator = Integrator(*(small.structure, law, excitation, rows, SAMPLES_PER_PERIOD))
+        self.integrator = Integrator(small.structure, law, excitation, rows, SAMPLES_PER_PERIOD)
         self.state: State | None = None
 
     @property

@@ -36,7 +36,9 @@ _LEFT_BY_STEPS = 1 / 3  # of the change by twice as many: they are of second ord
 # What is led, and first steps (`ForcedBalance`): which of them settle depends on little, most
 # often the first do.
 _TRIES = ((0.0, 0.1), (1.0, 0.1), (0.0, 0.02), (0.0, 0.3))
-_BESIDE = (-1e-3, 1e-3, 3e-4)  # of the frequencies, where no try settles from rest
+# Relative distances of the frequencies from which a steady state is followed if no try converges
+# from rest; needed by test_nlvib_example_08_has_answers_where_a_mode_is_near_the_seventh_harmonic.
+_BESIDE = (-1e-3, 1e-3, 3e-4)
 
 Method = Literal["balance", "integration"]
 

@@ -146,7 +146,10 @@ class _Others:
         steady = bool(np.all(nu == nu[0]))
         distinct = nu[0] if steady else nu.ravel()
         return cls(
-            *(reduced, numbers, steady, distinct[:, np.newaxis, np.newaxis]),
+            reduced,
+            numbers,
+            steady,
+            distinct[:, np.newaxis, np.newaxis],
             reduced.modal_coupling(distinct)[:, numbers],
             reduced.modal_stiffness(distinct)[:, numbers],
         )
