@@ -16,15 +16,17 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order, harmonic_orders
-from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 
-_HIGHEST = {1: HIGHEST_HARMONIC[1], 2: 15}  # |n| + |m|, by modes
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.5], [0.5, 1.0]])  # of the largest amplitudes
-LINES = 32  # phase lines that distinguish all of them
+LINES = 32  # phase lines that distinguish harmonics up to the 15th
 
 
 def higher_order_harmonics(
-    problem: ContactProblem, grid: Discretisation, amplitude_range: Floats, smallest: float
+    problem: ContactProblem,
+    grid: Discretisation,
+    amplitude_range: Floats,
+    smallest: float,
+    highest: int = 15,
 ) -> dict[Order, float]:
     """Return further harmonics whose response moves the contacts, and by how much.
 
@@ -39,6 +41,8 @@ def higher_order_harmonics(
         Largest amplitudes [kg^1/2 m].
     smallest : float
         Smallest motion that counts, relative to the motion without friction.
+    highest : int
+        Largest |n| + |m|.
 
     Raises
     ------
@@ -49,7 +53,7 @@ def higher_order_harmonics(
     if reduced.contacts is None:
         return {}
     modes = amplitude_range.size
-    every = harmonic_orders(_HIGHEST[modes], modes, reduced.even)
+    every = harmonic_orders(highest, modes, reduced.even)
     candidates = [order for order in every if order not in known]
     wide = replace(problem, orders=(*known, *candidates), requested=0)
     reaction = wide.forces.reaction

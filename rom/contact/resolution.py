@@ -19,6 +19,7 @@ from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.representable import round_up
+from slipmode.rom.short_repr import short_repr
 
 # Fractions of the largest amplitudes at which resolution is tried. One mode: down to small ones.
 # Two: both strong, each strong over a weak one, and both near the slip threshold.
@@ -112,6 +113,8 @@ class _Trial:
     work: int
     repeats: bool
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True, eq=False)
 class ResolutionSearch:
@@ -133,6 +136,8 @@ class ResolutionSearch:
     mapped: Mapped
     time_budget: TimeBudget
     is_optional: bool = False
+
+    __repr__ = short_repr
 
     def choose(self, budget: ErrorBudget) -> Resolution:
         """Return the coarsest discretisation whose answer changes within its share when doubled.
@@ -178,6 +183,8 @@ class _Trials:
     search: ResolutionSearch
     budget: ErrorBudget
     _known: dict[tuple[int, int], _Trial] = field(default_factory=dict)
+
+    __repr__ = short_repr
 
     def resolution(self) -> Resolution:
         """See `ResolutionSearch.choose`."""

@@ -78,12 +78,14 @@ class StuckModes:
         }
 
 
-def with_responding(reduced: Reduced, allowed: float) -> tuple[Reduced, float]:
+def with_responding(
+    reduced: Reduced, allowed: float, highest: int = RESPONSE_ORDER
+) -> tuple[Reduced, float]:
     """Return the model without the modes that respond least, and the sum of their responses.
 
     The modes that are left out follow statically, with the contact stiffness or flexibility. Modes
     below the retained ones, which are coupled by springs, stay. `allowed` is the upper bound of
-    the sum; see `response`.
+    the sum, of responses to harmonics up to the order `highest`; see `response`.
     """
     stiffness = reduced.stiffness
     if reduced.contacts is not None:
@@ -94,6 +96,7 @@ def with_responding(reduced: Reduced, allowed: float) -> tuple[Reduced, float]:
         reduced.nonresonant_inertia,
         stiffness,
         reduced.carrier,
+        highest,
     )
     force[np.any(reduced.nonresonant_spring != 0.0, axis=1)] = np.inf
     weakest = np.argsort(force, kind="stable")
@@ -118,18 +121,24 @@ def with_responding(reduced: Reduced, allowed: float) -> tuple[Reduced, float]:
 
 
 def response(
-    omega: Floats, damping: Floats, inertia: Floats, stiffness: Floats, carrier: Floats
+    omega: Floats,
+    damping: Floats,
+    inertia: Floats,
+    stiffness: Floats,
+    carrier: Floats,
+    highest: int | None = None,
 ) -> Floats:
     """Return the largest force of each mode on the contacts, relative to theirs, (modes,).
 
     The force at the harmonic nu is relative to the force of the contact stiffness for this motion,
     nu^4 m^T K^-1 m / |omega^2 - nu^2 + i gamma nu|. Harmonics of order k are weighted by 1 / k^2,
-    at the frequency within 10 % that is nearest to the mode.
+    at the frequency within 10 % that is nearest to the mode, up to the order `highest` (default:
+    `HIGHEST_HARMONIC`).
 
     Natural frequencies [rad/s] and modal damping [1/s] are (modes,), inertia m = phi^T M X is
     (modes, N_c) [kg^1/2]; the stiffness (N_c, N_c) is that of the contact problem [N/m].
     """
-    orders = np.array(harmonic_orders(HIGHEST_HARMONIC[carrier.size], carrier.size))
+    orders = np.array(harmonic_orders(highest or HIGHEST_HARMONIC[carrier.size], carrier.size))
     weight = 1.0 / np.abs(orders).sum(axis=1) ** 2
     centre = np.abs(orders[:, : carrier.size] @ carrier)
     nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)

@@ -29,7 +29,11 @@ from slipmode.rom.reduction.combination import (
     combination_resonances,
     tabulated_orders,
 )
-from slipmode.rom.reduction.nonresonant import with_responding
+from slipmode.rom.reduction.nonresonant import (
+    HIGHEST_HARMONIC,
+    RESPONSE_ORDER,
+    with_responding,
+)
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.short_repr import short_repr
@@ -43,9 +47,6 @@ from slipmode.rom.table.refinement.sampling import Columns, Sampling
 from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 _STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
-# Order of the harmonics with which the motion of member 50 of the drawn family converges, and not
-# with those up to the 31st (tests/rom/contact/test_higher_order_harmonics.py).
-_LOW_ORDER = 15
 _FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
 _NOISE = 4.0  # of the tolerance: larger errors are jumps of friction, not samples that are off
 
@@ -230,40 +231,40 @@ class _Task:
     def solved(self) -> _Refined:
         """Return the table with the modes and the harmonics that the tolerance needs.
 
-        Where the contact motion does not converge with the response of weak modes to harmonics
-        beyond the fifth, those modes are left out, and then those harmonics: both are stated.
+        With one mode, modes respond to all harmonics of a direct steady state. Where the contact
+        motion does not converge so, and with two modes, they respond to harmonics up to the 15th.
+        Where it does not converge so either, weak modes are left out, and then all harmonics
+        beyond the fifth. What is left out is stated.
         """
-        reduced = self.problem.reduced
+        reduced, budget = self.problem.reduced, self.budget
         if reduced.formulation == "paper":
             return self._refined(reduced, {})
-        higher: dict[Order, float] | None = None
-        neglected = np.inf
-        for allowed in (self.budget.modes, self.tolerance):
-            few, of_modes = with_responding(reduced, allowed)
+        all_orders = HIGHEST_HARMONIC[1]
+        attempts = [(budget.modes, all_orders, all_orders)] if len(reduced.modes) == 1 else []
+        attempts += [(allowed, RESPONSE_ORDER, 15) for allowed in (budget.modes, self.tolerance)]
+        strongest: dict[Order, float] | None = None  # of the first attempt; None: not known
+        for allowed, of_modes, highest in attempts:
+            few, share = with_responding(reduced, allowed, of_modes)
             problem = self._problem(few)
             grid = trial_grid(problem, self.tolerance)
             try:
                 higher = higher_order_harmonics(
-                    problem, grid, self.amplitude_range, self.budget.response
+                    problem, grid, self.amplitude_range, budget.response, highest
                 )
             except UnsettledError:
-                continue  # the response to them is not known
+                continue
+            strongest = higher if strongest is None else strongest
+            left = [strongest[order] for order in strongest if order not in higher]
             try:
-                return self._refined(few, higher)._replace(neglected_modes=of_modes)
+                found = self._refined(few, higher)
             except UnsettledError:
                 if not higher:
                     raise
-        low = {order: share for order, share in (higher or {}).items() if sum(order) <= _LOW_ORDER}
-        if higher and len(low) < len(higher):
-            neglected = max(share for order, share in higher.items() if order not in low)
-            try:
-                found = self._refined(few, low)
-                return found._replace(neglected_response=neglected, neglected_modes=of_modes)
-            except UnsettledError:
-                pass
-        neglected = max(higher.values()) if higher else neglected
+                continue
+            return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
+        left = [np.inf] if strongest is None else list(strongest.values())
         found = self._refined(few, {})
-        return found._replace(neglected_response=neglected, neglected_modes=of_modes)
+        return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
 
     def _problem(
         self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()

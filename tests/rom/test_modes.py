@@ -95,7 +95,7 @@ def test_the_command_lists_modes_of_files_and_scenes(tmp_path, capsys):
     assert main(["modes", "two-mode"]) == 0
     assert "bonded rad/s" in capsys.readouterr().out
     assert main(["modes", "two-mode", "--stiffness", "3"]) == 1
-    assert "the scene says" in capsys.readouterr().err
+    assert "are in the scene; leave them out" in capsys.readouterr().err
 
 
 def test_contacts_by_node_on_the_command_line(tmp_path, capsys):

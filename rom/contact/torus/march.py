@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,15 +54,6 @@ class ContactForces:
     first_guess: Complexes | None = None
 
     __repr__ = short_repr
-
-
-class ContactHarmonics(NamedTuple):
-    """Periodic motion at several amplitudes; see `ContactTerms` for the arrays."""
-
-    P: Complexes
-    mean_square: Floats
-    residual: Floats
-    marched: NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +124,11 @@ class TorusMarch:
         amplitudes: Floats,
         smallest_amplitude: Floats,
         initial_guess: Complexes | None,
-    ) -> ContactHarmonics:
-        """Return the periodic motion at amplitudes (points, modes); see `TorusProblem.solve`."""
+    ) -> tuple[Complexes, Floats, Floats, NDArray[np.int32]]:
+        """Return the periodic motion at amplitudes (points, modes); see `TorusProblem.solve`.
+
+        That is P, mean square, residual and steps marched of `ContactTerms`.
+        """
         if amplitudes.ndim != 2 or amplitudes.shape[1] != self.rates.size:
             raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
         count, contacts = len(amplitudes), self.contact.contacts
@@ -153,7 +147,7 @@ class TorusMarch:
         )
         kernel.check(status, "contact problem on the torus")
         P[:, ~self.distinguishable] = 0.0
-        return ContactHarmonics(P, mean_square, residual, marched)
+        return P, mean_square, residual, marched
 
 
 def contact_problem(
