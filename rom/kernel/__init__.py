@@ -43,6 +43,7 @@ from slipmode.rom.kernel.structures import (
     Contact,
     Curve,
     CurveRates,
+    Discretisation,
     Elastic,
     Forced,
     Full,
@@ -51,6 +52,8 @@ from slipmode.rom.kernel.structures import (
     Motion,
     SlowFlow,
     Table,
+    TorusMotion,
+    TorusPoints,
 )
 
 __all__ = [
@@ -74,6 +77,7 @@ __all__ = [
     "Contact",
     "Curve",
     "CurveRates",
+    "Discretisation",
     "Elastic",
     "Forced",
     "Full",
@@ -82,6 +86,8 @@ __all__ = [
     "Motion",
     "SlowFlow",
     "Table",
+    "TorusMotion",
+    "TorusPoints",
     "check",
     "contiguous",
     "inputs",

@@ -13,6 +13,7 @@ from slipmode.rom.kernel.structures import (
     Branch,
     Contact,
     Curve,
+    Discretisation,
     Elastic,
     Forced,
     Full,
@@ -21,6 +22,8 @@ from slipmode.rom.kernel.structures import (
     Motion,
     SlowFlow,
     Table,
+    TorusMotion,
+    TorusPoints,
     layout,
 )
 
@@ -33,13 +36,10 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(Elastic), c_int32, c_void_p, c_void_p, c_void_p, c_void_p),
     ],
     "sm_torus_harmonics": [
-        *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
-        *(c_size_t, c_void_p, c_int32, c_void_p, c_void_p),
-        *(c_void_p, c_void_p, c_void_p, c_void_p),
+        *(POINTER(Contact), POINTER(Discretisation), POINTER(TorusPoints), POINTER(TorusMotion)),
     ],
     "sm_torus_growing": [
-        *(POINTER(Contact), c_void_p, c_int32, c_int32),
-        *(c_size_t, c_void_p, c_void_p, c_int32, c_void_p, c_void_p),
+        *(POINTER(Contact), POINTER(Discretisation), c_size_t, c_void_p, c_void_p, c_void_p),
     ],
     "sm_contact_motion": [
         *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),

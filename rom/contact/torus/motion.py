@@ -156,13 +156,22 @@ class TorusProblem:
             raise SlipmodeError(f"near: must have shape {P.shape}, got {begun.shape}")
         mean_square, residual = np.empty((count, contacts)), np.empty(count)
         marched = np.empty(count, dtype=np.int32)
-        status = kernel.lib.sm_torus_harmonics(
-            *(self.contact, self.rates.ctypes.data, self.steps, self.lines, tolerance),
-            *(smallest.ctypes.data, _MAX_PERIODS, count, points.ctypes.data),
-            *(len(self.orders), self.orders.ctypes.data),
-            *(None if begun is None else begun.ctypes.data, P.ctypes.data),
-            *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+        discretised = kernel.Discretisation(
+            rates=self.rates.ctypes.data,
+            steps=self.steps,
+            lines=self.lines,
+            orders_count=len(self.orders),
+            orders=self.orders.ctypes.data,
+            tolerance=tolerance,
+            smallest_scale=smallest.ctypes.data,
+            max_periods=_MAX_PERIODS,
         )
+        where = kernel.TorusPoints(
+            count, points.ctypes.data, None if begun is None else begun.ctypes.data
+        )
+        results = (each.ctypes.data for each in (P, mean_square, residual, marched))
+        motion = kernel.TorusMotion(*results)
+        status = kernel.lib.sm_torus_harmonics(self.contact, discretised, where, motion)
         kernel.check(status, "contact problem on the torus")
         P[:, ~self.told] = 0.0
         return ContactHarmonics(P, mean_square, residual, marched)
