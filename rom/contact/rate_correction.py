@@ -10,8 +10,6 @@ at the last reversal.
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 
 from slipmode.rom import kernel

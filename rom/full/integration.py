@@ -169,11 +169,10 @@ class Integrator:
             *(self._law, self.excitation.patterns, self._output, run.step),
             carriers=self.excitation.frequency[run.segment],
         )
-        status = kernel.lib.sm_full_march(
-            *(ctypes.byref(problem), self._inputs[run.segment :].ctypes.data),
-            *(run.begin - self.excitation.start[run.segment], run.samples, run.every),
-            *(state.ctypes.data, *record.addresses()),
-        )
+        elapsed = run.begin - self.excitation.start[run.segment]
+        samples = kernel.FullSamples(run.samples, run.every, *record.addresses())
+        inputs = self._inputs[run.segment :].ctypes.data
+        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state.ctypes.data, samples)
         kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:

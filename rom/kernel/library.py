@@ -17,6 +17,7 @@ from slipmode.rom.kernel.structures import (
     Elastic,
     Forced,
     Full,
+    FullSamples,
     HarmonicSum,
     LayoutRow,
     Motion,
@@ -81,8 +82,7 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(c_size_t), POINTER(c_size_t), POINTER(c_double)),
     ],
     "sm_full_march": [
-        *(POINTER(Full), c_void_p, c_double, c_size_t, c_size_t),
-        *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+        *(POINTER(Full), c_void_p, c_double, c_void_p, POINTER(FullSamples)),
     ],
     "sm_component_get_state": [c_void_p, c_void_p],
     "sm_component_set_state": [c_void_p, c_void_p],

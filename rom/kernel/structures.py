@@ -227,6 +227,19 @@ class Full(Structure):
     )
 
 
+class FullSamples(Structure):
+    """sm_full_samples."""
+
+    _fields_ = (
+        ("count", c_size_t),
+        ("every", c_size_t),
+        ("displacement", c_void_p),
+        ("velocity", c_void_p),
+        ("contact", c_void_p),
+        ("dissipated", c_void_p),
+    )
+
+
 class HarmonicSum(Structure):
     """sm_harmonic_sum."""
 
@@ -300,6 +313,7 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_forced": Forced,
     "sm_motion": Motion,
     "sm_full": Full,
+    "sm_full_samples": FullSamples,
     "sm_harmonic_sum": HarmonicSum,
     "sm_inputs": INPUTS,
     "sm_segment": SEGMENT,

@@ -1,4 +1,4 @@
-/* How the public structures are laid out in memory, for callers that mirror them. */
+/* Messages of the status codes, and the layout of the public structures in memory. */
 #include "slipmode.h"
 
 /* Rows of STRUCTURE, a name that each block below defines: the whole, and one field. */
@@ -66,6 +66,10 @@ static const sm_layout_row ROWS[] = {
     FIELD(directions), FIELD(patterns), FIELD(output), FIELD(inverse), FIELD(resistance),
     FIELD(elastic), FIELD(own), FIELD(ahead), FIELD(flexibility),
 #undef STRUCTURE
+#define STRUCTURE sm_full_samples
+    WHOLE, FIELD(count), FIELD(every), FIELD(displacement), FIELD(velocity), FIELD(contact),
+    FIELD(dissipated),
+#undef STRUCTURE
 #define STRUCTURE sm_harmonic_sum
     WHOLE, FIELD(modes), FIELD(orders_count), FIELD(orders), FIELD(signals), FIELD(shape),
     FIELD(coefficient),
@@ -84,4 +88,17 @@ static const sm_layout_row ROWS[] = {
 const sm_layout_row *sm_layout(size_t *count) {
     *count = sizeof ROWS / sizeof *ROWS;
     return ROWS;
+}
+
+const char *sm_message(sm_status status) {
+    switch (status) {
+    case SM_OK: return "ok";
+    case SM_BAD_ARGUMENT: return "an argument has a size, sign or order that is not allowed";
+    case SM_NOT_FINITE: return "a value is NaN or infinite";
+    case SM_NO_MEMORY: return "out of memory";
+    case SM_NOT_CONVERGED: return "the implicit contact step did not converge";
+    case SM_OUTSIDE_TABLE: return "an amplitude is outside the friction table";
+    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance in so long a step";
+    }
+    return "unknown status";
 }

@@ -461,7 +461,8 @@ sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task)
  * of the period in which it falls. */
 static sm_status grow_through(problem *t, size_t point, const double *growth, int settling) {
     const size_t modes = (size_t)t->contact->modes, all = per_point(t);
-    const double *amplitude = t->task->points->amplitudes + point * modes, *by = growth + point * modes;
+    const double *amplitude = t->task->points->amplitudes + point * modes;
+    const double *by = growth + point * modes;
     double *harmonics = t->task->motion->harmonics + point * all;
     double now[SM_MODES] = {0.0}, moved, force;
     for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (settling + 1) * fabs(by[j]);
