@@ -70,7 +70,8 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
     return best > 0.0 ? fmin(best, safe) : safe;
 }
 
-sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const sm_discretisation *fine, size_t points) {
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
+                             const sm_discretisation *fine, size_t points) {
     const int steps = fine->steps, lines = fine->lines, orders_count = fine->orders_count;
     const int32_t *orders = fine->orders;
     const double *rates = fine->rates;

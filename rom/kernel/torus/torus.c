@@ -40,19 +40,21 @@ static sm_status check_scales(const sm_contact *contact, const double *smallest_
 }
 
 static sm_status check_points(const sm_torus_task *task, const sm_contact *contact) {
+    const sm_torus_points *points = task->points;
+    const sm_torus_motion *motion = task->motion;
     const int32_t orders_count = task->grid->orders_count;
     const sm_status status =
-        sm_torus_check_points(contact, task->points->count, task->points->amplitudes, orders_count);
-    for (size_t k = 0; status == SM_OK && k < task->points->count * (size_t)contact->modes; k++)
-        if (task->points->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
-    if (task->points->count == 0 || status != SM_OK) return status;
+        sm_torus_check_points(contact, points->count, points->amplitudes, orders_count);
+    for (size_t k = 0; status == SM_OK && k < points->count * (size_t)contact->modes; k++)
+        if (points->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
+    if (points->count == 0 || status != SM_OK) return status;
     const sm_modal_response *response = contact->response;
-    const size_t each = 2 * (size_t)contact->contacts * (size_t)orders_count;
-    if (task->points->near && !sm_all_finite(task->points->near, each * task->points->count)) return SM_NOT_FINITE;
-    if (response && (response->start || task->points->near) && response->marched > 0
+    const size_t all = 2 * (size_t)contact->contacts * (size_t)orders_count * points->count;
+    if (points->near && !sm_all_finite(points->near, all)) return SM_NOT_FINITE;
+    if (response && (response->start || points->near) && response->marched > 0
         && !response->periodic)
         return SM_BAD_ARGUMENT;
-    return task->motion->harmonics && task->motion->mean_square && task->motion->residual && task->motion->marched
+    return motion->harmonics && motion->mean_square && motion->residual && motion->marched
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
@@ -124,7 +126,8 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->motion->residual[point] > task->grid->tolerance)
-            task->motion->residual[point] = settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
+            task->motion->residual[point] =
+                settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
         open |= !track->done;
     }
     return open;

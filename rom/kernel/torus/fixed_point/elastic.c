@@ -11,7 +11,6 @@
 
 #include "base/block.h"
 #include "base/check.h"
-#include "base/exact_sum.h"
 #include "contact/elastic/reversal.h"
 #include "contact/elastic/solve.h"
 #include "torus/fixed_point/marched.h"
@@ -21,17 +20,17 @@
 
 #define MOST_AVERAGED 16
 #define MOTIONS 7
-/* How much less well harmonics of sliders repeat that are not asked for, and how well at least: where
- * a contact slips on a few lines they move by the error of the grid for ever. Contacts that part
- * have several motions, and would be left between them. */
-#define UNASKED 32.0
-#define UNASKED_MOST 3e-3
+/* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
+ * its bound: where a contact slips on few lines, they keep changing by the error of the grid.
+ * Not for contacts that open: they have several motions, and the search would stop between them. */
+#define NOT_REQUESTED 32.0
+#define NOT_REQUESTED_MOST 3e-3
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
     const sm_contact *contact;
     const sm_torus_task *task;
-    size_t n, remembered, asked; /* numbers of Y that are asked for */
+    size_t n, remembered, requested; /* the first numbers of Y are requested */
     sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
@@ -101,10 +100,10 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     const size_t n = (size_t)contact->contacts, lines = (size_t)task->grid->lines;
     const size_t steps = (size_t)task->grid->steps, orders = (size_t)task->grid->orders_count;
     const size_t all = orders * n * 2;
-    const size_t asked = contact->response ? (size_t)contact->response->asked : 0;
+    const size_t requested = contact->response ? (size_t)contact->response->asked : 0;
     *t = (problem){.contact = contact, .task = task, .n = n,
                    .remembered = sm_elastic_memory(contact->elastic),
-                   .asked = asked > 0 ? asked * n * 2 : all};
+                   .requested = requested > 0 ? requested * n * 2 : all};
     const double ratio = contact->modes == 2 ? task->grid->rates[1] / task->grid->rates[0] : 0.0;
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
                                 .order = task->grid->orders, .ratio = ratio};
@@ -120,9 +119,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     if (!memory) return SM_NO_MEMORY;
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
-    double **motion[MOTIONS] = {&t->x,        &t->last_u,    &t->last_y,
-                                &t->last_off, &t->before[0], &t->before[1],
-                                &t->missed};
+    double **motion[MOTIONS] = {&t->x,         &t->last_u,    &t->last_y, &t->last_off,
+                                &t->before[0], &t->before[1], &t->missed};
     t->motion = memory;
     for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
     t->yielded = (void *)sm_take(&memory, flags);
@@ -321,15 +319,16 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
     }
 }
 
-/* How far harmonics and response are from repeating, relative to what the modes bring; contacts
- * that slide far lack more than that, and repeat relative to what they lack. */
+/* The change of harmonics and response over a period, relative to the displacement and force that
+ * the modes cause; relative to the force deficit where contacts slide so far that it is larger. */
 static double distance(problem *t, double displacement, double force) {
-    const size_t all = per_point(t), told = t->solver.slides ? t->asked : all;
-    const double others = fmin(fmax(1.0 / UNASKED, t->task->grid->tolerance / UNASKED_MOST), 1.0);
+    const size_t all = per_point(t), requested = t->solver.slides ? t->requested : all;
+    const double least = t->task->grid->tolerance / NOT_REQUESTED_MOST;
+    const double others = fmin(fmax(1.0 / NOT_REQUESTED, least), 1.0);
     const double change = find_change(t) / fmax(displacement, 1e-300);
     double moved = 0.0, largest = fmax(force, 1e-300);
     for (size_t k = 0; k < all; k++) {
-        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < told ? 1.0 : others));
+        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < requested ? 1.0 : others));
         largest = fmax(largest, fabs(t->Y[k]));
     }
     return fmax(change, moved / largest);
