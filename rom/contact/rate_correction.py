@@ -10,8 +10,6 @@ at the last reversal.
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 
 from slipmode.rom import kernel
@@ -67,10 +65,16 @@ def _growing(
     orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
     points, growth = kernel.contiguous(amplitudes), kernel.contiguous(growth)
     P = np.empty((*points.shape, reduced.n_contacts), dtype=complex)
+    discretised = kernel.Discretisation(
+        rates=rates.ctypes.data,
+        steps=grid.steps,
+        lines=grid.lines,
+        orders_count=len(orders),
+        orders=orders.ctypes.data,
+    )
+    addresses = (each.ctypes.data for each in (points, growth, P))
     status = kernel.lib.sm_torus_growing(
-        *(ctypes.byref(problem), rates.ctypes.data, grid.steps, grid.lines),
-        *(points.size // rates.size, points.ctypes.data, growth.ctypes.data),
-        *(len(orders), orders.ctypes.data, P.ctypes.data),
+        problem, discretised, points.size // rates.size, *addresses
     )
     kernel.check(status, "contact problem of growing amplitudes")
     return np.asarray(-np.einsum("jc,...jc->...j", reduced.coupling, P))

@@ -178,15 +178,11 @@ class Integrator:
             run.step,
             self.excitation.frequency[segment],
         )
-        status = kernel.lib.sm_full_march(
-            ctypes.byref(problem),
-            self._inputs[segment:].ctypes.data,
-            run.begin - self.excitation.start[segment],
-            run.samples,
-            run.every,
-            state.ctypes.data,
-            *[each.ctypes.data for each in record],
-        )
+        elapsed = run.begin - self.excitation.start[segment]
+        results = [each.ctypes.data for each in record]
+        samples = kernel.FullSamples(run.samples, run.every, *results)
+        inputs = self._inputs[segment:].ctypes.data
+        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state.ctypes.data, samples)
         kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:

@@ -4,7 +4,7 @@ slipmode.h is its public header: start there. The C is in the rooms of rom/:
 
 contact/   a time step of Eq. (12), sdirk2.c; friction as resolvents, friction.h, Eq. (28);
            stage/: the solvers of a stage, by their algorithms
-torus/     Eqs. (13), (14) by characteristics: torus.c, march.c; growth.c: the rate correction;
+torus/     Eqs. (13), (14) by characteristics: torus.c, iteration.c; growth.c: the rate correction;
            periodic/: when a motion repeats, and how to get there sooner
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional derivatives;
@@ -43,14 +43,18 @@ from slipmode.rom.kernel.structures import (
     Contact,
     Curve,
     CurveRates,
+    Discretisation,
     Elastic,
     Forced,
     Full,
+    FullSamples,
     HarmonicSum,
     ModalResponse,
     Motion,
     SlowFlow,
     Table,
+    TorusMotion,
+    TorusPoints,
 )
 
 __all__ = [
@@ -74,14 +78,18 @@ __all__ = [
     "Contact",
     "Curve",
     "CurveRates",
+    "Discretisation",
     "Elastic",
     "Forced",
     "Full",
+    "FullSamples",
     "HarmonicSum",
     "ModalResponse",
     "Motion",
     "SlowFlow",
     "Table",
+    "TorusMotion",
+    "TorusPoints",
     "check",
     "contiguous",
     "inputs",

@@ -13,14 +13,18 @@ from slipmode.rom.kernel.structures import (
     Branch,
     Contact,
     Curve,
+    Discretisation,
     Elastic,
     Forced,
     Full,
+    FullSamples,
     HarmonicSum,
     LayoutRow,
     Motion,
     SlowFlow,
     Table,
+    TorusMotion,
+    TorusPoints,
     layout,
 )
 
@@ -33,13 +37,10 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(Elastic), c_int32, c_void_p, c_void_p, c_void_p, c_void_p),
     ],
     "sm_torus_harmonics": [
-        *(POINTER(Contact), c_void_p, c_int32, c_int32, c_double, c_void_p, c_int32),
-        *(c_size_t, c_void_p, c_int32, c_void_p, c_void_p),
-        *(c_void_p, c_void_p, c_void_p, c_void_p),
+        *(POINTER(Contact), POINTER(Discretisation), POINTER(TorusPoints), POINTER(TorusMotion)),
     ],
     "sm_torus_growing": [
-        *(POINTER(Contact), c_void_p, c_int32, c_int32),
-        *(c_size_t, c_void_p, c_void_p, c_int32, c_void_p, c_void_p),
+        *(POINTER(Contact), POINTER(Discretisation), c_size_t, c_void_p, c_void_p, c_void_p),
     ],
     "sm_contact_motion": [
         *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),
@@ -81,8 +82,7 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(c_size_t), POINTER(c_size_t), POINTER(c_double)),
     ],
     "sm_full_march": [
-        *(POINTER(Full), c_void_p, c_double, c_size_t, c_size_t),
-        *(c_void_p, c_void_p, c_void_p, c_void_p, c_void_p),
+        *(POINTER(Full), c_void_p, c_double, c_void_p, POINTER(FullSamples)),
     ],
     "sm_component_get_state": [c_void_p, c_void_p],
     "sm_component_set_state": [c_void_p, c_void_p],

@@ -142,42 +142,56 @@ typedef struct {
 
 SM_API sm_status sm_contact_check(const sm_contact *contact);
 
-/* Harmonics P_nm of the periodic contact motion on the torus, eqs. (13) and (14), for many
- * amplitude pairs, by characteristics: `lines` phase lines of `steps` steps per period of mode A.
- *   rates      (modes) carrier frequencies [rad/s]
- *   amplitudes (points, modes), >= 0
- *   orders     (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m);
- *              contact->response, if there is one, is for the same harmonics
- *   near       (points, orders_count, N_c, 2) of elastic contacts: harmonics to begin with, those
- *              of points nearby. From there it goes on to `start`, and from rest, if need be.
- *              NULL: those of the point before
- *   tolerance  largest change of a harmonic that counts as periodic, relative to the frictionless
- *              contact displacement by its mode at the point, or at smallest_scale (modes) if
- *              that is larger
- *   harmonics  (points, orders_count, N_c, 2)
- *   mean_square (points, N_c) of the displacement: what the harmonics asked for leave out is
- *              mean_square - 2 sum |P_nm|^2
- *   residual   (points) estimated distance from periodicity when the march ended; larger than
- *              the tolerance where max_periods was reached first, or where the harmonics keep
- *              moving by the error of the grid: they and mean_square are means then, and this is
- *              the distance of the last harmonics from them
- *   marched    (points) time steps marched along each line */
-SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
-                                    int32_t lines, double tolerance, const double *smallest_scale,
-                                    int32_t max_periods, size_t points, const double *amplitudes,
-                                    int32_t orders_count, const int32_t *orders,
-                                    const double *near, double *harmonics, double *mean_square,
-                                    double *residual, int32_t *marched);
+/* How the torus of the phases t_A, t_B is discretised: `lines` phase lines of `steps` time steps per
+ * period of mode A, and which Fourier coefficients of the motion are computed. */
+typedef struct {
+    const double *rates;     /* (modes) carrier frequencies [rad/s] */
+    int32_t steps;           /* 4 or more */
+    int32_t lines;           /* 1 or more; of rigid contacts a power of 2 */
+    int32_t orders_count;
+    const int32_t *orders;   /* (orders_count, 2) harmonic indices (n, m), one of each pair +-(n, m);
+                                contact->response, if there is one, is for the same harmonics */
+    /* Only sm_torus_harmonics reads what follows. */
+    double tolerance;        /* largest change of a harmonic that counts as periodic, relative to the
+                                frictionless displacement of the contacts by its mode */
+    const double *smallest_scale; /* (modes) amplitudes whose frictionless displacement is the scale
+                                where it is larger than at the point */
+    int32_t max_periods;     /* of mode A, 1 or more */
+} sm_discretisation;
 
-/* The rate correction: how far friction is behind while amplitudes grow: harmonics P_nm of the
- * contact motion over two periods of mode A, from rest through `amplitudes` in their middle.
- * Differences of two growths are their effect; the modes respond at their carrier alone.
- *   growth     (points, modes) of the amplitudes per period of mode A
- *   harmonics  (points, orders_count, N_c, 2), weighted by a hat over the two periods */
-SM_API sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32_t steps,
-                                  int32_t lines, size_t points, const double *amplitudes,
-                                  const double *growth, int32_t orders_count,
-                                  const int32_t *orders, double *harmonics);
+/* Points of the amplitude plane at which the motion is computed. */
+typedef struct {
+    size_t count;
+    const double *amplitudes; /* (count, modes), >= 0 */
+    const double *near;       /* (count, orders_count, N_c, 2) initial guess of the harmonics of elastic
+                                 contacts; if it fails, the search starts from contact->response->start
+                                 and then from rest. NULL: the harmonics of the point before */
+} sm_torus_points;
+
+/* Periodic motion at the points. */
+typedef struct {
+    double *harmonics;   /* (count, orders_count, N_c, 2) P_nm */
+    double *mean_square; /* (count, N_c) of the displacement: the harmonics not computed have the mean
+                            square mean_square - 2 sum |P_nm|^2 */
+    double *residual;    /* (count) estimated distance from periodicity at the end of the march. It
+                            exceeds the tolerance if max_periods was reached, or if the harmonics change
+                            from period to period by the error of the grid: then they and mean_square
+                            are means, and this is the distance of the last harmonics from the mean */
+    int32_t *marched;    /* (count) time steps along each line */
+} sm_torus_motion;
+
+/* Harmonics of the periodic contact motion on the torus, eqs. (13) and (14), by characteristics. */
+SM_API sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *grid,
+                                    const sm_torus_points *points, const sm_torus_motion *motion);
+
+/* Harmonics of the contact motion while the amplitudes grow, for the rate correction of S_j: over two
+ * periods of mode A, from rest through `amplitudes` in the middle of these periods. The difference of
+ * two results is the effect of the growth; the modes respond at their carrier only.
+ *   amplitudes, growth (points, modes): the growth is per period of mode A
+ *   harmonics          (points, orders_count, N_c, 2), weighted by a hat over the two periods */
+SM_API sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *grid,
+                                  size_t points, const double *amplitudes, const double *growth,
+                                  double *harmonics);
 
 /* ---- motion of the contacts along a slow trajectory ----------------------------------- */
 

@@ -37,13 +37,17 @@ typedef struct {
  * ones store some of it. */
 SM_API size_t sm_full_state_count(const sm_full *full);
 
-/* `samples` times `every` steps, from `elapsed` seconds after the inputs start; the state is moved
- * along, and left undefined on any status but SM_OK. After every so many steps:
- *   displacement, velocity (samples, outputs)
- *   contact                (samples, 3, N_c): displacement, velocity, force less preload
- *   dissipated             (samples): the work done on the contacts */
+/* What a run is sampled for: `count` samples, one after every `every` steps. */
+typedef struct {
+    size_t count, every;             /* both 1 or more */
+    double *displacement, *velocity; /* (count, outputs) */
+    double *contact;    /* (count, 3, N_c): displacement, velocity, force less preload */
+    double *dissipated; /* (count) work done on the contacts [J] */
+} sm_full_samples;
+
+/* Integrates `count` times `every` steps; the first one begins `elapsed` seconds after the inputs
+ * start. The state is advanced; it is undefined on any status but SM_OK. */
 SM_API sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
-                               size_t samples, size_t every, double *state, double *displacement,
-                               double *velocity, double *contact, double *dissipated);
+                               double *state, const sm_full_samples *samples);
 
 #endif

@@ -70,6 +70,38 @@ class ModalResponse(Structure):
     )
 
 
+class Discretisation(Structure):
+    """sm_discretisation."""
+
+    _fields_ = (
+        ("rates", c_void_p),
+        ("steps", c_int32),
+        ("lines", c_int32),
+        ("orders_count", c_int32),
+        ("orders", c_void_p),
+        ("tolerance", c_double),
+        ("smallest_scale", c_void_p),
+        ("max_periods", c_int32),
+    )
+
+
+class TorusPoints(Structure):
+    """sm_torus_points."""
+
+    _fields_ = (("count", c_size_t), ("amplitudes", c_void_p), ("near", c_void_p))
+
+
+class TorusMotion(Structure):
+    """sm_torus_motion."""
+
+    _fields_ = (
+        ("harmonics", c_void_p),
+        ("mean_square", c_void_p),
+        ("residual", c_void_p),
+        ("marched", c_void_p),
+    )
+
+
 class Table(Structure):
     """sm_table."""
 
@@ -195,6 +227,19 @@ class Full(Structure):
     )
 
 
+class FullSamples(Structure):
+    """sm_full_samples."""
+
+    _fields_ = (
+        ("count", c_size_t),
+        ("every", c_size_t),
+        ("displacement", c_void_p),
+        ("velocity", c_void_p),
+        ("contact", c_void_p),
+        ("dissipated", c_void_p),
+    )
+
+
 class HarmonicSum(Structure):
     """sm_harmonic_sum."""
 
@@ -257,6 +302,9 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_elastic": Elastic,
     "sm_element": ELEMENT,
     "sm_modal_response": ModalResponse,
+    "sm_discretisation": Discretisation,
+    "sm_torus_points": TorusPoints,
+    "sm_torus_motion": TorusMotion,
     "sm_table": Table,
     "sm_combination": Combination,
     "sm_slow_flow": SlowFlow,
@@ -265,6 +313,7 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_forced": Forced,
     "sm_motion": Motion,
     "sm_full": Full,
+    "sm_full_samples": FullSamples,
     "sm_harmonic_sum": HarmonicSum,
     "sm_inputs": INPUTS,
     "sm_segment": SEGMENT,

@@ -138,13 +138,23 @@ class TorusMarch:
             raise SlipmodeError(f"initial_guess: must have shape {P.shape}, got {guess.shape}")
         mean_square, residual = np.empty((count, contacts)), np.empty(count)
         marched = np.empty(count, dtype=np.int32)
-        status = kernel.lib.sm_torus_harmonics(
-            *(self.contact, self.rates.ctypes.data, self.steps, self.lines, self.tolerance),
-            *(smallest_amplitude.ctypes.data, _MOST_PERIODS, count, amplitudes.ctypes.data),
-            *(len(self.orders), self.orders.ctypes.data),
-            *(None if guess is None else guess.ctypes.data, P.ctypes.data),
-            *(mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data),
+        grid = kernel.Discretisation(
+            rates=self.rates.ctypes.data,
+            steps=self.steps,
+            lines=self.lines,
+            orders_count=len(self.orders),
+            orders=self.orders.ctypes.data,
+            tolerance=self.tolerance,
+            smallest_scale=smallest_amplitude.ctypes.data,
+            max_periods=_MOST_PERIODS,
         )
+        points = kernel.TorusPoints(
+            count, amplitudes.ctypes.data, None if guess is None else guess.ctypes.data
+        )
+        motion = kernel.TorusMotion(
+            P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data
+        )
+        status = kernel.lib.sm_torus_harmonics(self.contact, grid, points, motion)
         kernel.check(status, "contact problem on the torus")
         P[:, ~self.distinguishable] = 0.0
         return P, mean_square, residual, marched

@@ -1,154 +1,104 @@
-/* How the public structures are laid out in memory, for callers that mirror them. */
+/* Messages of the status codes, and the layout of the public structures in memory. */
 #include "slipmode.h"
 
-#define WHOLE(structure) {#structure, "", 0, sizeof(structure)}
-#define FIELD(structure, field) \
-    {#structure, #field, offsetof(structure, field), sizeof(((structure *)0)->field)}
+/* Rows of STRUCTURE, a name that each block below defines: the whole, and one field. */
+#define NAME_OF(structure) #structure
+#define NAME(structure) NAME_OF(structure)
+#define WHOLE {NAME(STRUCTURE), "", 0, sizeof(STRUCTURE)}
+#define FIELD(field) \
+    {NAME(STRUCTURE), #field, offsetof(STRUCTURE, field), sizeof(((STRUCTURE *)0)->field)}
 
 static const sm_layout_row ROWS[] = {
-    WHOLE(sm_contact),
-    FIELD(sm_contact, contacts),
-    FIELD(sm_contact, modes),
-    FIELD(sm_contact, law),
-    FIELD(sm_contact, alpha),
-    FIELD(sm_contact, limit),
-    FIELD(sm_contact, stiffness),
-    FIELD(sm_contact, damping),
-    FIELD(sm_contact, coupling),
-    FIELD(sm_contact, mass),
-    FIELD(sm_contact, response),
-    FIELD(sm_contact, elastic),
-    WHOLE(sm_elastic),
-    FIELD(sm_elastic, elements),
-    FIELD(sm_elastic, sliders),
-    FIELD(sm_elastic, element),
-    FIELD(sm_elastic, slider),
-    FIELD(sm_elastic, reference),
-    WHOLE(sm_element),
-    FIELD(sm_element, law),
-    FIELD(sm_element, column),
-    FIELD(sm_element, first_slider),
-    FIELD(sm_element, sliders),
-    FIELD(sm_element, tangents),
-    FIELD(sm_element, friction),
-    FIELD(sm_element, preload),
-    FIELD(sm_element, tangential_stiffness),
-    FIELD(sm_element, normal_stiffness),
-    FIELD(sm_element, gap),
-    WHOLE(sm_modal_response),
-    FIELD(sm_modal_response, orders_count),
-    FIELD(sm_modal_response, orders),
-    FIELD(sm_modal_response, asked),
-    FIELD(sm_modal_response, dynamic_stiffness),
-    FIELD(sm_modal_response, marched),
-    FIELD(sm_modal_response, drawn),
-    FIELD(sm_modal_response, advance),
-    FIELD(sm_modal_response, periodic),
-    FIELD(sm_modal_response, start),
-    FIELD(sm_modal_response, held),
-    WHOLE(sm_table),
-    FIELD(sm_table, modes),
-    FIELD(sm_table, combinations),
-    FIELD(sm_table, power),
-    FIELD(sm_table, count_a),
-    FIELD(sm_table, count_b),
-    FIELD(sm_table, node_a),
-    FIELD(sm_table, node_b),
-    FIELD(sm_table, values),
-    FIELD(sm_table, rate_correction),
-    FIELD(sm_table, detuning),
-    WHOLE(sm_combination),
-    FIELD(sm_combination, mode),
-    FIELD(sm_combination, n),
-    FIELD(sm_combination, m),
-    WHOLE(sm_slow_flow),
-    FIELD(sm_slow_flow, paper),
-    FIELD(sm_slow_flow, natural),
-    FIELD(sm_slow_flow, damping),
-    FIELD(sm_slow_flow, table),
-    FIELD(sm_slow_flow, carrier),
-    FIELD(sm_slow_flow, coupling_ratio),
-    FIELD(sm_slow_flow, off_resonance),
-    FIELD(sm_slow_flow, cross_response),
-    FIELD(sm_slow_flow, combination),
-    WHOLE(sm_curve),
-    FIELD(sm_curve, unknowns),
-    FIELD(sm_curve, largest_step),
-    FIELD(sm_curve, rates),
-    FIELD(sm_curve, of),
-    WHOLE(sm_branch),
-    FIELD(sm_branch, before),
-    FIELD(sm_branch, after),
-    FIELD(sm_branch, closed),
-    WHOLE(sm_forced),
-    FIELD(sm_forced, flow),
-    FIELD(sm_forced, inputs),
-    FIELD(sm_forced, scale),
-    WHOLE(sm_motion),
-    FIELD(sm_motion, wanted),
-    FIELD(sm_motion, elastic),
-    FIELD(sm_motion, modes_out),
-    FIELD(sm_motion, forces_out),
-    FIELD(sm_motion, contacts_out),
-    FIELD(sm_motion, orders_count),
-    FIELD(sm_motion, orders),
-    FIELD(sm_motion, reaction),
-    FIELD(sm_motion, response),
-    FIELD(sm_motion, steps_per_period),
-    FIELD(sm_motion, memory_periods),
-    WHOLE(sm_full),
-    FIELD(sm_full, coordinates),
-    FIELD(sm_full, contacts),
-    FIELD(sm_full, modes),
-    FIELD(sm_full, outputs),
-    FIELD(sm_full, law),
-    FIELD(sm_full, diagonal),
-    FIELD(sm_full, alpha),
-    FIELD(sm_full, step),
-    FIELD(sm_full, limit),
-    FIELD(sm_full, stiffness),
-    FIELD(sm_full, damping),
-    FIELD(sm_full, directions),
-    FIELD(sm_full, patterns),
-    FIELD(sm_full, output),
-    FIELD(sm_full, inverse),
-    FIELD(sm_full, resistance),
-    FIELD(sm_full, elastic),
-    FIELD(sm_full, own),
-    FIELD(sm_full, ahead),
-    FIELD(sm_full, flexibility),
-    WHOLE(sm_harmonic_sum),
-    FIELD(sm_harmonic_sum, modes),
-    FIELD(sm_harmonic_sum, orders_count),
-    FIELD(sm_harmonic_sum, orders),
-    FIELD(sm_harmonic_sum, signals),
-    FIELD(sm_harmonic_sum, shape),
-    FIELD(sm_harmonic_sum, coefficient),
-    WHOLE(sm_inputs),
-    FIELD(sm_inputs, force),
-    FIELD(sm_inputs, force_rate),
-    FIELD(sm_inputs, frequency),
-    FIELD(sm_inputs, frequency_rate),
-    FIELD(sm_inputs, phase),
-    FIELD(sm_inputs, phase_rate),
-    FIELD(sm_inputs, limit_scale),
-    FIELD(sm_inputs, limit_scale_rate),
-    FIELD(sm_inputs, angle),
-    WHOLE(sm_segment),
-    FIELD(sm_segment, start),
-    FIELD(sm_segment, duration),
-    FIELD(sm_segment, amplitude_start),
-    FIELD(sm_segment, amplitude_end),
-    FIELD(sm_segment, rate_start),
-    FIELD(sm_segment, rate_end),
-    FIELD(sm_segment, angle),
-    FIELD(sm_segment, frequency),
-    FIELD(sm_segment, frequency_rate),
-    FIELD(sm_segment, reaction_start),
-    FIELD(sm_segment, reaction_end),
+#define STRUCTURE sm_contact
+    WHOLE, FIELD(contacts), FIELD(modes), FIELD(law), FIELD(alpha), FIELD(limit), FIELD(stiffness),
+    FIELD(damping), FIELD(coupling), FIELD(mass), FIELD(response), FIELD(elastic),
+#undef STRUCTURE
+#define STRUCTURE sm_elastic
+    WHOLE, FIELD(elements), FIELD(sliders), FIELD(element), FIELD(slider), FIELD(reference),
+#undef STRUCTURE
+#define STRUCTURE sm_element
+    WHOLE, FIELD(law), FIELD(column), FIELD(first_slider), FIELD(sliders), FIELD(tangents),
+    FIELD(friction), FIELD(preload), FIELD(tangential_stiffness), FIELD(normal_stiffness),
+    FIELD(gap),
+#undef STRUCTURE
+#define STRUCTURE sm_modal_response
+    WHOLE, FIELD(orders_count), FIELD(orders), FIELD(asked), FIELD(dynamic_stiffness),
+    FIELD(marched), FIELD(drawn), FIELD(advance), FIELD(periodic), FIELD(start), FIELD(held),
+#undef STRUCTURE
+#define STRUCTURE sm_discretisation
+    WHOLE, FIELD(rates), FIELD(steps), FIELD(lines), FIELD(orders_count), FIELD(orders),
+    FIELD(tolerance), FIELD(smallest_scale), FIELD(max_periods),
+#undef STRUCTURE
+#define STRUCTURE sm_torus_points
+    WHOLE, FIELD(count), FIELD(amplitudes), FIELD(near),
+#undef STRUCTURE
+#define STRUCTURE sm_torus_motion
+    WHOLE, FIELD(harmonics), FIELD(mean_square), FIELD(residual), FIELD(marched),
+#undef STRUCTURE
+#define STRUCTURE sm_table
+    WHOLE, FIELD(modes), FIELD(combinations), FIELD(power), FIELD(count_a), FIELD(count_b),
+    FIELD(node_a), FIELD(node_b), FIELD(values), FIELD(rate_correction), FIELD(detuning),
+#undef STRUCTURE
+#define STRUCTURE sm_combination
+    WHOLE, FIELD(mode), FIELD(n), FIELD(m),
+#undef STRUCTURE
+#define STRUCTURE sm_slow_flow
+    WHOLE, FIELD(paper), FIELD(natural), FIELD(damping), FIELD(table), FIELD(carrier),
+    FIELD(coupling_ratio), FIELD(off_resonance), FIELD(cross_response), FIELD(combination),
+#undef STRUCTURE
+#define STRUCTURE sm_curve
+    WHOLE, FIELD(unknowns), FIELD(largest_step), FIELD(rates), FIELD(of),
+#undef STRUCTURE
+#define STRUCTURE sm_branch
+    WHOLE, FIELD(before), FIELD(after), FIELD(closed),
+#undef STRUCTURE
+#define STRUCTURE sm_forced
+    WHOLE, FIELD(flow), FIELD(inputs), FIELD(scale),
+#undef STRUCTURE
+#define STRUCTURE sm_motion
+    WHOLE, FIELD(wanted), FIELD(elastic), FIELD(modes_out), FIELD(forces_out), FIELD(contacts_out),
+    FIELD(orders_count), FIELD(orders), FIELD(reaction), FIELD(response), FIELD(steps_per_period),
+    FIELD(memory_periods),
+#undef STRUCTURE
+#define STRUCTURE sm_full
+    WHOLE, FIELD(coordinates), FIELD(contacts), FIELD(modes), FIELD(outputs), FIELD(law),
+    FIELD(diagonal), FIELD(alpha), FIELD(step), FIELD(limit), FIELD(stiffness), FIELD(damping),
+    FIELD(directions), FIELD(patterns), FIELD(output), FIELD(inverse), FIELD(resistance),
+    FIELD(elastic), FIELD(own), FIELD(ahead), FIELD(flexibility),
+#undef STRUCTURE
+#define STRUCTURE sm_full_samples
+    WHOLE, FIELD(count), FIELD(every), FIELD(displacement), FIELD(velocity), FIELD(contact),
+    FIELD(dissipated),
+#undef STRUCTURE
+#define STRUCTURE sm_harmonic_sum
+    WHOLE, FIELD(modes), FIELD(orders_count), FIELD(orders), FIELD(signals), FIELD(shape),
+    FIELD(coefficient),
+#undef STRUCTURE
+#define STRUCTURE sm_inputs
+    WHOLE, FIELD(force), FIELD(force_rate), FIELD(frequency), FIELD(frequency_rate), FIELD(phase),
+    FIELD(phase_rate), FIELD(limit_scale), FIELD(limit_scale_rate), FIELD(angle),
+#undef STRUCTURE
+#define STRUCTURE sm_segment
+    WHOLE, FIELD(start), FIELD(duration), FIELD(amplitude_start), FIELD(amplitude_end),
+    FIELD(rate_start), FIELD(rate_end), FIELD(angle), FIELD(frequency), FIELD(frequency_rate),
+    FIELD(reaction_start), FIELD(reaction_end),
+#undef STRUCTURE
 };
 
 const sm_layout_row *sm_layout(size_t *count) {
     *count = sizeof ROWS / sizeof *ROWS;
     return ROWS;
+}
+
+const char *sm_message(sm_status status) {
+    switch (status) {
+    case SM_OK: return "ok";
+    case SM_BAD_ARGUMENT: return "an argument has a size, sign or order that is not allowed";
+    case SM_NOT_FINITE: return "a value is NaN or infinite";
+    case SM_NO_MEMORY: return "out of memory";
+    case SM_NOT_CONVERGED: return "the implicit contact step did not converge";
+    case SM_OUTSIDE_TABLE: return "an amplitude is outside the friction table";
+    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance in so long a step";
+    }
+    return "unknown status";
 }

@@ -3,6 +3,24 @@
 #include "base/check.h"
 #include "contact/slipping.h"
 
+/* An estimate of 1 - tanh w at c w + tanh w = 1, for the initial guess of the resolvent only. */
+static double transition_width(double c) {
+    double w = 1.0;
+    for (int i = 0; i < 4; i++) w = 0.5 * log(1.0 + 2.0 / (c * w));
+    return c * w < 1.0 ? c * w : 1.0;
+}
+
+sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha) {
+    sm_resolvent f = {law, s, limit, alpha, 0.0, 0.0, 0.0, 0.0};
+    if (law == SM_TANH && limit > 0.0) {
+        f.c = s * alpha / limit;
+        f.slip = 1.0 / f.c;
+        f.stick = 1.0 / (1.0 + f.c);
+        f.knee = transition_width(f.c);
+    }
+    return f;
+}
+
 size_t sm_stepper_size(int contacts) {
     const size_t n = (size_t)contacts;
     return 4 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);

@@ -240,11 +240,15 @@ static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *co
 }
 
 static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double elapsed,
-                           size_t samples, size_t every, const double *state) {
+                           const double *state, const sm_full_samples *samples) {
     sm_status status = check_sizes(full);
     if (status == SM_OK) status = check_values(full);
     if (status != SM_OK) return status;
-    if (!inputs || !state || samples < 1 || every < 1 || !isfinite(elapsed))
+    if (!inputs || !state || !samples || samples->count < 1 || samples->every < 1
+        || !isfinite(elapsed))
+        return SM_BAD_ARGUMENT;
+    const int displaced = samples->displacement && samples->velocity;
+    if ((full->outputs > 0 && !displaced) || !samples->contact || !samples->dissipated)
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(state, sm_full_state_count(full))) return SM_NOT_FINITE;
     /* the limits are those of `full` */
@@ -253,9 +257,8 @@ static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double 
 }
 
 sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double elapsed,
-                        size_t samples, size_t every, double *state, double *displacement,
-                        double *velocity, double *contact, double *dissipated) {
-    sm_status status = check_run(full, inputs, elapsed, samples, every, state);
+                        double *state, const sm_full_samples *samples) {
+    sm_status status = check_run(full, inputs, elapsed, state, samples);
     if (status != SM_OK) return status;
     double *memory = calloc(march_size(full), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
@@ -268,14 +271,14 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     status = prepare(&m, elastic, full);
     if (status == SM_OK) start(&m, elastic, full, inputs, elapsed, state);
     const size_t n = (size_t)full->coordinates, rows = (size_t)full->outputs;
-    for (size_t s = 0; s < samples && status == SM_OK; s++) {
-        status = march(&m, elastic, elapsed, s * every, every);
+    for (size_t s = 0; s < samples->count && status == SM_OK; s++) {
+        status = march(&m, elastic, elapsed, s * samples->every, samples->every);
         for (size_t i = 0; i < rows; i++) {
-            displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
-            velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
+            samples->displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
+            samples->velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
         }
-        sample_contacts(&m, full, contact + s * 3 * (size_t)full->contacts);
-        dissipated[s] = m.dissipated;
+        sample_contacts(&m, full, samples->contact + s * 3 * (size_t)full->contacts);
+        samples->dissipated[s] = m.dissipated;
     }
     if (status == SM_OK) {
         finish(&m, elastic, full, state);

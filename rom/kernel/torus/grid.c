@@ -70,9 +70,11 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
     return best > 0.0 ? fmin(best, safe) : safe;
 }
 
-sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
-                             int steps, int lines, size_t points, int orders_count,
-                             const int32_t *orders) {
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
+                             const sm_discretisation *fine, size_t points) {
+    const int steps = fine->steps, lines = fine->lines, orders_count = fine->orders_count;
+    const int32_t *orders = fine->orders;
+    const double *rates = fine->rates;
     const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
     const size_t rows = (size_t)steps + SM_TOGETHER;
     const size_t carrier = rows * 8, weight = rows * count * 2;

@@ -43,9 +43,8 @@ static inline double sm_stage_place(size_t stage) {
 void sm_torus_power(double c, double s, int m, double *re, double *im);
 
 /* For so many points. Takes its memory; release it also after a failure. */
-sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact, const double *rates,
-                             int steps, int lines, size_t points, int orders_count,
-                             const int32_t *orders);
+sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
+                             const sm_discretisation *fine, size_t points);
 void sm_torus_grid_release(sm_torus_grid *grid);
 
 #endif

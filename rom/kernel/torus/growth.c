@@ -66,28 +66,29 @@ static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size
     return SM_OK;
 }
 
-sm_status sm_torus_growing(const sm_contact *contact, const double *rates, int32_t steps,
-                           int32_t lines, size_t points, const double *amplitudes,
-                           const double *growth, int32_t orders_count, const int32_t *orders,
+sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *grid,
+                           size_t points, const double *amplitudes, const double *growth,
                            double *harmonics) {
     sm_torus_grid hat[2] = {{.memory = NULL}, {.memory = NULL}};
     sm_torus_group group = {.memory = NULL};
-    sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
-    if (status == SM_OK) status = sm_torus_check_points(contact, points, amplitudes, orders_count);
-    if (status == SM_OK) status = sm_torus_check_points(contact, points, growth, orders_count);
+    sm_status status = sm_torus_check(contact, grid);
+    if (status == SM_OK)
+        status = sm_torus_check_points(contact, points, amplitudes, grid->orders_count);
+    if (status == SM_OK)
+        status = sm_torus_check_points(contact, points, growth, grid->orders_count);
     if (status != SM_OK) return status;
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
     if (contact->law == SM_ELASTIC) {
         const double none[SM_MODES] = {0.0};
-        const sm_torus_task task = {.rates = rates, .steps = steps, .lines = lines,
-                                    .smallest_scale = none, .points = points,
-                                    .amplitudes = amplitudes, .orders_count = orders_count,
-                                    .orders = orders, .harmonics = harmonics};
+        sm_discretisation unscaled = *grid;
+        unscaled.smallest_scale = none;
+        const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
+        const sm_torus_motion motion = {.harmonics = harmonics};
+        const sm_torus_task task = {&unscaled, &through, &motion};
         return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
     }
     for (int k = 0; k < 2 && status == SM_OK; k++) {
-        status = sm_torus_grid_make(&hat[k], contact, rates, steps, lines, points, orders_count,
-                                    orders);
+        status = sm_torus_grid_make(&hat[k], contact, grid, points);
         if (status == SM_OK) weigh(&hat[k], k);
     }
     if (status == SM_OK) status = sm_torus_group_make(&group, &hat[0]);

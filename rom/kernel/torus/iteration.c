@@ -4,7 +4,146 @@
 
 #include "base/check.h"
 #include "base/exact_sum.h"
-#include "torus/march.h"
+#include "contact/stage/chebyshev.h"
+
+/* ---- a half period ------------------------------------------------------------------- */
+
+/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
+SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
+                            double steps, const sm_torus_group *g, size_t at,
+                            double *restrict u) {
+    const double *restrict a = g->a + at, *restrict b = g->b + at;
+    const double *restrict a_step = g->a_step + at, *restrict b_step = g->b_step + at;
+    const double *restrict phase = g->phase + 2 * at;
+    const int n = contact->contacts;
+    for (int i = 0; i < n; i++) {
+        const double *L = contact->coupling + 2 * i;
+        const double from_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * (a[l] + steps * a_step[l]);
+        if (contact->modes == 1) continue;
+        L = contact->coupling + 2 * (n + i);
+        /* Re(L exp(i (t_B0 + ratio t_A))) = p cos t_B0 - q sin t_B0 */
+        const double p = -2.0 * (L[0] * carrier[2] - L[1] * carrier[3]);
+        const double q = -2.0 * (L[1] * carrier[2] + L[0] * carrier[3]);
+        SM_SIMD
+        for (int l = 0; l < lanes; l++)
+            u[i * lanes + l] += (b[l] + steps * b_step[l])
+                                * (p * phase[l] - q * phase[lanes + l]);
+    }
+}
+
+/* u += Re sum_q reaction_q exp(i (n + m ratio) t_A) at 2 * SM_TOGETHER stages. */
+SM_INLINE void add_reaction(const int lanes, const sm_torus_grid *grid, const double *phasor,
+                            const double *reaction, double *restrict u) {
+    const int n = grid->contact->contacts, orders = grid->orders_count;
+    const size_t row = (size_t)n * (size_t)lanes, column = 2 * (size_t)orders;
+    for (int i = 0; i < n; i++)
+        for (int stage = 0; stage < 2 * SM_TOGETHER; stage += 4) {
+            double sum[4][SM_LANES] = {{0.0}}; /* stays in registers */
+            const double *restrict t = phasor + (size_t)stage * column;
+            for (int q = 0; q < orders; q++, t += 2) {
+                const double *restrict re = reaction + (size_t)(q * n + i) * 2 * lanes;
+                const double *restrict im = re + lanes;
+                SM_SIMD
+                for (int l = 0; l < lanes; l++) {
+                    sum[0][l] = (sum[0][l] + re[l] * t[0]) - im[l] * t[1];
+                    sum[1][l] = (sum[1][l] + re[l] * t[column]) - im[l] * t[column + 1];
+                    sum[2][l] = (sum[2][l] + re[l] * t[2 * column]) - im[l] * t[2 * column + 1];
+                    sum[3][l] = (sum[3][l] + re[l] * t[3 * column]) - im[l] * t[3 * column + 1];
+                }
+            }
+            for (int k = 0; k < 4; k++) {
+                double *restrict to = u + (size_t)(stage + k) * row + (size_t)(i * lanes);
+                for (int l = 0; l < lanes; l++) to[l] += sum[k][l];
+            }
+        }
+}
+
+/* Forcing (2 * SM_TOGETHER stages, N_c, lanes) from step k on. */
+SM_INLINE void force(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
+                     int block, int k, double *u) {
+    const size_t at = (size_t)block * (size_t)lanes, first = 2 * (size_t)k;
+    const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
+    for (size_t stage = 0; stage < 2 * SM_TOGETHER; stage++)
+        load_forcing(lanes, grid->contact, grid->carrier + 4 * (first + stage),
+                     sm_stage_place(first + stage), g, at, u + stage * row);
+    if (g->reaction)
+        add_reaction(lanes, grid, grid->phasor + 2 * (size_t)grid->orders_count * first,
+                     g->reaction + at * grid->per_point, u);
+}
+
+/* Adds SM_TOGETHER displacements x, (step, N_c, lanes), from step k on. */
+SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, int k,
+                             const double *all_x, double *sums) {
+    const int n = grid->contact->contacts, orders = grid->orders_count;
+    const size_t row = (size_t)n * (size_t)lanes, column = 2 * (size_t)orders;
+    for (int q = 0; q < orders; q++) {
+        const double *w = grid->weight + column * (size_t)k + 2 * q;
+        for (int i = 0; i < n; i++) {
+            double *restrict sum = sums + ((size_t)q * (size_t)n + (size_t)i) * 2 * lanes;
+            const double *restrict x = all_x + (size_t)i * lanes;
+            SM_SIMD
+            for (int l = 0; l < lanes; l++) {
+                sum[l] = sum[l] + w[0] * x[l] + w[column] * x[row + l]
+                         + w[2 * column] * x[2 * row + l] + w[3 * column] * x[3 * row + l];
+                sum[lanes + l] = sum[lanes + l] + w[1] * x[l] + w[column + 1] * x[row + l]
+                                 + w[2 * column + 1] * x[2 * row + l]
+                                 + w[3 * column + 1] * x[3 * row + l];
+            }
+        }
+    }
+}
+
+SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict x,
+                           double *restrict squares) {
+    for (int k = 0; k < contacts; k++) {
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) squares[k * lanes + l] += x[k * lanes + l] * x[k * lanes + l];
+    }
+}
+
+SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
+                          int block, int half) {
+    const int first = sm_torus_half_start(grid, half), end = sm_torus_half_end(grid, half);
+    const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
+    double *sums = g->sums + (size_t)block * (size_t)lanes * grid->per_point;
+    double *squares = g->squares[half] + (size_t)block * row;
+    sm_lanes m = g->lanes[block];
+    for (int k = first; k < end; k += SM_TOGETHER) {
+        memset(g->moved, 0, SM_TOGETHER * row * sizeof(double));
+        force(lanes, grid, g, block, k, g->forcing);
+        for (int step = 0; step < SM_TOGETHER && k + step < end; step++) {
+            for (int stage = 0; stage < 2; stage++) {
+                m.u = g->forcing + (size_t)(2 * step + stage) * row;
+                const sm_status status = sm_stage_lanes(&grid->stepper, &m, stage);
+                if (status != SM_OK) return status;
+            }
+            memcpy(g->moved + (size_t)step * row, m.x, row * sizeof(double));
+            add_squares(lanes, grid->contact->contacts, m.x, squares);
+        }
+        add_harmonics(lanes, grid, k, g->moved, sums);
+    }
+    return SM_OK;
+}
+
+SM_HOT static sm_status march_few(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                                  int half) {
+    return march(SM_FEW_LANES, grid, g, block, half);
+}
+
+SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                                   int half) {
+    return march(SM_LANES, grid, g, block, half);
+}
+
+/* Marches a block through one half of the steps: adds x exp(-i (n + m ratio) t_A) / steps to the sums
+ * of its lanes, and x^2 to the squares of that half. */
+static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g, int block,
+                             int half) {
+    const int few = grid->lanes == SM_FEW_LANES;
+    return few ? march_few(grid, g, block, half) : march_many(grid, g, block, half);
+}
 
 /* cos and sin of |m| t_B in the lanes of a block. */
 static const double *turn_of(const sm_torus_grid *grid, const sm_torus_group *g, int block,
@@ -57,7 +196,7 @@ sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int 
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
     memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
     for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = sm_torus_march(grid, g, block, half);
+        const sm_status status = march_block(grid, g, block, half);
         if (status != SM_OK) return status;
     }
     collect(grid, g, g->half[half]);

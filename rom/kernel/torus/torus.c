@@ -24,10 +24,10 @@
 #define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
 
 /* The modes must respond to the harmonics that are computed. */
-static int responds_to(const sm_modal_response *response, int32_t orders_count,
-                       const int32_t *orders) {
-    return response->dynamic_stiffness && response->orders_count == orders_count &&
-           memcmp(response->orders, orders, 2 * (size_t)orders_count * sizeof(int32_t)) == 0;
+static int responds_to(const sm_modal_response *response, const sm_discretisation *grid) {
+    const size_t size = 2 * (size_t)grid->orders_count * sizeof(int32_t);
+    return response->dynamic_stiffness && response->orders_count == grid->orders_count &&
+           memcmp(response->orders, grid->orders, size) == 0;
 }
 
 static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
@@ -39,20 +39,22 @@ static sm_status check_scales(const sm_contact *contact, const double *smallest_
     return SM_OK;
 }
 
-static sm_status check_points(const sm_torus_task *task, const sm_contact *contact,
-                              int32_t orders_count) {
+static sm_status check_points(const sm_torus_task *task, const sm_contact *contact) {
+    const sm_torus_points *points = task->points;
+    const sm_torus_motion *motion = task->motion;
+    const int32_t orders_count = task->grid->orders_count;
     const sm_status status =
-        sm_torus_check_points(contact, task->points, task->amplitudes, orders_count);
-    for (size_t k = 0; status == SM_OK && k < task->points * (size_t)contact->modes; k++)
-        if (task->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
-    if (task->points == 0 || status != SM_OK) return status;
+        sm_torus_check_points(contact, points->count, points->amplitudes, orders_count);
+    for (size_t k = 0; status == SM_OK && k < points->count * (size_t)contact->modes; k++)
+        if (points->amplitudes[k] < 0.0) return SM_BAD_ARGUMENT;
+    if (points->count == 0 || status != SM_OK) return status;
     const sm_modal_response *response = contact->response;
-    const size_t each = 2 * (size_t)contact->contacts * (size_t)orders_count;
-    if (task->near && !sm_all_finite(task->near, each * task->points)) return SM_NOT_FINITE;
-    if (response && (response->start || task->near) && response->marched > 0
+    const size_t all = 2 * (size_t)contact->contacts * (size_t)orders_count * points->count;
+    if (points->near && !sm_all_finite(points->near, all)) return SM_NOT_FINITE;
+    if (response && (response->start || points->near) && response->marched > 0
         && !response->periodic)
         return SM_BAD_ARGUMENT;
-    return task->harmonics && task->mean_square && task->residual && task->marched
+    return motion->harmonics && motion->mean_square && motion->residual && motion->marched
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
@@ -103,28 +105,29 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         if (track->done) continue; /* its result is already stored */
         const size_t point = first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
-        double *harmonics = task->harmonics + point * per_point;
-        double *mean_square = task->mean_square + point * n;
+        double *harmonics = task->motion->harmonics + point * per_point;
+        double *mean_square = task->motion->mean_square + point * n;
         const sm_scales scales = sm_displacement_scales(
-            grid->contact, task->amplitudes + point * modes, task->smallest_scale);
+            grid->contact, task->points->amplitudes + point * modes, task->grid->smallest_scale);
         const double change = sm_relative_distance(&scales, grid->contact->contacts,
                                                    grid->orders_count, grid->orders, fresh, last);
         const double of_halves = by_halves(grid, g, p, &scales, halves, fine);
-        task->residual[point] = sm_distance_from_periodic(track, &scales, change, of_halves,
-                                                          halves, task->tolerance);
-        task->marched[point] = marched;
+        task->motion->residual[point] = sm_distance_from_periodic(track, &scales, change, of_halves,
+                                                          halves, task->grid->tolerance);
+        task->motion->marched[point] = marched;
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(harmonics, fresh, sizeof(double) * per_point);
         const int last_half = (halves - 1) % 2;
-        const int repeats = grid->lines == 1 && of_halves <= task->tolerance;
+        const int repeats = grid->lines == 1 && of_halves <= task->grid->tolerance;
         for (size_t k = 0; k < per_point && repeats; k++)
             harmonics[k] = 2.0 * g->half[last_half][p * per_point + k];
         sm_torus_group_mean_square(grid, g, p, repeats ? last_half : 1 - last_half, last_half,
                                    mean_square);
         add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
         add_idle(track, n, mean_square, g->idle_squares + p * n);
-        if (track->done && task->residual[point] > task->tolerance)
-            task->residual[point] = settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
+        if (track->done && task->motion->residual[point] > task->grid->tolerance)
+            task->motion->residual[point] =
+                settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
         open |= !track->done;
     }
     return open;
@@ -132,14 +135,14 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
 
 static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coarse,
                              sm_torus_group *g, const sm_torus_task *task, size_t first) {
-    const size_t left = task->points - first, most = (size_t)grid->points_per_group;
+    const size_t left = task->points->count - first, most = (size_t)grid->points_per_group;
     const size_t count = left < most ? left : most;
     if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
     const int coarse_halves = coarse->steps < grid->steps ? COARSE_HALVES : 0;
     int marched = 0;
-    sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+    sm_torus_group_start(grid, g, first, task->points->count, task->points->amplitudes);
     if (g->reaction) sm_torus_group_react(grid, g);
-    for (int halves = 1; halves <= 2 * task->max_periods; halves++) {
+    for (int halves = 1; halves <= 2 * task->grid->max_periods; halves++) {
         const int half = (halves - 1) % 2;
         const sm_torus_grid *now = halves <= coarse_halves ? coarse : grid;
         const sm_status status = sm_torus_group_half(now, g, half);
@@ -152,37 +155,30 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
     return SM_OK;
 }
 
-sm_status sm_torus_harmonics(const sm_contact *contact, const double *rates, int32_t steps,
-                             int32_t lines, double tolerance, const double *smallest_scale,
-                             int32_t max_periods, size_t points, const double *amplitudes,
-                             int32_t orders_count, const int32_t *orders, const double *near,
-                             double *harmonics, double *mean_square, double *residual,
-                             int32_t *marched) {
-    const sm_torus_task task = {rates,        steps,  lines,     tolerance,   smallest_scale,
-                                max_periods,  points, amplitudes, orders_count, orders,
-                                near,         harmonics, mean_square, residual, marched};
-    sm_status status = sm_torus_check(contact, rates, steps, lines, orders_count, orders);
-    if (status == SM_OK && contact->response
-        && !responds_to(contact->response, orders_count, orders))
+sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation *fine,
+                             const sm_torus_points *points, const sm_torus_motion *motion) {
+    const sm_torus_task task = {fine, points, motion};
+    sm_status status = sm_torus_check(contact, fine);
+    if (status == SM_OK && (!points || !motion)) return SM_BAD_ARGUMENT;
+    if (status == SM_OK && contact->response && !responds_to(contact->response, fine))
         return SM_BAD_ARGUMENT;
-    if (status == SM_OK) status = sm_check_not_negative(tolerance);
-    if (status == SM_OK) status = check_scales(contact, smallest_scale);
-    if (status == SM_OK) status = check_points(&task, contact, orders_count);
-    if (status == SM_OK && max_periods < 1) status = SM_BAD_ARGUMENT;
+    if (status == SM_OK) status = sm_check_not_negative(fine->tolerance);
+    if (status == SM_OK) status = check_scales(contact, fine->smallest_scale);
+    if (status == SM_OK) status = check_points(&task, contact);
+    if (status == SM_OK && fine->max_periods < 1) status = SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
     if (contact->law == SM_ELASTIC) return sm_torus_elastic(contact, &task);
 
     sm_torus_grid grid = {.memory = NULL}, coarse = {.memory = NULL};
-    const int32_t few = steps / COARSER < FEWEST_STEPS ? steps : steps / COARSER;
     sm_torus_group group = {.memory = NULL};
-    status = sm_torus_grid_make(&grid, contact, rates, steps, lines, points, orders_count, orders);
-    if (status == SM_OK)
-        status = sm_torus_grid_make(&coarse, contact, rates, few, lines, points, orders_count,
-                                    orders);
+    sm_discretisation few = *fine;
+    if (fine->steps / COARSER >= FEWEST_STEPS) few.steps = fine->steps / COARSER;
+    status = sm_torus_grid_make(&grid, contact, fine, points->count);
+    if (status == SM_OK) status = sm_torus_grid_make(&coarse, contact, &few, points->count);
     if (status == SM_OK) status = sm_torus_group_make(&group, &grid);
     grid.stepper.tolerance = coarse.stepper.tolerance =
-        fmin(fmax(LEFT_BY_STAGES * tolerance, SM_SMOOTH_TOLERANCE), MOST_LEFT);
-    for (size_t first = 0; first < points && status == SM_OK;
+        fmin(fmax(LEFT_BY_STAGES * fine->tolerance, SM_SMOOTH_TOLERANCE), MOST_LEFT);
+    for (size_t first = 0; first < points->count && status == SM_OK;
          first += (size_t)grid.points_per_group)
         status = solve_group(&grid, &coarse, &group, &task, first);
     sm_torus_group_release(&group);

@@ -8,8 +8,9 @@
 #define MAX_ORDERS_COUNT 4096
 
 /* Lines of rigid contacts fill lanes. */
-static sm_status check_grid(int law, int32_t steps, int32_t lines, int32_t orders_count,
-                            const int32_t *orders) {
+static sm_status check_grid(int law, const sm_discretisation *grid) {
+    const int32_t steps = grid->steps, lines = grid->lines, orders_count = grid->orders_count;
+    const int32_t *orders = grid->orders;
     if (steps < 4 || steps > MAX_STEPS) return SM_BAD_ARGUMENT;
     if (lines < 1 || lines > MAX_LINES ||
         (law != SM_ELASTIC && (lines & (lines - 1)) != 0))
@@ -29,11 +30,11 @@ static sm_status check_rates(int modes, const double *rates) {
     return modes == 1 || isfinite(rates[1] / rates[0] * MAX_ORDER) ? SM_OK : SM_NOT_FINITE;
 }
 
-sm_status sm_torus_check(const sm_contact *contact, const double *rates, int32_t steps,
-                         int32_t lines, int32_t orders_count, const int32_t *orders) {
+sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid) {
     sm_status status = sm_contact_check(contact);
-    if (status == SM_OK) status = check_grid(contact->law, steps, lines, orders_count, orders);
-    return status == SM_OK ? check_rates(contact->modes, rates) : status;
+    if (status == SM_OK && !grid) return SM_BAD_ARGUMENT;
+    if (status == SM_OK) status = check_grid(contact->law, grid);
+    return status == SM_OK ? check_rates(contact->modes, grid->rates) : status;
 }
 
 sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,

@@ -5,8 +5,7 @@
 #include "slipmode.h"
 
 /* The contacts and how finely they are resolved. */
-sm_status sm_torus_check(const sm_contact *contact, const double *rates, int32_t steps,
-                         int32_t lines, int32_t orders_count, const int32_t *orders);
+sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid);
 
 /* Finite amplitudes or growths (points, modes), and that the results at so many points fit. */
 sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,

@@ -238,8 +238,8 @@ static void check_that_what_sticks_needs_no_rate_correction(void) {
     for (int k = 0; k < 2 * j.elastic.sliders; k += 2)
         j.slider[k] = fmax(j.slider[k], 1e-3); /* each holds a little */
     for (int k = 0; k < 4; k++) slow[k] = 1e-9 * growth[k];
-    CHECK_STATUS(sm_torus_growing(&j.contact, rates, 32, 8, 2, amplitudes, slow, 2, orders, P),
-                 SM_OK);
+    const sm_discretisation grid = {rates, 32, 8, 2, orders, 0.0, NULL, 0};
+    CHECK_STATUS(sm_torus_growing(&j.contact, &grid, 2, amplitudes, slow, P), SM_OK);
     for (int k = 0; k < 12; k++) stuck = fmax(stuck, fabs(P[k]));
     for (int k = 12; k < 24; k++) slipped = fmax(slipped, fabs(P[k]));
     CHECK(stuck < 1e-18 && slipped > 1e-3);
@@ -276,16 +276,18 @@ static int random_torus(void) {
     if (points > 0 && random_below(16) == 0) near[random_below((int)points)] = NAN;
     if (random_below(2)) j.contact.response = &response;
     spoil_joints(&j);
-    const sm_status status = sm_torus_harmonics(
-        &j.contact, rates, 4 + random_below(9), 1 << random_below(4), 1e-3, smallest,
-        1 + random_below(6), points, amplitudes, count, orders,
-        random_below(2) ? near : NULL, P, square, residual, marched);
+    sm_discretisation grid = {rates, 4 + random_below(9), 1 << random_below(4), count, orders,
+                              1e-3,  smallest,            1 + random_below(6)};
+    const sm_torus_points where = {points, amplitudes, random_below(2) ? near : NULL};
+    const sm_torus_motion motion = {P, square, residual, marched};
+    const sm_status status = sm_torus_harmonics(&j.contact, &grid, &where, &motion);
     check_response(status, P, points * 4 * n * 2);
     check_response(status, square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);
+    grid.steps = 4 + random_below(9);
+    grid.lines = 1 << random_below(4);
     const sm_status growing =
-        sm_torus_growing(&j.contact, rates, 4 + random_below(9), 1 << random_below(4), points,
-                         amplitudes, amplitudes, count, orders, P);
+        sm_torus_growing(&j.contact, &grid, points, amplitudes, amplitudes, P);
     check_response(growing, P, points * 4 * n * 2);
     if (status == SM_OK && j.contact.response) CHECK_STATUS(growing, SM_BAD_ARGUMENT);
     free_joints(&j);

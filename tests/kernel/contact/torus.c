@@ -53,10 +53,12 @@ static void free_call(torus_call *c) {
 
 static sm_status solve(void *arguments) {
     torus_call *c = arguments;
-    return sm_torus_harmonics(&c->p.contact, c->rates, c->steps, c->lines, c->tolerance,
-                              c->smallest_scale, c->max_periods, c->points, c->amplitudes,
-                              c->orders_count, c->orders, NULL, c->harmonics, c->mean_square,
-                              c->residual, c->marched);
+    const sm_discretisation grid = {c->rates,        c->steps,  c->lines,     c->orders_count,
+                                    c->orders,       c->tolerance, c->smallest_scale,
+                                    c->max_periods};
+    const sm_torus_points points = {.count = c->points, .amplitudes = c->amplitudes};
+    const sm_torus_motion motion = {c->harmonics, c->mean_square, c->residual, c->marched};
+    return sm_torus_harmonics(&c->p.contact, &grid, &points, &motion);
 }
 
 /* P_nm of contact i, the q-th order at a point. */
@@ -278,15 +280,20 @@ static void check_bad_pointers(torus_call *c) {
     CHECK_REFUSES(double *, c->residual, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->marched, NULL, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t *, c->orders, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(NULL, c->rates, 16, 8, 1e-6, c->smallest_scale, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL, NULL, NULL),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(&c->p.contact, NULL, 16, 8, 1e-6, c->smallest_scale, 9, 0,
-                                    NULL, 1, c->orders, NULL, NULL, NULL, NULL, NULL),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(&c->p.contact, c->rates, 16, 8, 1e-6, NULL, 9, 0, NULL, 1,
-                                    c->orders, NULL, NULL, NULL, NULL, NULL),
-                 SM_BAD_ARGUMENT);
+    const double *smallest = c->smallest_scale;
+    const sm_discretisation good = {c->rates, 16, 8, 1, c->orders, 1e-6, smallest, 9};
+    const sm_discretisation no_rates = {NULL, 16, 8, 1, c->orders, 1e-6, smallest, 9};
+    const sm_discretisation no_scale = {c->rates, 16, 8, 1, c->orders, 1e-6, NULL, 9};
+    const sm_torus_points none = {.count = 0};
+    const sm_torus_motion nowhere = {.harmonics = NULL};
+    const sm_contact *contact = &c->p.contact;
+    CHECK_STATUS(sm_torus_harmonics(contact, &good, &none, &nowhere), SM_OK);
+    CHECK_STATUS(sm_torus_harmonics(NULL, &good, &none, &nowhere), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_harmonics(contact, NULL, &none, &nowhere), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_harmonics(contact, &no_rates, &none, &nowhere), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_harmonics(contact, &no_scale, &none, &nowhere), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_harmonics(contact, &good, NULL, &nowhere), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_harmonics(contact, &good, &none, NULL), SM_BAD_ARGUMENT);
 }
 
 static void check_bad_numbers(torus_call *c) {

@@ -39,8 +39,13 @@ static void free_call(growing_call *c) {
 
 static sm_status solve(void *arguments) {
     growing_call *c = arguments;
-    return sm_torus_growing(&c->p.contact, c->rates, c->steps, c->lines, c->points, c->amplitudes,
-                            c->growth, c->orders_count, c->orders, c->harmonics);
+    const sm_discretisation grid = {.rates = c->rates,
+                                    .steps = c->steps,
+                                    .lines = c->lines,
+                                    .orders_count = c->orders_count,
+                                    .orders = c->orders};
+    return sm_torus_growing(&c->p.contact, &grid, c->points, c->amplitudes, c->growth,
+                            c->harmonics);
 }
 
 /* Contacts that hardly resist follow at once: the hat sees the amplitude in its middle. */

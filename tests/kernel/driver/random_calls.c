@@ -54,10 +54,12 @@ static void random_torus(void) {
     if (random_below(4) == 0) spoil(smallest, 2);
     if (random_below(4) == 0) spoil(amplitudes, points * 2 + 1);
     if (random_below(8) == 0) spoil(&tolerance, 1);
-    const sm_status status =
-        sm_torus_harmonics(&p.contact, rates, 4 + random_below(5), 1 << random_below(6), tolerance,
-                           smallest, 1 + random_below(3), points, amplitudes, 2, orders, NULL, P,
-                           mean_square, residual, marched);
+    const int32_t steps = 4 + random_below(5), lines = 1 << random_below(6);
+    const sm_discretisation grid = {rates,  steps,     lines,    2,
+                                    orders, tolerance, smallest, 1 + random_below(3)};
+    const sm_torus_points where = {.count = points, .amplitudes = amplitudes};
+    const sm_torus_motion motion = {P, mean_square, residual, marched};
+    const sm_status status = sm_torus_harmonics(&p.contact, &grid, &where, &motion);
     check_response(status, P, points * 2 * n * 2);
     check_response(status, mean_square, points * n);
     for (size_t k = 0; k < points && status == SM_OK; k++) CHECK(residual[k] >= 0.0);

@@ -97,8 +97,9 @@ static void free_full(problem_full *p) {
 static sm_status march(void *arguments) {
     problem_full *p = arguments;
     p->full.elastic = &p->elastic; /* the problem itself may have moved */
-    return sm_full_march(&p->full, &p->inputs, 0.0, p->samples, p->every, p->state,
-                         p->displacement, p->velocity, p->contact, p->dissipated);
+    const sm_full_samples samples = {p->samples,  p->every,   p->displacement,
+                                     p->velocity, p->contact, p->dissipated};
+    return sm_full_march(&p->full, &p->inputs, 0.0, p->state, &samples);
 }
 
 static void clear_state(problem_full *p) {
@@ -167,9 +168,9 @@ static void check_refusals(void) {
     CHECK_REFUSES_NOT_FINITE(p.ahead, 4, march, &p);
     CHECK_REFUSES_NOT_FINITE(p.state, sm_full_state_count(&p.full), march, &p);
     p.full.elastic = NULL;
-    CHECK_STATUS(sm_full_march(&p.full, &p.inputs, 0.0, p.samples, p.every, p.state,
-                               p.displacement, p.velocity, p.contact, p.dissipated),
-                 SM_BAD_ARGUMENT);
+    const sm_full_samples samples = {p.samples,  p.every,   p.displacement,
+                                     p.velocity, p.contact, p.dissipated};
+    CHECK_STATUS(sm_full_march(&p.full, &p.inputs, 0.0, p.state, &samples), SM_BAD_ARGUMENT);
     allocations_left = 0;
     CHECK_STATUS(march(&p), SM_NO_MEMORY);
     allocations_left = -1;

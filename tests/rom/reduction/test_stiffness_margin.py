@@ -72,7 +72,10 @@ def test_a_response_that_does_not_settle_is_refused_with_mode_harmonic_and_what_
     W[2 * 53, 0] = 1.0
     bound = rom.reduce(rom.Structure(M, K, 1e-3, contact=W))
     slipping = 3.0 / np.linalg.norm(bound.spring, axis=1)
-    refusal = r"at 3.\d+ rad/s responds most, to harmonic \(0, 3\) at 3.\d+ rad/s: let contacts be elastic"
+    refusal = (
+        r"at 3.\d+ rad/s responds most, to harmonic \(0, 3\) at 3.\d+ rad/s: "
+        "let contacts be elastic"
+    )
     with pytest.raises(SlipmodeError, match=refusal) as refused:
         rom.tabulate(bound, rom.Coulomb(1.0), slipping, 1e-2)
     assert "\n" not in str(refused.value)

@@ -10,7 +10,7 @@
 #include "contact/elastic/equations.h"
 #include "contact/elastic/solve.h"
 
-#define SM_STICKING 1e-14 /* of the reference stiffness: what the tangent may lack of it */
+#define SM_STICKING 1e-14 /* of the reference stiffness: a smaller deficit of the tangent is rounding */
 #define SM_ROWS 4         /* of R whose sums are formed together */
 #define SM_SLIGHT 1e-3    /* of the residual that is tolerated: y that is as it was */
 
@@ -24,7 +24,7 @@ SM_INLINE double sm_largest(double least, const double *values, size_t n) {
     return least;
 }
 
-/* f, y and lack at the contact DOF of sliders, and what they remember; whether they stick. */
+/* f, y, deficit and memory at the contact DOF of sliders; returns whether they stick. */
 SM_INLINE int sm_evaluate_sliders(sm_elastic_solver *s, int32_t e, const double *memory,
                                   const double *x, double *next) {
     const sm_element *element = &s->elastic->element[e];
@@ -36,7 +36,7 @@ SM_INLINE int sm_evaluate_sliders(sm_elastic_solver *s, int32_t e, const double 
                                   next);
     s->y[i] = reference * x[i] - s->f[i];
     s->state[e] = (int32_t)state;
-    s->lack[(size_t)i * SM_MOST_COLUMNS] = reference - tangent;
+    s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - tangent;
     return fabs(reference - tangent) <= SM_STICKING * reference;
 }
 
@@ -51,13 +51,13 @@ static int sm_evaluate_element(sm_elastic_solver *s, int32_t e, const double *me
     for (int k = 0; k < columns; k++) {
         const int32_t i = element->column[k];
         const double reference = s->elastic->reference[i];
-        double *lack = s->lack + (size_t)i * SM_MOST_COLUMNS;
+        double *deficit = s->deficit + (size_t)i * SM_MOST_COLUMNS;
         int sticks = 1;
         s->f[i] = at.force[k];
         s->y[i] = reference * x[i] - at.force[k];
         for (int j = 0; j < columns; j++) {
-            lack[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
-            sticks &= fabs(lack[j]) <= SM_STICKING * reference;
+            deficit[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
+            sticks &= fabs(deficit[j]) <= SM_STICKING * reference;
         }
         if (!sticks) s->active[active++] = i;
     }
@@ -84,13 +84,13 @@ SM_INLINE int sm_evaluate_jenkins(sm_elastic_solver *s, const double *restrict m
     }
     for (int32_t i = 0; i < n; i++) {
         s->active[active] = i;
-        s->lack[(size_t)i * SM_MOST_COLUMNS] = stiffness[i];
+        s->deficit[(size_t)i * SM_MOST_COLUMNS] = stiffness[i];
         active += state[i] == SM_SLIP;
     }
     return active;
 }
 
-/* f, y, next, state and lack at x; the number of contact DOFs that do not stick. */
+/* f, y, next, state and deficit at x; returns the number of contact DOFs that do not stick. */
 SM_INLINE int sm_evaluate(sm_elastic_solver *s, const double *memory, const double *x) {
     if (s->jenkins) return sm_evaluate_jenkins(s, memory, x);
     const sm_elastic *elastic = s->elastic;
@@ -153,21 +153,21 @@ SM_INLINE double sm_renew_residual(sm_elastic_solver *s, double tolerated) {
     return sm_largest(0.0, s->residual, n);
 }
 
-/* z at the active DOFs from ((1 + held) I - lack R) z = -lack residual: in `right`. 0 if that is
+/* z at the active DOFs from ((1 + held) I - deficit R) z = -deficit residual: in `right`. 0 if that is
  * singular. */
 SM_INLINE int sm_find_reaction(sm_elastic_solver *s, size_t m, double held) {
     const size_t n = (size_t)s->contacts;
     for (size_t a = 0; a < m; a++) {
         const size_t i = (size_t)s->active[a];
         const sm_element *element = &s->elastic->element[s->owner[i]];
-        const double *lack = s->lack + i * SM_MOST_COLUMNS;
+        const double *deficit = s->deficit + i * SM_MOST_COLUMNS;
         double *row = s->matrix + a * m;
         s->right[a] = 0.0;
         for (size_t b = 0; b < m; b++) row[b] = 0.0;
         row[a] = 1.0 + held;
         for (int k = 0; k < sm_element_columns(element); k++) {
             const double *restrict from = s->flexibility + (size_t)element->column[k] * n;
-            const double by = lack[k];
+            const double by = deficit[k];
             if (by == 0.0) continue;
             s->right[a] -= by * s->residual[element->column[k]];
             for (size_t b = 0; b < m; b++) row[b] -= by * from[s->active[b]];
@@ -176,8 +176,8 @@ SM_INLINE int sm_find_reaction(sm_elastic_solver *s, size_t m, double held) {
     return sm_eliminate(m, s->matrix, s->right);
 }
 
-/* The same of sliders, whose matrix divided by what they lack is symmetric; 0 if it is not positive
- * definite. */
+/* The same for sliders: the matrix divided by their deficit is symmetric. Returns 0 if it is not
+ * positive definite. */
 SM_INLINE int sm_find_reaction_of_sliders(sm_elastic_solver *s, size_t m, double held) {
     const size_t n = (size_t)s->contacts;
     for (size_t a = 0; a < m; a++) {
@@ -186,13 +186,13 @@ SM_INLINE int sm_find_reaction_of_sliders(sm_elastic_solver *s, size_t m, double
         double *restrict row = s->matrix + a * m;
         s->right[a] = -s->residual[i];
         for (size_t b = a; b < m; b++) row[b] = -from[s->active[b]];
-        row[a] += (1.0 + held) / s->lack[i * SM_MOST_COLUMNS];
+        row[a] += (1.0 + held) / s->deficit[i * SM_MOST_COLUMNS];
     }
     return sm_eliminate_symmetric(m, s->matrix, s->right);
 }
 
-/* step = R z - residual with z (N_c) = lack step / (1 + held), nothing where contacts stick; from
- * ((1 + held) I - R lack) step = -(1 + held) residual, Newton's step where held = 0. */
+/* step = R z - residual with z (N_c) = deficit step / (1 + held), nothing where contacts stick; from
+ * ((1 + held) I - R deficit) step = -(1 + held) residual, Newton's step where held = 0. */
 SM_INLINE int sm_find_step(sm_elastic_solver *s, double held) {
     const size_t n = (size_t)s->contacts, m = (size_t)s->yielding;
     if (!(s->slides && sm_find_reaction_of_sliders(s, m, held)) && !sm_find_reaction(s, m, held))

@@ -38,7 +38,7 @@ void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, in
                        &s->limit, &s->z,  &s->by,   &s->own,   &s->own_residual, &s->taken_before,
                        &s->residual_before};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, n);
-    s->lack = sm_take(&memory, SM_MOST_COLUMNS * n);
+    s->deficit = sm_take(&memory, SM_MOST_COLUMNS * n);
     s->matrix = sm_take(&memory, n * n);
     s->piece = sm_take(&memory, 2 * n);
     s->next = sm_take(&memory, sm_elastic_memory(elastic));
@@ -58,7 +58,7 @@ void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, in
 }
 
 /* The displacements that the residual is small against, but for x itself: u, and where x came from,
- * as u may be zero where sliders hold x elsewhere, and both may be. */
+ * as u may be zero where sliders hold x at another place, and both may be. */
 SM_INLINE double given_scale(const sm_elastic_solver *s, const double *u) {
     const size_t n = (size_t)s->contacts;
     return sm_largest(sm_largest(s->least, u, n), s->start, n);
@@ -190,8 +190,8 @@ static sm_status creep(sm_elastic_solver *s, const double *u, const double *memo
     return SM_NOT_CONVERGED;
 }
 
-/* x = u, as if all stuck, but with contacts moved in their normal direction. */
-static void elsewhere(sm_elastic_solver *s, const double *u, double normal, double *x) {
+/* Another initial guess: x = u, as if all contacts stuck, but moved in their normal direction. */
+static void displaced_guess(sm_elastic_solver *s, const double *u, double normal, double *x) {
     const sm_elastic *elastic = s->elastic;
     const double moved = normal * tolerated(s, given_scale(s, u), u) / TOLERANCE;
     memcpy(x, u, (size_t)s->contacts * sizeof(double));
@@ -209,7 +209,7 @@ static sm_status solve(sm_elastic_solver *s, const double *u, const double *memo
     if (status == SM_NOT_CONVERGED) status = in_pieces(s, u, memory, x);
     if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
     for (int start = 0; status == SM_NOT_CONVERGED && start < STARTS; start++) {
-        elsewhere(s, u, START[start], x);
+        displaced_guess(s, u, START[start], x);
         begin(s, u, x);
         status = newton(s, u, memory, x);
         if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);

@@ -28,7 +28,7 @@ typedef struct {
     double *own, *own_residual, *taken_before, *residual_before; /* (N_c) */
     double *step, *z, *trial, *start; /* (N_c) */
     double *piece;             /* (2, N_c) u on the way, and where the way begins */
-    double *lack;              /* (N_c, 3): d y / d x, rows of the elements' blocks */
+    double *deficit;           /* (N_c, 3): d y / d x, rows of the elements' blocks */
     double *matrix, *right;    /* (N_c, N_c), (N_c) of the contacts that do not stick */
     double *by;                /* (N_c) what y changed by */
     int32_t *active, *changed; /* (N_c) contact DOFs that do not stick; at which y changed */

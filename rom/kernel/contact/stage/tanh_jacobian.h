@@ -7,12 +7,12 @@
 #include "contact/stage/newton.h"
 #include "base/products.h"
 
-/* Velocity m->v of each contact by itself, roughly, one after another. They are asked twice: where
- * a contact changes between stick and slip, those asked before it should know. In large steps one
- * stage in ten would otherwise be beyond Chebyshev's reach. */
+/* A rough estimate of the velocities m->v by two Gauss-Seidel sweeps. One sweep is not enough where
+ * a contact changes between stick and slip: in large steps Chebyshev's iteration then fails in one
+ * stage of ten. */
 SM_INLINE void sm_tanh_guess_all(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     for (int sweep = 0; sweep < 2; sweep++)
-        for (int i = 0; i < n - sweep; i++) { /* the last one was asked last */
+        for (int i = 0; i < n - sweep; i++) { /* the last contact of the first sweep is up to date */
             const sm_resolvent *f = &s->laws[i];
             const double inv_limit = 1.0 / f->limit;
             const double *restrict r = m->r + i * lanes;

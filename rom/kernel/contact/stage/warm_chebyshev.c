@@ -18,27 +18,27 @@ SM_HOT_ONE sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane) {
     return sm_newton_solve(1, s, lane);
 }
 
-SM_HOT_ONE static void start(const sm_stepper *s, sm_warm *warm, const double *v,
-                             const double *force) {
-    sm_warm_start_in(s->contacts, s, warm, v, force);
+/* The right-hand side under which contacts have the velocities v. */
+static void find_right_hand_side(const sm_stepper *s, sm_warm *warm, const double *force) {
+    const int n = s->contacts;
+    for (int i = 0; i < n; i++) {
+        warm->r[i] = force[i];
+        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * warm->v[j];
+    }
 }
 
-void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v, const double *force) {
-    if (s->contacts == 2)
-        sm_warm_start_two(s, warm, v, force);
-    else
-        start(s, warm, v, force);
+SM_HOT_ONE void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v,
+                              const double *force) {
+    warm->tolerance = SM_WARM_TOLERANCE;
+    warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
+    for (int i = 0; i < s->contacts; i++) warm->v[i] = warm->next[i] = v[i];
+    find_right_hand_side(s, warm, force);
+    if (warm->per_alpha > 0.0) sm_warm_linearise(s->contacts, s, warm);
 }
 
-SM_HOT_ONE static void resume(const sm_stepper *s, sm_warm *warm, const double *force) {
-    sm_warm_resume_in(s->contacts, s, warm, force);
-}
-
-void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force) {
-    if (s->contacts == 2)
-        sm_warm_resume_two(s, warm, force);
-    else
-        resume(s, warm, force);
+SM_HOT_ONE void sm_warm_resume(const sm_stepper *s, sm_warm *warm, const double *force) {
+    find_right_hand_side(s, warm, force);
+    if (warm->per_alpha > 0.0) sm_warm_factorise(s->contacts, s, warm);
 }
 
 SM_HOT_ONE static sm_status solve(const sm_stepper *s, sm_warm *warm, sm_lanes *lane) {

@@ -16,8 +16,6 @@ sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane);
 int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane);
 
 /* Of two contacts. */
-void sm_warm_start_two(const sm_stepper *s, sm_warm *warm, const double *v, const double *force);
-void sm_warm_resume_two(const sm_stepper *s, sm_warm *warm, const double *force);
 sm_status sm_warm_solve_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane);
 sm_status sm_stage_two(const sm_stepper *s, sm_warm *warm, sm_lanes *lane, double *pull,
                        int stage);
@@ -130,30 +128,6 @@ SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm, c
         warm->delta[i] = sum;
     }
     return sm_warm_move(n, s, warm);
-}
-
-/* The right-hand side under which contacts have the velocities v. */
-SM_INLINE void sm_warm_find_right_hand_side(const int n, const sm_stepper *s, sm_warm *warm,
-                                            const double *force) {
-    for (int i = 0; i < n; i++) {
-        warm->r[i] = force[i];
-        for (int j = 0; j < n; j++) warm->r[i] += s->matrix[i * n + j] * warm->v[j];
-    }
-}
-
-SM_INLINE void sm_warm_start_in(const int n, const sm_stepper *s, sm_warm *warm,
-                                const double *v, const double *force) {
-    warm->tolerance = SM_WARM_TOLERANCE;
-    warm->per_alpha = s->laws[0].law == SM_TANH ? 1.0 / s->laws[0].alpha : 0.0;
-    for (int i = 0; i < n; i++) warm->v[i] = warm->next[i] = v[i];
-    sm_warm_find_right_hand_side(n, s, warm, force);
-    if (warm->per_alpha > 0.0) sm_warm_linearise(n, s, warm);
-}
-
-SM_INLINE void sm_warm_resume_in(const int n, const sm_stepper *s, sm_warm *warm,
-                                 const double *force) {
-    sm_warm_find_right_hand_side(n, s, warm, force);
-    if (warm->per_alpha > 0.0) sm_warm_factorise(n, s, warm);
 }
 
 SM_INLINE sm_status sm_warm_solve_in(const int n, const sm_stepper *s, sm_warm *warm,

@@ -1,15 +1,6 @@
 /* One lane of two contacts: all numbers of a stage have room in registers. */
 #include "contact/stage/warm_iteration.h"
 
-SM_HOT_ONE void sm_warm_start_two(const sm_stepper *s, sm_warm *warm, const double *v,
-                                  const double *force) {
-    sm_warm_start_in(2, s, warm, v, force);
-}
-
-SM_HOT_ONE void sm_warm_resume_two(const sm_stepper *s, sm_warm *warm, const double *force) {
-    sm_warm_resume_in(2, s, warm, force);
-}
-
 /* What is kept from one solution to the next. */
 SM_INLINE void carry(const sm_warm *from, const sm_warm *to) {
     sm_copy_few(2, from->v, to->v);

@@ -11,7 +11,6 @@
 
 #include "base/block.h"
 #include "base/check.h"
-#include "base/exact_sum.h"
 #include "contact/elastic/reversal.h"
 #include "contact/elastic/solve.h"
 #include "torus/fixed_point/marched.h"
@@ -21,17 +20,17 @@
 
 #define MOST_AVERAGED 16
 #define MOTIONS 7
-/* How much less well harmonics of sliders repeat that are not asked for, and how well at least: where
- * a contact slips on a few lines they move by the error of the grid for ever. Contacts that part
- * have several motions, and would be left between them. */
-#define UNASKED 32.0
-#define UNASKED_MOST 3e-3
+/* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
+ * its bound: where a contact slips on few lines, they keep changing by the error of the grid.
+ * Not for contacts that open: they have several motions, and the search would stop between them. */
+#define NOT_REQUESTED 32.0
+#define NOT_REQUESTED_MOST 3e-3
 #define LEAST 1e-3 /* of the displacement of contacts that stick: the solver takes no less */
 
 typedef struct {
     const sm_contact *contact;
     const sm_torus_task *task;
-    size_t n, remembered, asked; /* numbers of Y that are asked for */
+    size_t n, remembered, requested; /* the first numbers of Y are requested */
     sm_phase_lines lines;      /* u and y along them */
     double *flexibility;       /* (N_c, N_c) R */
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
@@ -98,18 +97,18 @@ static void march_by(problem *t, int half) {
 }
 
 static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task *task) {
-    const size_t n = (size_t)contact->contacts, lines = (size_t)task->lines;
-    const size_t steps = (size_t)task->steps, orders = (size_t)task->orders_count;
+    const size_t n = (size_t)contact->contacts, lines = (size_t)task->grid->lines;
+    const size_t steps = (size_t)task->grid->steps, orders = (size_t)task->grid->orders_count;
     const size_t all = orders * n * 2;
-    const size_t asked = contact->response ? (size_t)contact->response->asked : 0;
+    const size_t requested = contact->response ? (size_t)contact->response->asked : 0;
     *t = (problem){.contact = contact, .task = task, .n = n,
                    .remembered = sm_elastic_memory(contact->elastic),
-                   .asked = asked > 0 ? asked * n * 2 : all};
-    const double ratio = contact->modes == 2 ? task->rates[1] / task->rates[0] : 0.0;
+                   .requested = requested > 0 ? requested * n * 2 : all};
+    const double ratio = contact->modes == 2 ? task->grid->rates[1] / task->grid->rates[0] : 0.0;
     t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
-                                .order = task->orders, .ratio = ratio};
+                                .order = task->grid->orders, .ratio = ratio};
     t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
-    const size_t along = sm_phase_lines_size(n, orders, task->orders, lines, steps);
+    const size_t along = sm_phase_lines_size(n, orders, task->grid->orders, lines, steps);
     const size_t unknowns = all + sm_places_size(&t->places);
     const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
     const size_t flags = sm_doubles(lines * sizeof(int32_t));
@@ -120,9 +119,8 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     if (!memory) return SM_NO_MEMORY;
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
-    double **motion[MOTIONS] = {&t->x,        &t->last_u,    &t->last_y,
-                                &t->last_off, &t->before[0], &t->before[1],
-                                &t->missed};
+    double **motion[MOTIONS] = {&t->x,         &t->last_u,    &t->last_y, &t->last_off,
+                                &t->before[0], &t->before[1], &t->missed};
     t->motion = memory;
     for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
     t->yielded = (void *)sm_take(&memory, flags);
@@ -194,7 +192,7 @@ static void draw(problem *t, const double *amplitude) {
     for (size_t k = 0; k < per_point(t); k++) t->drawing[k] = 2.0 * t->response[k];
     for (size_t q = 0; q < t->lines.orders; q++)
         for (int j = 0; j < t->contact->modes; j++) {
-            const int32_t *order = t->task->orders + 2 * q;
+            const int32_t *order = t->task->grid->orders + 2 * q;
             if (order[0] != (j == 0) || order[1] != (j == 1)) continue;
             const double *L = t->contact->coupling + 2 * (size_t)j * n;
             for (size_t k = 0; k < 2 * n; k++)
@@ -311,7 +309,7 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
                    double *force) {
     *displacement = *force = 0.0;
     for (int j = 0; j < t->contact->modes; j++) {
-        const double a = fmax(amplitude[j], t->task->smallest_scale[j]);
+        const double a = fmax(amplitude[j], t->task->grid->smallest_scale[j]);
         for (size_t i = 0; i < t->n; i++) {
             const double *L = t->contact->coupling + 2 * ((size_t)j * t->n + i);
             const double moved = hypot(L[0], L[1]) * a;
@@ -321,15 +319,16 @@ static void scales(const problem *t, const double *amplitude, double *displaceme
     }
 }
 
-/* How far harmonics and response are from repeating, relative to what the modes bring; contacts
- * that slide far lack more than that, and repeat relative to what they lack. */
+/* The change of harmonics and response over a period, relative to the displacement and force that
+ * the modes cause; relative to the force deficit where contacts slide so far that it is larger. */
 static double distance(problem *t, double displacement, double force) {
-    const size_t all = per_point(t), told = t->solver.slides ? t->asked : all;
-    const double others = fmin(fmax(1.0 / UNASKED, t->task->tolerance / UNASKED_MOST), 1.0);
+    const size_t all = per_point(t), requested = t->solver.slides ? t->requested : all;
+    const double least = t->task->grid->tolerance / NOT_REQUESTED_MOST;
+    const double others = fmin(fmax(1.0 / NOT_REQUESTED, least), 1.0);
     const double change = find_change(t) / fmax(displacement, 1e-300);
     double moved = 0.0, largest = fmax(force, 1e-300);
     for (size_t k = 0; k < all; k++) {
-        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < told ? 1.0 : others));
+        moved = fmax(moved, fabs(t->Y[k] - t->last_Y[k]) * (k < requested ? 1.0 : others));
         largest = fmax(largest, fabs(t->Y[k]));
     }
     return fmax(change, moved / largest);
@@ -359,13 +358,13 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
     double *begun = t->response + per_point(t), *off = t->change + per_point(t);
     sm_fixed_point_start(&t->search);
     int32_t marches = 0;
-    for (int open = 1; open && marches < task->max_periods; marches += count) {
+    for (int open = 1; open && marches < task->grid->max_periods; marches += count) {
         sm_places_take(&t->places, t->memory, begun);
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
         if (t->taken < 2 * marched_steps(t)) continue; /* the first one forgets the start */
-        if (*residual <= task->tolerance) return SM_OK;
+        if (*residual <= task->grid->tolerance) return SM_OK;
         sm_places_take(&t->places, t->memory, off);
         for (size_t k = 0; k < sm_places_size(&t->places); k++) off[k] -= begun[k];
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
@@ -376,7 +375,7 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
 
 /* Whether means over periods will do for what is left, if there is anything left. */
 static int almost(const problem *t, double residual) {
-    return residual <= fmax(SM_ALMOST, t->task->tolerance);
+    return residual <= fmax(SM_ALMOST, t->task->grid->tolerance);
 }
 
 /* From small amplitudes, where the response is that of contacts that stick, up to the point's. */
@@ -403,9 +402,9 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
     const double *begun = response ? response->start : NULL;
     sm_status status = SM_OK;
     march_by(t, half);
-    if (t->task->near || t->follows) {
-        if (t->task->near)
-            start(t, t->task->near + point * per_point(t));
+    if (t->task->points->near || t->follows) {
+        if (t->task->points->near)
+            start(t, t->task->points->near + point * per_point(t));
         else
             start_again(t);
         status = settle(t, amplitude, 1, scale, residual);
@@ -414,13 +413,13 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
         start(t, begun);
         status = settle(t, amplitude, 1, scale, residual);
     }
-    if (t->half && *residual > t->task->tolerance) return status;
+    if (t->half && *residual > t->task->grid->tolerance) return status;
     if (status == SM_OK && !almost(t, *residual) && !begun)
         status = climb(t, amplitude, scale, residual);
     for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
-        if (*residual > t->task->tolerance)
+        if (*residual > t->task->grid->tolerance)
             status = settle(t, amplitude, count, scale, residual);
-    if (status == SM_OK && *residual > t->task->tolerance) {
+    if (status == SM_OK && *residual > t->task->grid->tolerance) {
         status = evaluate(t, amplitude, MOST_AVERAGED);
         *residual = distance(t, scale[0], scale[1]);
     }
@@ -430,28 +429,28 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
 static sm_status solve_point(problem *t, size_t point) {
     const sm_torus_task *task = t->task;
     const size_t all = per_point(t);
-    const double *amplitude = task->amplitudes + point * (size_t)t->contact->modes;
+    const double *amplitude = task->points->amplitudes + point * (size_t)t->contact->modes;
     double scale[2], residual = INFINITY;
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
     t->taken = 0;
     sm_status status = settle_by(t, 1, point, amplitude, scale, &residual);
-    if (status == SM_OK && t->half && residual > task->tolerance)
+    if (status == SM_OK && t->half && residual > task->grid->tolerance)
         status = settle_by(t, 0, point, amplitude, scale, &residual);
     if (status != SM_OK) return status;
-    memcpy(task->harmonics + point * all, t->Y, all * sizeof(double));
-    memcpy(task->mean_square + point * t->n, t->square, t->n * sizeof(double));
+    memcpy(task->motion->harmonics + point * all, t->Y, all * sizeof(double));
+    memcpy(task->motion->mean_square + point * t->n, t->square, t->n * sizeof(double));
     if (!sm_all_finite(t->Y, all) || !sm_all_finite(t->square, t->n)) return SM_NOT_FINITE;
     t->follows = almost(t, residual) && !(t->contact->response && t->contact->response->start);
-    task->residual[point] = residual;
-    task->marched[point] = (int32_t)t->taken;
+    task->motion->residual[point] = residual;
+    task->motion->marched[point] = (int32_t)t->taken;
     return SM_OK;
 }
 
 sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task) {
     problem t;
     sm_status status = make(&t, contact, task);
-    for (size_t point = 0; point < task->points && status == SM_OK; point++)
+    for (size_t point = 0; point < task->points->count && status == SM_OK; point++)
         status = solve_point(&t, point);
     free(t.block);
     return status;
@@ -461,8 +460,9 @@ sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task)
  * of the period in which it falls. */
 static sm_status grow_through(problem *t, size_t point, const double *growth, int settling) {
     const size_t modes = (size_t)t->contact->modes, all = per_point(t);
-    const double *amplitude = t->task->amplitudes + point * modes, *by = growth + point * modes;
-    double *harmonics = t->task->harmonics + point * all;
+    const double *amplitude = t->task->points->amplitudes + point * modes;
+    const double *by = growth + point * modes;
+    double *harmonics = t->task->motion->harmonics + point * all;
     double now[SM_MODES] = {0.0}, moved, force;
     for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (settling + 1) * fabs(by[j]);
     scales(t, now, &moved, &force);
@@ -493,7 +493,7 @@ sm_status sm_torus_elastic_growing(const sm_contact *contact, const sm_torus_tas
                                    const double *growth, int settling) {
     problem t;
     sm_status status = make(&t, contact, task);
-    for (size_t point = 0; point < task->points && status == SM_OK; point++)
+    for (size_t point = 0; point < task->points->count && status == SM_OK; point++)
         status = grow_through(&t, point, growth, settling);
     free(t.block);
     return status;

@@ -4,19 +4,11 @@
 
 #include "slipmode.h"
 
+/* What is computed: the arguments of sm_torus_harmonics. */
 typedef struct {
-    const double *rates;
-    int32_t steps, lines;
-    double tolerance;
-    const double *smallest_scale;
-    int32_t max_periods;
-    size_t points;
-    const double *amplitudes;
-    int32_t orders_count;
-    const int32_t *orders;
-    const double *near;
-    double *harmonics, *mean_square, *residual;
-    int32_t *marched;
+    const sm_discretisation *grid;
+    const sm_torus_points *points;
+    const sm_torus_motion *motion;
 } sm_torus_task;
 
 sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task);

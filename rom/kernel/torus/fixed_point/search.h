@@ -1,13 +1,29 @@
-/* The search for a fixed point z = G(z) whose map is only known up to the error of a grid. */
+/* Fixed points z = G(z) of maps that are known only up to the error of a grid.
+ *
+ * Anderson's acceleration chooses the next z as the combination of the last iterates whose residual is
+ * least (Anderson 1965; type II in Fang and Saad 2009). If the residual grows, the search goes back to
+ * the z with the least residual and starts from there with a smaller step.
+ */
 #ifndef SLIPMODE_FIXED_POINT_H
 #define SLIPMODE_FIXED_POINT_H
 
-#include "torus/fixed_point/anderson.h"
+#include <stddef.h>
 
-#define SM_ALMOST 1e-3 /* residual that is left to means over several periods */
-/* Parts of the amplitudes through which points that do not settle are led up from below. */
+#define SM_ANDERSON_DEPTH 20 /* iterates that are combined */
+#define SM_ALMOST 1e-3 /* residual below which means over several periods replace single ones */
+/* Parts of the amplitudes through which points that do not converge are continued from rest. */
 static const double SM_LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
 #define SM_RUNGS (sizeof SM_LADDER / sizeof *SM_LADDER)
+
+typedef struct {
+    size_t size;
+    int count;                        /* iterates seen since the start */
+    double *z_last, *g_last;          /* (size) */
+    double *dz, *dg;                  /* (SM_ANDERSON_DEPTH, size) */
+    double gram[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH];
+} sm_anderson;
+
+static inline size_t sm_anderson_size(size_t size) { return (2 + 2 * SM_ANDERSON_DEPTH) * size; }
 
 typedef struct {
     sm_anderson faster;
@@ -23,8 +39,9 @@ static inline size_t sm_fixed_point_size(size_t size) {
 }
 void sm_fixed_point_place(sm_fixed_point *f, size_t size, double *memory);
 void sm_fixed_point_start(sm_fixed_point *f);
-/* From z, change = G(z) - z and a measure of that to the next z. 0 where it comes no nearer; z is
- * the nearest then: what is left is the error of the grid, and Anderson's differences mislead. */
+/* Replaces z by the next iterate, given change = G(z) - z and its norm `residual`. Returns 0 if the
+ * residual has stopped falling, because the error of the grid dominates it; z is then the iterate with
+ * the least residual. */
 int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z);
 
 #endif

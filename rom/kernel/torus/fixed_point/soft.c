@@ -84,11 +84,11 @@ static double distance(const sm_torus_grid *grid, const sm_torus_group *g, size_
 static void store(const sm_torus_grid *grid, const sm_torus_task *task, size_t index,
                   const soft_point *point, int marched) {
     const size_t n = (size_t)grid->contact->contacts;
-    memcpy(task->harmonics + index * grid->per_point, point->mean,
+    memcpy(task->motion->harmonics + index * grid->per_point, point->mean,
            grid->per_point * sizeof(double));
-    memcpy(task->mean_square + index * n, point->square, n * sizeof(double));
-    task->residual[index] = point->residual;
-    task->marched[index] = marched;
+    memcpy(task->motion->mean_square + index * n, point->square, n * sizeof(double));
+    task->motion->residual[index] = point->residual;
+    task->motion->marched[index] = marched;
 }
 
 /* Evaluations of so many periods until every point repeats, or comes no nearer; at a part of the
@@ -101,7 +101,7 @@ static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_t
         sm_fixed_point_start(&point[p].search);
         point[p].open = !point[p].done;
     }
-    const int until = *marched + task->max_periods * grid->steps;
+    const int until = *marched + task->grid->max_periods * grid->steps;
     for (int open = 1; open && *marched < until;) {
         const sm_status status = evaluate(grid, g, point, count, periods);
         if (status != SM_OK) return status;
@@ -112,11 +112,11 @@ static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_t
             soft_point *s = &point[p];
             if (!s->open) continue;
             const sm_scales scales = sm_displacement_scales(
-                grid->contact, task->amplitudes + (first + p) * modes, task->smallest_scale);
+                grid->contact, task->points->amplitudes + (first + p) * modes, task->grid->smallest_scale);
             double *responded = g->responded + p * all;
             s->residual = distance(grid, g, p, s, &scales);
             const int repeats =
-                scales.largest == 0.0 || (!at_start && s->residual <= task->tolerance);
+                scales.largest == 0.0 || (!at_start && s->residual <= task->grid->tolerance);
             s->open = !repeats;
             if (part == 1.0) {
                 s->done = repeats;
@@ -149,7 +149,7 @@ static sm_status climb(const sm_torus_grid *grid, sm_torus_group *g, const sm_to
             for (size_t i = 0; i < all && !point[p].done; i++)
                 responded[i] = reached > 0.0 ? responded[i] * part / reached : 0.0;
         }
-        sm_torus_group_amplitudes(grid, g, first, task->points, task->amplitudes, part);
+        sm_torus_group_amplitudes(grid, g, first, task->points->count, task->points->amplitudes, part);
         sm_torus_group_react(grid, g);
         const sm_status status =
             settle(grid, g, task, first, count, point, 1, part, marched);
@@ -168,7 +168,7 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
     int marched = 0;
     if (status == SM_OK) {
         for (size_t p = 0; p < count; p++) place(grid, &point[p], memory + p * size);
-        sm_torus_group_start(grid, g, first, task->points, task->amplitudes);
+        sm_torus_group_start(grid, g, first, task->points->count, task->points->amplitudes);
         sm_torus_group_react(grid, g);
     }
     if (status == SM_OK)
