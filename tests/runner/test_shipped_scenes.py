@@ -34,7 +34,7 @@ PINNED = {
     "lap-joint": {
         "end": (5.63343e-5,),
         "peak": (7.33253e-5,),
-        "energy": 4.40676e-3,
+        "energy": 4.48563e-3,
         "contact": (2.39657e-6, 2.20111e-6, 1.39504e-6, 1.19838e-6),
     },
     "one-mode": {
@@ -107,6 +107,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     points, samples = schedule.steps + 1, shipped.samples
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 3}
     expected |= {"/events": 4, "/contact_share": 1} if scene.name in ELASTIC else {}
+    expected |= {"/events": 5} if scene.name == "lap-joint" else {}  # neglects the 28th harmonic
     expected |= {"/events": 4} if scene.name == "sweep" else {}  # its ends are off the carriers
     expected |= {"/torus": 32 * 64} if two else {}
     assert counts.pop("/overview/modes") == points <= 4096
