@@ -46,6 +46,7 @@ _LONGEST_MOVE = 0.5  # by secants, of the largest displacement
 _SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
 _ONE_CONTACT = 20  # harmonics that cost as much as what else a contact takes in a step
 LINES = (16, 32, 64, 128)
+CLOSEST = 0.1  # of the tolerance: change of the amplitudes at which the iteration ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +130,7 @@ class ForcedBalance:
         secants = _Secants(moves, modes)
         if isinstance(start, Balanced) and np.array_equal(start.frequency[:modes], frequency):
             secants.take_on(start.changes)
-        closest, far, least, idle = 0.1 * self.tolerance, 1.0, np.inf, 0
+        closest, far, least, idle = CLOSEST * self.tolerance, 1.0, np.inf, 0
         finest = _PRECISION[modes] * self.tolerance
         for _ in range(_STEPS):
             precision = float(np.clip(0.1 * far, finest, _COARSE[modes]))

@@ -18,6 +18,7 @@ from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.direct.forced_balance import (
+    CLOSEST,
     LINES,
     Balanced,
     Effort,
@@ -256,7 +257,9 @@ def _solved(balance: ForcedBalance, begin: SteadyHarmonics | None) -> tuple[Floa
     found, by_steps = _resolved(balance, found, "steps", most, 1.0)
     # what changes tell is no bound; elastic contacts that turn between two steps settle slowly
     left = _LEFT_BY_STEPS if balance.reduced.contacts is None else 1.0
-    return _SAFETY * (by_harmonics + by_grid + left * by_steps) + found.off, found
+    # Near resonance the first secants underestimate the distance from the steady state.
+    by_iteration = found.off + CLOSEST * balance.tolerance * np.abs(found.amplitude)
+    return _SAFETY * (by_harmonics + by_grid + left * by_steps) + by_iteration, found
 
 
 def _with_harmonics(balance: ForcedBalance, found: Balanced) -> tuple[Balanced, Floats]:
