@@ -24,7 +24,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 23  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 24  # of the file; raised whenever tables computed before must not be used any more
 
 REDUCED_ARRAYS = (
     *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
