@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.resolution import Resolution
 from slipmode.rom.contact.torus.grid import Discretisation
@@ -88,8 +88,7 @@ class TableError:
             error of forcing off the carriers is left out.
         """
         r = np.minimum(effective, model.table.amplitude_range)
-        norm = ErrorNorm.of(model.reduced, model.table.amplitude_range)
-        scale = norm.known(model.table.nodes()).scale(r, model.table(r))
+        scale = model.error_scale(r)
         apart = frequency / model.reduced.carrier - 1.0
         off = np.abs(apart).max(axis=1)
         measured = np.zeros(0, dtype=np.intp) if weight is None else _most_apart(apart, weight)

@@ -94,11 +94,17 @@ class Model:
     def friction_error(self, amplitudes: Floats) -> Floats:
         """Return the stated error of S_j at the carriers, (..., modes) [N kg^-1/2].
 
-        It is `Accuracy.total`, at amplitudes (..., modes) [kg^1/2 m].
+        It is `Accuracy.total` of `error_scale`, at amplitudes (..., modes) [kg^1/2 m].
         """
-        modulus, table = np.abs(amplitudes), self.table
-        norm = ErrorNorm.of(self.reduced, table.amplitude_range).known(table.nodes())
-        return np.asarray(self.accuracy.total * norm.scale(modulus, table(modulus)))
+        return np.asarray(self.accuracy.total * self.error_scale(np.abs(amplitudes)))
+
+    def error_scale(self, modulus: Floats) -> Floats:
+        """Return the scale of errors of S_j, see `ErrorNorm`, (..., modes) [N kg^-1/2].
+
+        At amplitudes |a_j| (..., modes) [kg^1/2 m].
+        """
+        norm = ErrorNorm.of(self.reduced, self.table.amplitude_range).known(self.table.nodes())
+        return norm.scale(modulus, self.table(modulus))
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
