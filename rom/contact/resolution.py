@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -211,11 +212,11 @@ class _Trials:
         march = max(budget.march * float(part.min(initial=1.0)), _FINEST_MARCH)
         return Resolution(grid, by_steps + by_lines, march)
 
-    @property
+    @cached_property
     def _norm(self) -> ErrorNorm:
         return ErrorNorm.of(self.search.problem.reduced, self.search.amplitude_range)
 
-    @property
+    @cached_property
     def _points(self) -> Floats:
         """Amplitudes (points, modes) at which resolution is tried."""
         ends = self.search.amplitude_range
@@ -227,7 +228,7 @@ class _Trials:
             points = np.concatenate((points, past)) if inside else points
         return np.asarray(points)
 
-    @property
+    @cached_property
     def _march_tolerance(self) -> float:
         """Marches repeat relative to the frictionless motion; S_j may be a small part of that."""
         reduced = self.search.problem.reduced

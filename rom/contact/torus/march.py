@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
@@ -102,10 +103,10 @@ class TorusMarch:
                 )
                 rates[1] = ratio * rates[0]
                 distinguishable = 2 * np.abs(np.array(orders)[:, 1]) < lines
-            marched = MarchedModes.of(reduced, grid.steps)
+            marched, motion, reacting = _marched(reduced, grid.steps, orders, tuple(rates))
             known = distinguishable[:, np.newaxis, np.newaxis]
-            reaction = np.where(known, reaction - marched.response(rates, orders), 0.0)
-            periodic = np.where(known, marched.periodic(rates, orders), 0.0)
+            reaction = np.where(known, reaction - reacting, 0.0)
+            periodic = np.where(known, motion, 0.0)
             stiffness = -marched.flexibility(reduced)
             response.marched = len(marched.drawn)
             _give(response, drawn=marched.drawn, advance=marched.advance, periodic=periodic)
@@ -158,6 +159,19 @@ class TorusMarch:
         kernel.check(status, "contact problem on the torus")
         P[:, ~self.distinguishable] = 0.0
         return P, mean_square, residual, marched
+
+
+@lru_cache(maxsize=8)
+def _marched(
+    reduced: Reduced, steps: int, orders: tuple[Order, ...], rates: tuple[float, ...]
+) -> tuple[MarchedModes, Complexes, Complexes]:
+    """Return marched modes, their periodic motion and response.
+
+    A search for a steady state marches the same modes in every iteration.
+    """
+    modes = MarchedModes.of(reduced, steps)
+    at = np.array(rates)
+    return modes, modes.periodic(at, orders), modes.response(at, orders)
 
 
 def contact_problem(
