@@ -24,7 +24,7 @@ class Claim:
     where: str  # section or figure of the paper
     stated: str
     note: str  # alpha and beta, and the bound that decides
-    ours: Mapping[str, float]  # our values by what they are
+    ours: Mapping[str, float]  # our values by their names
     verdict: Verdict
 
 

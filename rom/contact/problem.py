@@ -36,7 +36,7 @@ from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import short_repr
 
-_MOST_LINES = 8  # times those of the grid, where the motion does not become periodic on it
+_MOST_LINES = 8  # times the lines of the grid, where the motion is not periodic on it
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +49,14 @@ class ContactProblem:
     law : Friction
     orders : tuple of (n, m)
         Harmonics P_nm of the contact motion that are computed and to which the other modes
-        respond. Those of the retained modes come first.
+        respond. The carriers of the retained modes come first.
     combinations : tuple of CombinationResonance
         Harmonics that drive the slow flow of a mode, which does not respond to them here.
     requested : int
         Number of the first orders that must converge to the march tolerance. The others of
         sliders may be less exact, as far as modes do not respond to them. 0: all.
     given_forces : ContactForces, optional
-        Forces on the contacts. Default: those of modes that their forces hold steady.
+        Forces on the contacts. Default: of modes in a steady state under their forces.
     """
 
     reduced: Reduced
@@ -154,7 +154,7 @@ class TorusProblem:
         amplitudes : (points, modes) array_like
             |a_j| [kg^1/2 m], >= 0.
         initial_guess : (points, orders, N_c) complex ndarray, optional
-            Harmonics of elastic contacts. Default: those of the point before.
+            Harmonics of elastic contacts. Default: the harmonics at the previous point.
 
         Notes
         -----

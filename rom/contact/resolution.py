@@ -13,7 +13,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm, frictionless_force
 from slipmode.rom.contact.higher_order_harmonics import LINES
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
@@ -62,10 +62,6 @@ class Resolution:
     grid: Discretisation
     error: float
     march: float
-
-    def of(self, problem: ContactProblem, smallest_amplitude: Floats) -> TorusProblem:
-        """Return a problem with this resolution; see `ContactProblem.on`."""
-        return problem.on(self.grid, self.march, smallest_amplitude)
 
     @property
     def finer(self) -> Resolution:

@@ -120,7 +120,7 @@ class ContactTerms:
         return np.asarray(-2.0 * loss @ self.problem.reduced.carrier)
 
     def replaced(self, points: NDArray[np.intp], other: ContactTerms) -> ContactTerms:
-        """Return the terms with those of `other` at some points."""
+        """Return the terms with the terms `other` at some points."""
         arrays = {}
         for name in ("P", "mean_square", "residual", "marched"):
             arrays[name] = getattr(self, name).copy()

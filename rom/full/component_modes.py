@@ -9,7 +9,7 @@ shapes alone. With omega the first frequency that is left out, the error of the 
     nu^4 sum_k>n (phi_k^T B)^2 / (omega_k^4 (omega_k^2 - nu^2)) <= nu^4 P^T M P / (omega^2 - nu^2),
 
 P^T M P = sum_k>n (phi_k^T B)^2 / omega_k^4, because static shapes include the orders 0 and 2 in
-nu. For bonded contacts S are constraint modes, and the bound is that of the dynamic stiffness.
+nu. For bonded contacts S are constraint modes, and this bounds the error of the dynamic stiffness.
 """
 
 from __future__ import annotations

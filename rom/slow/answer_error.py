@@ -30,10 +30,6 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.resolution import Resolution
-from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
@@ -128,17 +124,10 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
 
     NaN where the contact motion does not converge.
     """
-    reduced, stated = model.reduced, model.accuracy
+    reduced = model.reduced
     if reduced.formulation == "paper":
         return np.zeros(model.modes, dtype=complex)
-    resolution = Resolution(
-        Discretisation(stated.steps, stated.lines),
-        stated.resolution,
-        ErrorBudget(stated.tolerance).march,
-    )
-
-    problem = ContactProblem.of(reduced, model.law, model.combinations)
-    torus = resolution.of(problem, SMALLEST_SHARE * model.table.amplitude_range)
+    torus = model.contact_problem(SMALLEST_SHARE * model.table.amplitude_range)
     at = effective[np.newaxis]
     try:
         at_carriers = Detuned.of(torus, np.zeros(model.modes))

@@ -18,10 +18,6 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.resolution import Resolution
-from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
@@ -112,17 +108,8 @@ class SteadyMotion:
     def _contact_carriers(self, effective: Complexes) -> Complexes:
         """P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
         model, scale = self.model, self.scale[:, np.newaxis]
-        stated = model.accuracy
-        resolution = Resolution(
-            Discretisation(stated.steps, stated.lines),
-            stated.resolution,
-            ErrorBudget(stated.tolerance).march,
-        )
         modulus = np.abs(effective)
-        problem = ContactProblem.of(model.reduced, model.law, model.combinations)
-        torus = resolution.of(problem, _SMALLEST * model.table.amplitude_range)
-        terms = torus.solve_on_more_lines(modulus / scale)
-        carriers = [terms.orders.index(order) for order in CARRIERS[: model.modes]]
+        torus = model.contact_problem(_SMALLEST * model.table.amplitude_range)
+        P = torus.solve_on_more_lines(modulus / scale).P[:, : model.modes]
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
-        turned = terms.P[:, carriers] * (scale * unit)[..., np.newaxis]
-        return np.asarray(turned)
+        return np.asarray(P * (scale * unit)[..., np.newaxis])

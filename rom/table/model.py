@@ -13,6 +13,9 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
@@ -105,6 +108,13 @@ class Model:
         """
         norm = ErrorNorm.of(self.reduced, self.table.amplitude_range).known(self.table.nodes())
         return norm.scale(modulus, self.table(modulus))
+
+    def contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
+        """Return the contact problem as the table resolves it; see `ContactProblem.on`."""
+        stated = self.accuracy
+        grid = Discretisation(stated.steps, stated.lines)
+        problem = ContactProblem.of(self.reduced, self.law, self.combinations)
+        return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""

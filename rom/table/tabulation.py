@@ -293,18 +293,20 @@ class _Task:
         reduced, modes = problem.reduced, self.amplitude_range.size
         # Under varying load contacts may have two motions: samples begin with those nearby.
         guessed = reduced.contacts is not None and not reduced.even
+        carried = 0
+        if self.harmonics or guessed:
+            carried = (len(problem.orders) + 1) * reduced.n_contacts
         columns = Columns(
             orders=tuple(tabulated_orders(problem.combinations, modes)),
             drives=(*range(modes), *(term.mode for term in problem.combinations)),
             norm=ErrorNorm.of(reduced, self.amplitude_range),
             swing=2.0 * reduced.carrier,
             loss=_structural_loss(reduced),
-            carried=(len(problem.orders) + 1)
-            * reduced.n_contacts
-            * bool(self.harmonics or guessed),
+            carried=carried,
             kept=self.harmonics > 0,
         )
-        torus = resolution.of(problem, smallest_scale(self.amplitude_range))
+        smallest = smallest_scale(self.amplitude_range)
+        torus = problem.on(resolution.grid, resolution.march, smallest)
         samples = ContactSamples(torus, columns, self.amplitude_range, self.mapped, self.bar)
         sampling = Sampling(
             samples,
@@ -313,8 +315,8 @@ class _Task:
             onset_lines(reduced, problem.law),
             self.budget.march,
         )
-        table, carried, error = refine(sampling, self.budget.interpolation, self.time_budget)
-        return _Refined(torus, resolution, samples, table, carried, error)
+        made = refine(sampling, self.budget.interpolation, self.time_budget)
+        return _Refined(torus, resolution, samples, *made)
 
     def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
         """Return the table with its corrections, and the error of forcing off the carriers.
