@@ -411,11 +411,13 @@ class Component:
         return StoppedError(message, now, outputs, status == kernel.OUTSIDE_TABLE)
 
     def _departure(self, duration: float) -> str:
-        """Which amplitude leaves the table during a step, and when, found by bisection."""
-        state = self.get_state()
-        for _ in range(40):
-            duration *= 0.5
-            kernel.lib.sm_component_step(self._handle, duration)  # refused where it would leave
+        """Return which amplitude leaves the table during a step, and when."""
+        state, taken = self.get_state(), ctypes.c_double()
+        advance = kernel.lib.sm_component_advance
+        while duration > 0.0:  # by internal steps, which become short near the edge
+            if advance(self._handle, duration, ctypes.byref(taken)) != kernel.OK:
+                break
+            duration -= taken.value
         last = self.outputs()
         self.set_state(state)
         reached = [np.hypot(last[f"{m}_re"], last[f"{m}_im"]) for m in self._named.mode_names]

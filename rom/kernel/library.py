@@ -74,6 +74,7 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_component_set_amplitude": [c_void_p, c_void_p],
     "sm_component_set_inputs": [c_void_p, c_void_p],
     "sm_component_step": [c_void_p, c_double],
+    "sm_component_advance": [c_void_p, c_double, POINTER(c_double)],
     "sm_component_outputs": [c_void_p, c_void_p],
     "sm_component_slow_outputs": [c_void_p, c_void_p],
     "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],

@@ -1,4 +1,4 @@
-/* Events; and Model Exchange: time and states are the importer's. */
+/* Events, and Model Exchange. */
 #include "instance/instance.h"
 
 #include <math.h>
@@ -16,13 +16,13 @@ fmu_status fmu_enter_events(fmu_instance *instance) {
 }
 
 fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
-    if (instance->interface == FMU_CO_SIMULATION) { /* the next step sees what has jumped */
+    if (instance->interface == FMU_CO_SIMULATION) { /* the next step finds the jump */
         *states_changed = 0;
         return FMU_OK;
     }
     const sm_inputs inputs = fmu_inputs_now(instance);
     double amplitude[2 * SM_MODES];
-    memcpy(amplitude, instance->outputs + 1, sizeof amplitude);
+    memcpy(amplitude, instance->outputs + FMU_AMPLITUDE, sizeof amplitude);
     *states_changed =
         sm_force_discontinuity(&instance->flow, &instance->held, &inputs, amplitude);
     if (!*states_changed) return FMU_OK;
@@ -31,15 +31,9 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
             return fmu_say(instance, FMU_ERROR,
                            "the discontinuity of a force is too large: amplitude %g",
                            amplitude[k]);
-    memcpy(instance->outputs + 1, amplitude, sizeof amplitude);
+    memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof amplitude);
     instance->held = sm_hold_force(&inputs);
-    instance->outputs_current = instance->rates_current = 0;
-    instance->motion_current = FMU_NO_MOTION;
-    return FMU_OK;
-}
-
-fmu_status fmu_enter_steps(fmu_instance *instance) {
-    instance->state = FMU_STEPPING;
+    fmu_outdate(instance);
     return FMU_OK;
 }
 
@@ -48,8 +42,6 @@ fmu_status fmu_enter_continuous(fmu_instance *instance) {
     instance->state = FMU_CONTINUOUS;
     return FMU_OK;
 }
-
-size_t fmu_state_count(const fmu_instance *instance) { return 3 * (size_t)instance->model->modes + 1; }
 
 static fmu_status check(const fmu_instance *instance, const double *values, size_t count) {
     if (!values) return fmu_say(instance, FMU_ERROR, "states: the array is NULL");
@@ -66,22 +58,14 @@ fmu_status fmu_set_time(fmu_instance *instance, double time) {
     return FMU_OK;
 }
 
-/* Where state k is among the outputs. */
-static size_t place(const fmu_instance *instance, size_t k) {
-    const size_t modes = (size_t)instance->model->modes;
-    if (k < 2 * modes) return 1 + k;
-    return k < 3 * modes ? 5 + (k - 2 * modes) : 9;
-}
-
 fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t count) {
     if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
     for (size_t k = 0; k < count; k++)
         if (!isfinite(states[k]))
             return fmu_say(instance, FMU_ERROR, "state %lu: must be finite, got %g",
                            (unsigned long)k, states[k]);
-    for (size_t k = 0; k < count; k++) instance->outputs[place(instance, k)] = states[k];
-    instance->outputs_current = instance->rates_current = 0;
-    instance->motion_current = FMU_NO_MOTION;
+    for (size_t k = 0; k < count; k++) instance->outputs[fmu_state_place(instance, k)] = states[k];
+    fmu_outdate(instance);
     return FMU_OK;
 }
 
@@ -89,7 +73,7 @@ fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count) 
     if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
     const fmu_status status = instance->started ? FMU_OK : fmu_evaluate_outputs(instance);
     if (status != FMU_OK) return status;
-    for (size_t k = 0; k < count; k++) states[k] = instance->outputs[place(instance, k)];
+    for (size_t k = 0; k < count; k++) states[k] = instance->outputs[fmu_state_place(instance, k)];
     return FMU_OK;
 }
 

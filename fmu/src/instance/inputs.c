@@ -2,24 +2,21 @@
 #include "instance/instance.h"
 
 #include <math.h>
-#include <stddef.h>
-
-/* Doubles of sm_inputs. */
-#define INPUT_SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
+#include <string.h>
 
 static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
 
 static double *slots(sm_inputs *inputs) { return (double *)(void *)inputs; }
 
 int32_t fmu_rate_slot(int32_t slot) {
-    if (slot == INPUT_SLOT(limit_scale)) return INPUT_SLOT(limit_scale_rate);
-    const int has = is_of(slot, INPUT_SLOT(force)) || is_of(slot, INPUT_SLOT(frequency)) ||
-                    is_of(slot, INPUT_SLOT(phase));
+    if (slot == FMU_INPUT_SLOT(limit_scale)) return FMU_INPUT_SLOT(limit_scale_rate);
+    const int has = is_of(slot, FMU_INPUT_SLOT(force)) || is_of(slot, FMU_INPUT_SLOT(frequency)) ||
+                    is_of(slot, FMU_INPUT_SLOT(phase));
     return has ? slot + SM_MODES : -1;
 }
 
 int fmu_input_is_positive(int32_t slot) {
-    return is_of(slot, INPUT_SLOT(frequency)) || slot == INPUT_SLOT(limit_scale);
+    return is_of(slot, FMU_INPUT_SLOT(frequency)) || slot == FMU_INPUT_SLOT(limit_scale);
 }
 
 void fmu_hold_inputs(fmu_instance *instance) {
@@ -27,7 +24,7 @@ void fmu_hold_inputs(fmu_instance *instance) {
     for (size_t k = 0; k < FMU_INPUTS; k++) instance->held_since[k] = instance->outputs[0];
 }
 
-/* What moves from here on: the input, or the one whose rate it is. */
+/* Holds the input of this slot, or the input whose rate has this slot. */
 static void hold(fmu_instance *instance, int32_t slot) {
     const double *inputs = slots(&instance->inputs);
     double *held = slots(&instance->held_inputs);
@@ -41,10 +38,9 @@ static void hold(fmu_instance *instance, int32_t slot) {
 void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
     slots(&instance->inputs)[slot] = value;
     if (instance->interface == FMU_MODEL_EXCHANGE) hold(instance, slot);
-    instance->refused_at = NAN; /* a step may go another way now */
-    instance->inputs_current = instance->outputs_current = 0;
-    instance->rates_current = 0;
-    instance->motion_current = FMU_NO_MOTION;
+    instance->refused_at = NAN; /* the next step is no repetition */
+    instance->inputs_current = 0;
+    fmu_outdate(instance);
 }
 
 void fmu_move_inputs(fmu_instance *instance) {
@@ -55,4 +51,27 @@ void fmu_move_inputs(fmu_instance *instance) {
         inputs[k] = held[k] + inputs[rate] * (instance->outputs[0] - instance->held_since[k]);
         instance->outputs_current = instance->rates_current = 0;
     }
+}
+
+void fmu_advance_inputs(sm_inputs *inputs, double duration) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] += inputs->force_rate[j] * duration;
+        inputs->frequency[j] += inputs->frequency_rate[j] * duration;
+        inputs->phase[j] += inputs->phase_rate[j] * duration;
+    }
+    inputs->limit_scale += inputs->limit_scale_rate * duration;
+}
+
+void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
+    for (int j = 0; j < SM_MODES; j++) {
+        inputs->force[j] *= instance->model->force_factor[j];
+        inputs->force_rate[j] *= instance->model->force_factor[j];
+    }
+}
+
+sm_inputs fmu_inputs_now(const fmu_instance *instance) {
+    sm_inputs inputs = instance->inputs;
+    fmu_scale_forces(instance, &inputs);
+    memcpy(inputs.angle, instance->outputs + FMU_ANGLE, sizeof inputs.angle);
+    return inputs;
 }

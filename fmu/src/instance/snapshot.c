@@ -1,9 +1,9 @@
-#include "instance/snapshot.h"
+/* Snapshots of an instance. */
+#include "instance/instance.h"
+#include "resources/files.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#include "resources/npy.h"
 
 #define MAGIC 0x31554d46u /* "FMU1" */
 

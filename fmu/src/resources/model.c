@@ -1,3 +1,4 @@
+/* Loading the model from resources/. */
 #include "resources/model.h"
 
 #include <math.h>
@@ -6,27 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "resources/location.h"
-#include "resources/npy.h"
+#include "resources/files.h"
 
 #define MOST 1000000 /* contacts, elastic outputs, nodes or variables: more is damage */
-
-#define MOST_NAME 128 /* bytes */
-
-/* Files, in the order of checksums.npy. */
-enum {
-    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION,
-    DETUNING, LIMIT, STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
-    ELASTIC_FORCES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
-};
-static const char *const FILE_NAME[FILES] = {
-    "layout.npy", "constants.npy", "inputs.npy", "combinations.npy", "node_a.npy", "node_b.npy",
-    "table.npy", "rate_correction.npy", "detuning.npy", "contact_limit.npy", "contact_stiffness.npy",
-    "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy", "contact_elements.npy",
-    "contact_sliders.npy", "contact_reference.npy", "elastic_modes.npy", "elastic_forces.npy", "elastic_contacts.npy",
-    "orders.npy", "contact_reaction.npy", "elastic_response.npy", "variables.npy", "names.txt"};
-/* Memory besides that of the files. */
-enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
 
 /* layout.npy */
 typedef struct {
@@ -37,8 +20,8 @@ typedef struct {
 /* constants.npy */
 typedef struct {
     double alpha, memory_periods;
-    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2], off_resonance[SM_MODES][2];
-    double cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
+    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
+    double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
     double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
     double carrier_range[2];
 } constants;
@@ -49,10 +32,60 @@ enum {
     ROW_FRICTION, ROW_PRELOAD, ROW_TANGENTIAL_STIFFNESS, ROW_NORMAL_STIFFNESS, ROW_GAP, ROW_WIDTH
 };
 
+/* Extents of the arrays, by `count_extents`; END: there is no further dimension. */
+enum {
+    END, TWO, THREE, FOUR, LAYOUT_FIELDS, CONSTANT_FIELDS, INPUT_FIELDS, ROW_FIELDS, MODES,
+    COMBINATION_COUNT, NODES_A, NODES_B, FIELDS, CORRECTED_A, CORRECTED_B, CORRECTED_FIELDS,
+    DETUNED_A, DETUNED_B, DETUNED_FIELDS, CONTACTS, RIGID, INERTIA, ELASTIC, ELEMENT_COUNT,
+    SLIDER_COUNT, OUTPUTS, ORDER_COUNT, REACTION_FIELDS, RESPONSE_FIELDS, VARIABLE_COUNT, EXTENTS
+};
+
+/* Files, in the order of checksums.npy. */
+enum {
+    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION, DETUNING,
+    LIMIT, STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
+    ELASTIC_FORCES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
+};
+/* Memory besides that of the files. */
+enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
+
+static const struct {
+    const char *name;
+    npy_type type;
+    int extent[NPY_DIMENSIONS];
+} FILE_OF[FILES] = {
+    {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}},
+    {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}},
+    {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}},
+    {"combinations.npy", NPY_INT32, {COMBINATION_COUNT, THREE}},
+    {"node_a.npy", NPY_FLOAT64, {NODES_A}},
+    {"node_b.npy", NPY_FLOAT64, {NODES_B}},
+    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}},
+    {"rate_correction.npy", NPY_FLOAT64, {CORRECTED_A, CORRECTED_B, FOUR, CORRECTED_FIELDS}},
+    {"detuning.npy", NPY_FLOAT64, {DETUNED_A, DETUNED_B, FOUR, DETUNED_FIELDS}},
+    {"contact_limit.npy", NPY_FLOAT64, {RIGID}},
+    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}},
+    {"contact_damping.npy", NPY_FLOAT64, {RIGID, RIGID}},
+    {"contact_mass.npy", NPY_FLOAT64, {INERTIA, INERTIA}},
+    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}},
+    {"contact_elements.npy", NPY_FLOAT64, {ELEMENT_COUNT, ROW_FIELDS}},
+    {"contact_sliders.npy", NPY_FLOAT64, {SLIDER_COUNT, TWO}},
+    {"contact_reference.npy", NPY_FLOAT64, {ELASTIC}},
+    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}},
+    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}},
+    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}},
+    {"orders.npy", NPY_INT32, {ORDER_COUNT, TWO}},
+    {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDER_COUNT, REACTION_FIELDS}},
+    {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDER_COUNT, RESPONSE_FIELDS}},
+    {"variables.npy", NPY_INT32, {VARIABLE_COUNT, THREE}},
+    {"names.txt", NPY_INT32, {END}},
+};
+
 typedef struct {
     const char *folder;
     int32_t *checksum; /* (FILES), NULL until it is read */
     uint32_t crc;      /* of the file that was read last */
+    size_t extent[EXTENTS];
     char *reason;
 } loader;
 
@@ -70,33 +103,41 @@ static FILE *open_file(loader *l, const char *name) {
     return file;
 }
 
-static void *read_array(loader *l, const char *name, npy_type type, int dimensions,
-                        const size_t shape[NPY_DIMENSIONS]) {
+static void *read_array(loader *l, const char *name, const npy_layout *expected) {
     FILE *file = open_file(l, name);
     if (!file) return NULL;
-    npy_layout expected = {.type = type, .dimensions = dimensions};
-    for (int k = 0; k < dimensions; k++) expected.shape[k] = shape[k];
     const char *reason;
-    void *data = npy_read(file, &expected, &l->crc, &reason);
+    void *data = npy_read(file, expected, &l->crc, &reason);
     fclose(file);
     if (!data) refuse(l, "resources/%s: %s", name, reason);
     return data;
 }
 
+/* Reads the checksums of all files; returns whether there are any. */
+static int read_checksums(loader *l) {
+    const npy_layout expected = {.type = NPY_INT32, .dimensions = 1, .shape = {FILES}};
+    l->checksum = read_array(l, "checksums.npy", &expected);
+    return l->checksum != NULL;
+}
+
 static int checksum_fits(loader *l, int which) {
     if ((uint32_t)l->checksum[which] == l->crc) return 1;
-    return refuse(l, "resources/%s: damaged, its checksum does not fit", FILE_NAME[which]);
+    return refuse(l, "resources/%s: damaged, its checksum does not fit", FILE_OF[which].name);
 }
 
-/* File `which` into model->memory. */
-static void *load_array(loader *l, fmu_model *model, int which, npy_type type, int dimensions,
-                        size_t a, size_t b, size_t c, size_t d) {
-    const size_t shape[NPY_DIMENSIONS] = {a, b, c, d};
-    model->memory[which] = read_array(l, FILE_NAME[which], type, dimensions, shape);
-    return model->memory[which] && checksum_fits(l, which) ? model->memory[which] : NULL;
+/* Loads the arrays from `first` to before `end` into model->memory. */
+static int load_arrays(loader *l, fmu_model *model, int first, int end) {
+    for (int which = first; which < end; which++) {
+        npy_layout expected = {.type = FILE_OF[which].type};
+        for (int k = 0; k < NPY_DIMENSIONS && FILE_OF[which].extent[k] != END; k++)
+            expected.shape[expected.dimensions++] = l->extent[FILE_OF[which].extent[k]];
+        model->memory[which] = read_array(l, FILE_OF[which].name, &expected);
+        if (!model->memory[which] || !checksum_fits(l, which)) return 0;
+    }
+    return 1;
 }
 
-/* A text of at most `most` bytes, zero-terminated, in memory from malloc. */
+/* Reads a text of at most `most` bytes, zero-terminated, from malloc. */
 static char *read_text(loader *l, const char *name, size_t most) {
     FILE *file = open_file(l, name);
     if (!file) return NULL;
@@ -115,7 +156,7 @@ static char *read_text(loader *l, const char *name, size_t most) {
 }
 
 static int token_fits(loader *l, const char *token) {
-    char *own = read_text(l, "token.txt", FMU_TOKEN);
+    char *own = read_text(l, "token.txt", 64); /* SHA-256, hexadecimal */
     if (!own) return 0;
     const int same = strcmp(own, token) == 0;
     free(own);
@@ -138,28 +179,42 @@ static int layout_is_possible(loader *l, const layout *shape) {
     return 1;
 }
 
-/* An array over the nodes that a table may lack: its file is empty then. */
-static int load_correction(loader *l, fmu_model *model, int file, const layout *shape, int given,
-                           const double **correction) {
-    const size_t count_a = given ? (size_t)shape->count_a : 0;
-    const size_t count_b = given ? (size_t)shape->count_b : 0;
-    const size_t columns = given ? 2 * (size_t)(shape->modes * shape->modes) : 0;
-    const double *array =
-        load_array(l, model, file, NPY_FLOAT64, 4, count_a, count_b, 4, columns);
-    *correction = given ? array : NULL;
-    return array != NULL;
+/* Computes the extents of all arrays. Arrays that the model does not need are empty. */
+static void count_extents(const layout *shape, size_t extent[EXTENTS]) {
+    const size_t modes = (size_t)shape->modes, contacts = (size_t)shape->contacts;
+    const size_t count_a = (size_t)shape->count_a, count_b = (size_t)shape->count_b;
+    const size_t corrections = 2 * modes * modes;
+    const int elastic = shape->law == SM_ELASTIC;
+    extent[MODES] = modes;
+    extent[COMBINATION_COUNT] = (size_t)shape->combinations;
+    extent[NODES_A] = count_a;
+    extent[NODES_B] = count_b;
+    extent[FIELDS] = 2 * (modes + (size_t)shape->combinations + (size_t)shape->power);
+    extent[CORRECTED_A] = shape->corrected ? count_a : 0;
+    extent[CORRECTED_B] = shape->corrected ? count_b : 0;
+    extent[CORRECTED_FIELDS] = shape->corrected ? corrections : 0;
+    extent[DETUNED_A] = shape->detuned ? count_a : 0;
+    extent[DETUNED_B] = shape->detuned ? count_b : 0;
+    extent[DETUNED_FIELDS] = shape->detuned ? corrections : 0;
+    extent[CONTACTS] = contacts;
+    extent[RIGID] = elastic ? 0 : contacts;
+    extent[INERTIA] = shape->inertia ? contacts : 0;
+    extent[ELASTIC] = elastic ? contacts : 0;
+    extent[ELEMENT_COUNT] = (size_t)shape->elements;
+    extent[SLIDER_COUNT] = (size_t)shape->sliders;
+    extent[OUTPUTS] = (size_t)shape->elastic;
+    extent[ORDER_COUNT] = (size_t)shape->orders;
+    extent[REACTION_FIELDS] = 2 * contacts;
+    extent[RESPONSE_FIELDS] = 2 * (size_t)shape->elastic;
+    extent[VARIABLE_COUNT] = (size_t)shape->variables;
 }
 
-static int load_flow(loader *l, fmu_model *model, const layout *shape, const constants *given) {
-    const size_t count_a = (size_t)shape->count_a, count_b = (size_t)shape->count_b;
-    const size_t fields = 2 * (size_t)(shape->modes + shape->combinations + shape->power);
+static void set_flow(fmu_model *model, const layout *shape, const constants *given) {
     sm_slow_flow *flow = &model->flow;
-    const int32_t *combination =
-        load_array(l, model, COMBINATIONS, NPY_INT32, 2, (size_t)shape->combinations, 3, 0, 0);
-    if (!combination) return 0;
-    for (int32_t k = 0; k < shape->combinations; k++)
+    const int32_t *combination = model->memory[COMBINATIONS];
+    for (int32_t k = 0; k < shape->combinations; k++, combination += 3)
         flow->combination[k] =
-            (sm_combination){combination[3 * k], combination[3 * k + 1], combination[3 * k + 2]};
+            (sm_combination){combination[0], combination[1], combination[2]};
     flow->paper = shape->paper;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
@@ -169,35 +224,30 @@ static int load_flow(loader *l, fmu_model *model, const layout *shape, const con
     for (int j = 0; j < SM_MODES; j++)
         memcpy(flow->coupling_ratio[j].c, given->coupling_ratio[j],
                sizeof flow->coupling_ratio[j].c);
-    flow->table = (sm_table){.modes = shape->modes,
-                             .combinations = shape->combinations,
-                             .power = shape->power,
-                             .count_a = shape->count_a,
-                             .count_b = shape->count_b};
-    flow->table.node_a = load_array(l, model, NODE_A, NPY_FLOAT64, 1, count_a, 0, 0, 0);
-    if (!flow->table.node_a) return 0;
-    flow->table.node_b = load_array(l, model, NODE_B, NPY_FLOAT64, 1, count_b, 0, 0, 0);
-    if (!flow->table.node_b) return 0;
-    flow->table.values = load_array(l, model, TABLE, NPY_FLOAT64, 4, count_a, count_b, 4, fields);
-    if (!flow->table.values) return 0;
-    return load_correction(l, model, RATE_CORRECTION, shape, shape->corrected,
-                           &flow->table.rate_correction)
-           && load_correction(l, model, DETUNING, shape, shape->detuned, &flow->table.detuning);
+    flow->table = (sm_table){
+        .modes = shape->modes,
+        .combinations = shape->combinations,
+        .power = shape->power,
+        .count_a = shape->count_a,
+        .count_b = shape->count_b,
+        .node_a = model->memory[NODE_A],
+        .node_b = model->memory[NODE_B],
+        .values = model->memory[TABLE],
+        .rate_correction = shape->corrected ? model->memory[RATE_CORRECTION] : NULL,
+        .detuning = shape->detuned ? model->memory[DETUNING] : NULL};
 }
 
-/* The elements as the core takes them; integers in their rows must be such. */
-static const sm_element *read_elements(loader *l, fmu_model *model, const double *row,
-                                       size_t count) {
-    sm_element *element = calloc(count + 1, sizeof *element);
+/* Sets the elements of elastic contacts from their rows; integers there must be such. */
+static int set_elements(loader *l, fmu_model *model, const layout *shape) {
+    const double *row = model->memory[ELEMENTS];
+    sm_element *element = calloc((size_t)shape->elements + 1, sizeof *element);
     model->memory[ELEMENT_RECORDS] = element;
-    if (!element) refuse(l, "out of memory");
-    for (size_t e = 0; element && e < count; e++, row += ROW_WIDTH) {
+    if (!element) return refuse(l, "out of memory");
+    for (int32_t e = 0; e < shape->elements; e++, row += ROW_WIDTH) {
         int32_t integer[ROW_FRICTION];
         for (int k = 0; k < ROW_FRICTION; k++) {
-            if (!(row[k] >= 0.0 && row[k] <= MOST && row[k] == floor(row[k]))) {
-                refuse(l, "resources/contact_elements.npy: element %ld is none", (long)e);
-                return NULL;
-            }
+            if (!(row[k] >= 0.0 && row[k] <= MOST && row[k] == floor(row[k])))
+                return refuse(l, "resources/contact_elements.npy: element %ld is none", (long)e);
             integer[k] = (int32_t)row[k];
         }
         element[e] = (sm_element){.law = integer[ROW_LAW],
@@ -211,94 +261,47 @@ static const sm_element *read_elements(loader *l, fmu_model *model, const double
                                   .gap = row[ROW_GAP]};
         memcpy(element[e].column, integer + ROW_COLUMN, sizeof element[e].column);
     }
-    return element;
-}
-
-/* Elastic contacts; rigid ones have none of it. */
-static int load_elastic(loader *l, fmu_model *model, const layout *shape) {
-    const size_t elements = (size_t)shape->elements, sliders = (size_t)shape->sliders;
-    const size_t n = shape->law == SM_ELASTIC ? (size_t)shape->contacts : 0;
-    const double *row = load_array(l, model, ELEMENTS, NPY_FLOAT64, 2, elements, ROW_WIDTH, 0, 0);
-    const double *slider =
-        row ? load_array(l, model, SLIDERS, NPY_FLOAT64, 2, sliders, 2, 0, 0) : NULL;
-    const double *reference =
-        slider ? load_array(l, model, REFERENCE, NPY_FLOAT64, 1, n, 0, 0, 0) : NULL;
-    const sm_element *element = reference ? read_elements(l, model, row, elements) : NULL;
-    if (!element) return 0;
     model->elastic = (sm_elastic){.elements = shape->elements,
                                   .sliders = shape->sliders,
                                   .element = element,
-                                  .slider = slider,
-                                  .reference = reference};
+                                  .slider = model->memory[SLIDERS],
+                                  .reference = model->memory[REFERENCE]};
     return 1;
 }
 
-static int load_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
-    const size_t n = (size_t)shape->contacts, modes = (size_t)shape->modes;
-    const int elastic = shape->law == SM_ELASTIC;
-    const size_t rigid = elastic ? 0 : n, inertia = shape->inertia ? n : 0;
-    const double *limit = load_array(l, model, LIMIT, NPY_FLOAT64, 1, rigid, 0, 0, 0);
-    const double *stiffness =
-        limit ? load_array(l, model, STIFFNESS, NPY_FLOAT64, 2, n, n, 0, 0) : NULL;
-    const double *damping =
-        stiffness ? load_array(l, model, DAMPING, NPY_FLOAT64, 2, rigid, rigid, 0, 0) : NULL;
-    const double *mass =
-        damping ? load_array(l, model, MASS, NPY_FLOAT64, 2, inertia, inertia, 0, 0) : NULL;
-    const double *coupling =
-        mass ? load_array(l, model, COUPLING, NPY_FLOAT64, 3, modes, n, 2, 0) : NULL;
-    if (!coupling || !load_elastic(l, model, shape)) return 0;
-    model->contact = (sm_contact){.contacts = shape->contacts,
-                                  .modes = shape->modes,
-                                  .law = shape->law,
-                                  .alpha = given->alpha,
-                                  .limit = limit,
-                                  .stiffness = stiffness,
-                                  .damping = damping,
-                                  .coupling = coupling,
-                                  .mass = shape->inertia ? mass : NULL,
-                                  .elastic = elastic ? &model->elastic : NULL};
+static int set_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
+    if (!set_elements(l, model, shape)) return 0;
+    model->contact =
+        (sm_contact){.contacts = shape->contacts,
+                     .modes = shape->modes,
+                     .law = shape->law,
+                     .alpha = given->alpha,
+                     .limit = model->memory[LIMIT],
+                     .stiffness = model->memory[STIFFNESS],
+                     .damping = model->memory[DAMPING],
+                     .coupling = model->memory[COUPLING],
+                     .mass = shape->inertia ? model->memory[MASS] : NULL,
+                     .elastic = shape->law == SM_ELASTIC ? &model->elastic : NULL};
+    model->motion = (sm_motion){.elastic = shape->elastic,
+                                .modes_out = model->memory[ELASTIC_MODES],
+                                .forces_out = model->memory[ELASTIC_FORCES],
+                                .contacts_out = model->memory[ELASTIC_CONTACTS],
+                                .orders_count = shape->orders,
+                                .orders = model->memory[ORDERS],
+                                .reaction = model->memory[REACTION],
+                                .response = model->memory[RESPONSE],
+                                .steps_per_period = shape->steps_per_period,
+                                .memory_periods = given->memory_periods};
     const sm_status status = sm_contact_check(&model->contact);
     return status == SM_OK || refuse(l, "resources/contact_*.npy: %s", sm_message(status));
 }
 
-static int load_motion(loader *l, fmu_model *model, const layout *shape, const constants *given) {
-    const size_t n = (size_t)shape->contacts, modes = (size_t)shape->modes;
-    const size_t elastic = (size_t)shape->elastic, orders = (size_t)shape->orders;
-    const size_t a = (size_t)shape->count_a, b = (size_t)shape->count_b;
-    const double *modes_out =
-        load_array(l, model, ELASTIC_MODES, NPY_FLOAT64, 3, elastic, modes, 2, 0);
-    const double *forces_out =
-        modes_out ? load_array(l, model, ELASTIC_FORCES, NPY_FLOAT64, 3, elastic, modes, 2, 0)
-                  : NULL;
-    const double *contacts_out =
-        forces_out ? load_array(l, model, ELASTIC_CONTACTS, NPY_FLOAT64, 2, elastic, n, 0, 0) : NULL;
-    const int32_t *order =
-        contacts_out ? load_array(l, model, ORDERS, NPY_INT32, 2, orders, 2, 0, 0) : NULL;
-    const double *reaction =
-        order ? load_array(l, model, REACTION, NPY_FLOAT64, 4, a, b, orders, 2 * n) : NULL;
-    const double *response =
-        reaction ? load_array(l, model, RESPONSE, NPY_FLOAT64, 4, a, b, orders, 2 * elastic)
-                 : NULL;
-    if (!response) return 0;
-    model->motion = (sm_motion){.elastic = shape->elastic,
-                                .modes_out = modes_out,
-                                .forces_out = forces_out,
-                                .contacts_out = contacts_out,
-                                .orders_count = shape->orders,
-                                .orders = order,
-                                .reaction = reaction,
-                                .response = response,
-                                .steps_per_period = shape->steps_per_period,
-                                .memory_periods = given->memory_periods};
-    return 1;
-}
-
-/* The first slot that a variable of this kind does not have. */
+/* Returns the first slot that a variable of this kind does not have. */
 static int32_t slots(const fmu_model *model, int32_t kind) {
     switch (kind) {
     case FMU_OUTPUT:
         return SM_OUTPUTS_FIXED + 3 * model->contact.contacts + model->motion.elastic;
-    case FMU_START: return 1 + 2 * SM_MODES;
+    case FMU_START: return FMU_AMPLITUDE + 2 * SM_MODES;
     case FMU_INPUT: return (int32_t)(sizeof(sm_inputs) / sizeof(double));
     case FMU_PARAMETER: return FMU_PARAMETERS;
     case FMU_RATE: return FMU_STATES;
@@ -308,21 +311,21 @@ static int32_t slots(const fmu_model *model, int32_t kind) {
     }
 }
 
-static int load_variables(loader *l, fmu_model *model, int32_t count) {
-    const fmu_variable *variable =
-        load_array(l, model, VARIABLES, NPY_INT32, 2, (size_t)count, 3, 0, 0);
-    if (!variable) return 0;
+static int set_variables(loader *l, fmu_model *model, int32_t count) {
+    const fmu_variable *variable = model->memory[VARIABLES];
     for (int32_t k = 0; k < count; k++) {
         const fmu_variable v = variable[k];
-        const int32_t size = v.type == FMU_ARRAY ? model->contact.contacts : 1;
-        const int misplaced = v.type == FMU_ARRAY &&
-                              (v.kind != FMU_OUTPUT || v.slot < SM_OUTPUTS_FIXED);
+        const int array = v.type == FMU_ARRAY;
+        const int32_t size = array ? model->contact.contacts : 1;
+        const int32_t first = array ? SM_OUTPUTS_FIXED : v.kind == FMU_START ? FMU_AMPLITUDE : 0;
         if (v.type < FMU_REAL || v.type > FMU_ARRAY || v.kind < FMU_OUTPUT ||
-            v.kind >= FMU_KINDS || v.slot < (v.kind == FMU_START) || misplaced ||
+            v.kind >= FMU_KINDS || (array && v.kind != FMU_OUTPUT) || v.slot < first ||
             v.slot > slots(model, v.kind) - size)
             return refuse(l, "resources/variables.npy: variable %ld is none", (long)k);
     }
-    char *text = model->memory[NAMES] = read_text(l, FILE_NAME[NAMES], MOST_NAME * (size_t)count);
+    const size_t longest = 128; /* bytes of a name */
+    char *text = read_text(l, FILE_OF[NAMES].name, longest * (size_t)count);
+    model->memory[NAMES] = text;
     if (!text || !checksum_fits(l, NAMES)) return 0;
     const char **name = calloc((size_t)count + 1, sizeof *name);
     model->memory[NAME_STARTS] = (void *)name;
@@ -340,7 +343,7 @@ static int load_variables(loader *l, fmu_model *model, int32_t count) {
     return 1;
 }
 
-/* Whatever the parameters: instances do not look again. */
+/* Checks the model for any parameters, so that instances need not. */
 static int makes_a_component(loader *l, const fmu_model *model) {
     sm_motion motion = model->motion;
     motion.wanted = 1;
@@ -350,35 +353,34 @@ static int makes_a_component(loader *l, const fmu_model *model) {
 }
 
 static int load_all(loader *l, fmu_model *model, const char *token) {
-    const size_t files[NPY_DIMENSIONS] = {FILES};
-    if (!token_fits(l, token)) return 0;
-    l->checksum = read_array(l, "checksums.npy", NPY_INT32, 1, files);
+    if (!token_fits(l, token) || !read_checksums(l)) return 0;
     model->checksum = l->crc;
-    if (!l->checksum) return 0;
-    const layout *shape =
-        load_array(l, model, LAYOUT, NPY_INT32, 1, sizeof *shape / sizeof(int32_t), 0, 0, 0);
-    if (!shape || !layout_is_possible(l, shape)) return 0;
-    const constants *given =
-        load_array(l, model, CONSTANTS, NPY_FLOAT64, 1, sizeof *given / sizeof(double), 0, 0, 0);
-    if (!given) return 0;
-    const sm_inputs *inputs =
-        load_array(l, model, INPUTS, NPY_FLOAT64, 1, sizeof *inputs / sizeof(double), 0, 0, 0);
-    if (!inputs) return 0;
+    if (!load_arrays(l, model, LAYOUT, CONSTANTS)) return 0;
+    const layout *shape = model->memory[LAYOUT];
+    if (!layout_is_possible(l, shape)) return 0;
+    count_extents(shape, l->extent);
+    if (!load_arrays(l, model, CONSTANTS, NAMES)) return 0;
+    const constants *given = model->memory[CONSTANTS];
     model->modes = shape->modes;
-    model->inputs = *inputs;
+    model->inputs = *(const sm_inputs *)model->memory[INPUTS];
     memcpy(model->force_factor, given->force_factor, sizeof model->force_factor);
     memcpy(model->parameters, given->parameters, sizeof model->parameters);
     memcpy(model->nominal, given->nominal, sizeof model->nominal);
     memcpy(model->amplitude, given->amplitude, sizeof model->amplitude);
     memcpy(model->carrier_range, given->carrier_range, sizeof model->carrier_range);
-    return load_flow(l, model, shape, given) && load_contact(l, model, shape, given) &&
-           load_motion(l, model, shape, given) && load_variables(l, model, shape->variables) &&
+    set_flow(model, shape, given);
+    return set_contact(l, model, shape, given) && set_variables(l, model, shape->variables) &&
            makes_a_component(l, model);
 }
 
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]) {
-    loader l = {.folder = folder, .reason = reason};
+    loader l = {.folder = folder,
+                .reason = reason,
+                .extent = {[TWO] = 2, [THREE] = 3, [FOUR] = 4, [ROW_FIELDS] = ROW_WIDTH,
+                           [LAYOUT_FIELDS] = sizeof(layout) / sizeof(int32_t),
+                           [CONSTANT_FIELDS] = sizeof(constants) / sizeof(double),
+                           [INPUT_FIELDS] = sizeof(sm_inputs) / sizeof(double)}};
     const fmu_model empty = {0};
     *model = empty;
     const int loaded = load_all(&l, model, token);
@@ -395,12 +397,9 @@ void fmu_model_free(fmu_model *model) {
 }
 
 int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token) {
-    const size_t files[NPY_DIMENSIONS] = {FILES};
     char reason[FMU_REASON];
     loader l = {.folder = folder, .reason = reason};
-    if (!token_fits(&l, token)) return 0;
-    l.checksum = read_array(&l, "checksums.npy", NPY_INT32, 1, files);
-    const int same = l.checksum && l.crc == model->checksum;
+    const int same = token_fits(&l, token) && read_checksums(&l) && l.crc == model->checksum;
     free(l.checksum);
     return same;
 }

@@ -1,17 +1,23 @@
-/* What resources/ holds: the reduced model and its list of variables. */
+/* The content of resources/: the reduced model and its list of variables. */
 #ifndef FMU_MODEL_H
 #define FMU_MODEL_H
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 9      /* of resources/; raised whenever older ones must be refused */
-#define FMU_REASON 256    /* bytes of a sentence that says what is wrong */
-#define FMU_TOKEN 64      /* characters of the instantiation token */
-#define FMU_PARAMETERS 4  /* slots of FMU_PARAMETER: see below */
+#define FMU_FORMAT 9   /* of resources/; raised whenever older ones must be refused */
+#define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
-/* Parameters, by slot. */
-enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED };
+/* The internal tolerance; fmu/variables/listing.py has the same limits. */
+#define FMU_LEAST_TOLERANCE 1e-13
+#define FMU_MOST_TOLERANCE 1e-2
+
+/* Slots of parameters. */
+enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED, FMU_PARAMETERS };
+
+/* Slots of outputs, as sm_component_outputs packs them: the time, (Re, Im) of the amplitudes, the
+ * carrier angles, input and dissipated power, dissipated energy. */
+enum { FMU_AMPLITUDE = 1, FMU_ANGLE = 5, FMU_POWER = 7, FMU_ENERGY = 9 };
 
 /* Type of a variable. */
 enum {
@@ -19,7 +25,7 @@ enum {
     FMU_ARRAY /* of reals: an output of every contact, from the slot on */
 };
 
-/* What a variable is, and what its slot counts. */
+/* Kind of a variable, and what its slot counts: fmu/variables/variable.py has the same. */
 enum {
     FMU_OUTPUT = 0, /* outputs of sm_component_outputs; the time is the first of them */
     FMU_START,      /* likewise, an amplitude, which may be set before the start */
@@ -59,7 +65,13 @@ typedef struct {
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]);
 void fmu_model_free(fmu_model *model);
-/* Whether the model is the one of that folder and token, as far as its list of checksums says. */
+/* Returns whether the model is that of folder and token, according to its list of checksums. */
 int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token);
+
+/* Returns the model that all instances of this folder share, to be released; NULL: `reason` says
+ * why there is none. May be called from any thread. */
+const fmu_model *fmu_model_acquire(const char *folder, const char *token,
+                                   char reason[FMU_REASON]);
+void fmu_model_release(const fmu_model *model);
 
 #endif

@@ -1,4 +1,5 @@
-#include "resources/shared.h"
+/* Models that instances share. */
+#include "resources/model.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,10 +24,10 @@ typedef struct entry {
     char folder[];
 } entry;
 
-/* Of this library, and behind its lock; empty without instances. */
+/* All models of this library; only read and written between enter and leave. */
 static entry *registry;
 
-/* Another model may have come into the folder since: its files tell. */
+/* Checks the files too: another model may have been put into the folder. */
 static entry *find(const char *folder, const char *token) {
     for (entry *e = registry; e; e = e->next)
         if (strcmp(e->folder, folder) == 0 && fmu_model_is_of(&e->model, folder, token)) return e;

@@ -1,0 +1,104 @@
+/* Life cycle of an instance. */
+#include "instance/instance.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void set_defaults(fmu_instance *instance) {
+    const fmu_model *model = instance->model;
+    instance->state = FMU_INSTANTIATED;
+    instance->start = 0.0;
+    instance->stop = INFINITY;
+    memcpy(instance->parameters, model->parameters, sizeof instance->parameters);
+    memcpy(instance->amplitude, model->amplitude, sizeof instance->amplitude);
+    instance->inputs = model->inputs;
+    memset(&instance->held, 0, sizeof instance->held);
+    instance->started = instance->terminated = 0;
+    instance->refused_at = NAN;
+}
+
+/* Allocates the outputs; returns 0 without memory. */
+static int allocate(fmu_instance *instance) {
+    const fmu_model *model = instance->model;
+    instance->flow = model->flow;
+    instance->motion = model->motion;
+    instance->output_count = SM_OUTPUTS_FIXED + 3 * (size_t)model->contact.contacts
+                             + (size_t)model->motion.elastic;
+    instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
+    return instance->outputs != NULL;
+}
+
+fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const char *token,
+                              const char *folder, const fmu_logger *logger) {
+    char reason[FMU_REASON] = "out of memory";
+    const char *called = name ? name : "(no name)";
+    fmu_instance *instance = calloc(1, sizeof *instance);
+    const size_t length = strlen(called) + 1;
+    if (instance) instance->name = malloc(length);
+    if (instance && instance->name) {
+        memcpy(instance->name, called, length);
+        instance->logger = *logger;
+        instance->interface = interface;
+        if (!name || !*name)
+            snprintf(reason, sizeof reason, "the instance has no name");
+        else if (!token)
+            snprintf(reason, sizeof reason, "the instantiation token is NULL");
+        else
+            instance->model = fmu_model_acquire(folder, token, reason);
+        if (instance->model && allocate(instance)) {
+            set_defaults(instance);
+            if (fmu_evaluate_outputs(instance) == FMU_OK) { /* checks the model */
+                instance->started = 0;
+                fmu_say(instance, FMU_OK, "instantiated from %s", folder);
+                return instance;
+            }
+            snprintf(reason, sizeof reason, "the resources do not make a model");
+        }
+    }
+    fmu_log(logger, called, FMU_ERROR, reason);
+    fmu_free(instance);
+    return NULL;
+}
+
+void fmu_free(fmu_instance *instance) {
+    if (!instance) return;
+    sm_component_free(instance->component);
+    fmu_model_release(instance->model);
+    free(instance->outputs);
+    free(instance->observer.wanted);
+    free(instance->name);
+    free(instance);
+}
+
+fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double tolerance, double start,
+                     int stop_defined, double stop) {
+    if (!isfinite(start) || (stop_defined && !(isfinite(stop) && stop >= start)))
+        return fmu_say(instance, FMU_ERROR, "start time %g, stop time %g: must be finite, in order",
+                       start, stop_defined ? stop : start);
+    if (tolerance_defined && !(isfinite(tolerance) && tolerance > 0.0))
+        return fmu_say(instance, FMU_ERROR, "tolerance %g: must be finite and > 0", tolerance);
+    instance->start = start;
+    instance->stop = stop_defined ? stop : INFINITY;
+    instance->started = 0;
+    if (!tolerance_defined) return FMU_OK;
+    const double kept = fmin(fmax(tolerance, FMU_LEAST_TOLERANCE), FMU_MOST_TOLERANCE);
+    instance->parameters[FMU_TOLERANCE] = kept;
+    if (kept == tolerance) return FMU_OK;
+    return fmu_say(instance, FMU_WARNING, "tolerance %g: %g is used", tolerance, kept);
+}
+
+fmu_status fmu_exit_initialization(fmu_instance *instance) {
+    const fmu_status status = fmu_evaluate_outputs(instance);
+    if (status != FMU_OK) return status;
+    instance->state = instance->interface == FMU_MODEL_EXCHANGE ? FMU_EVENTS
+                      : instance->event_mode                    ? FMU_STEP_EVENTS
+                                                                : FMU_STEPPING;
+    return fmu_say(instance, FMU_OK, "started at t = %g s", instance->start);
+}
+
+fmu_status fmu_reset(fmu_instance *instance) {
+    set_defaults(instance);
+    return FMU_OK;
+}

@@ -1,0 +1,160 @@
+/* Steps of Co-Simulation, with the importer's callback, up to the end of the friction table. */
+#include "instance/instance.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SAME_TIME 1e-9   /* relative: sums of the same steps may round differently */
+#define LEAST_STEP 1e-18 /* [rad] of mode A, below which a step changes no amplitude */
+/* [rad] of mode A: a hundredth of a cycle, below which slow time resolves nothing. Importers that
+ * halve refused steps end here (test_fmu_discard.py). */
+#define LEAST_REACH 0.06
+
+static int is_output(const fmu_variable *variable) {
+    return variable->kind == FMU_OUTPUT || variable->kind == FMU_START ||
+           variable->kind == FMU_MODULUS || variable->kind == FMU_PHASE ||
+           variable->kind == FMU_MARGIN;
+}
+
+fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
+                       const uint32_t *wanted, size_t count) {
+    const fmu_model *model = instance->model;
+    for (size_t k = 0; k < count; k++)
+        if (wanted[k] >= (uint32_t)model->variables || !is_output(&model->variable[wanted[k]]))
+            return fmu_say(instance, FMU_ERROR,
+                           "required intermediate variables: value reference %lu is no output",
+                           (unsigned long)wanted[k]);
+    uint32_t *kept = calloc(count + 1, sizeof *kept);
+    if (!kept) return fmu_say(instance, FMU_ERROR, "required intermediate variables: out of memory");
+    if (count > 0) memcpy(kept, wanted, count * sizeof *kept);
+    instance->observer = *observer;
+    instance->observer.wanted = kept;
+    instance->observer.count = count;
+    return FMU_OK;
+}
+
+/* Calls the importer back; returns the seconds until the end of the step, which it may move. */
+static double show(fmu_instance *instance, const sm_inputs *begun, double start, double end) {
+    const double now = instance->outputs[0];
+    double wanted = now;
+    instance->inputs = *begun;
+    fmu_advance_inputs(&instance->inputs, now - start);
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
+    instance->state = FMU_INTERMEDIATE;
+    const int may_end = instance->early_return && now < end;
+    const int ends = instance->observer.update(&instance->observer, now, may_end, &wanted);
+    instance->state = FMU_STEPPING;
+    if (!ends) return end - now;
+    return wanted > now ? fmin(wanted, end) - now : 0.0;
+}
+
+/* Advances by internal steps; `duration` becomes the time advanced. Where the friction table ends,
+ * the integrator shortens its steps to 1e-3 rad of mode A and stops there. */
+static sm_status march(fmu_instance *instance, double *duration) {
+    const sm_inputs begun = instance->inputs;
+    const double start = instance->outputs[0];
+    double left = *duration, end = start + left, taken;
+    sm_status status = SM_OK;
+    while (status == SM_OK && left > 0.0) {
+        status = sm_component_advance(instance->component, left, &taken);
+        if (status == SM_OK)
+            status = sm_component_slow_outputs(instance->component, instance->outputs);
+        if (status != SM_OK) break;
+        left = instance->observer.update ? show(instance, &begun, start, end)
+                                         : end - instance->outputs[0];
+        end = fmin(end, instance->outputs[0] + left);
+    }
+    instance->inputs = begun;
+    if (status != SM_OK)
+        *duration = instance->outputs[0] - start;
+    else if (end < start + *duration)
+        *duration = end - start;
+    return status;
+}
+
+/* Remembers a discarded step. Another try ends the simulation if no step can be done, or if the
+ * step is at least as long as before. */
+static void note_refusal(fmu_instance *instance, double duration, int stuck) {
+    const double now = instance->outputs[0];
+    const int again = instance->refused_at == now && duration >= instance->refused;
+    instance->terminated = stuck || again;
+    instance->refused_at = now;
+    instance->refused = duration;
+}
+
+static fmu_status refuse(fmu_instance *instance, double duration, sm_status status,
+                         const double *reached) {
+    if (status != SM_OUTSIDE_TABLE) {
+        const fmu_status refused = fmu_status_of(instance, status, "step");
+        if (refused == FMU_DISCARD) note_refusal(instance, duration, 0);
+        return refused;
+    }
+    const double went = reached[0] - instance->outputs[0];
+    const int stuck = went * instance->inputs.frequency[0] < LEAST_REACH;
+    note_refusal(instance, duration, stuck);
+    return fmu_say_outside(instance, reached, "step", stuck ? ", however short the step" : "");
+}
+
+/* Marches the step. If it fails, or stops before LEAST_REACH, all is as before. */
+static fmu_status march_step(fmu_instance *instance, double *duration) {
+    sm_component *component = instance->component;
+    double before[SM_OUTPUTS_FIXED], reached[SM_OUTPUTS_FIXED], taken = *duration;
+    double *state = calloc(sm_component_state_count(component), sizeof *state);
+    if (!state) return fmu_say(instance, FMU_ERROR, "step: out of memory");
+    sm_component_get_state(component, state);
+    memcpy(before, instance->outputs, sizeof before);
+    const sm_status marched = march(instance, &taken);
+    fmu_status status = FMU_OK;
+    if (marched == SM_OUTSIDE_TABLE && instance->early_return &&
+        taken * instance->inputs.frequency[0] >= LEAST_REACH) {
+        fmu_say(instance, FMU_OK, "step: returns %g s early, where the friction table ends",
+                *duration - taken);
+    } else if (marched != SM_OK) {
+        memcpy(reached, instance->outputs, sizeof reached);
+        memcpy(instance->outputs, before, sizeof before);
+        sm_component_set_state(component, state);
+        instance->rates_current = 0;
+        instance->motion_current = FMU_NO_MOTION;
+        status = refuse(instance, *duration, marched, reached);
+    }
+    free(state);
+    *duration = taken;
+    return status;
+}
+
+static fmu_status check_step(const fmu_instance *instance, double time, double duration) {
+    const double now = instance->outputs[0], later = now + duration;
+    if (!(isfinite(duration) && duration > 0.0))
+        return fmu_say(instance, FMU_ERROR, "doStep: step %g s, must be finite and > 0", duration);
+    if (duration * instance->inputs.frequency[0] < LEAST_STEP)
+        return fmu_say(instance, FMU_ERROR, "doStep: step %g s, too short to matter", duration);
+    if (!(fabs(time - now) <= SAME_TIME * fmax(1.0, fabs(now))))
+        return fmu_say(instance, FMU_ERROR, "doStep: from t = %.17g s, the FMU stands at %.17g s",
+                       time, now);
+    if (later > instance->stop + SAME_TIME * fmax(1.0, fabs(instance->stop)))
+        return fmu_say(instance, FMU_ERROR, "doStep: to t = %.17g s, past the stop time %.17g s",
+                       later, instance->stop);
+    return FMU_OK;
+}
+
+fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
+    fmu_status status = check_step(instance, time, duration);
+    if (status == FMU_OK) status = fmu_evaluate_step_inputs(instance, duration);
+    if (status != FMU_OK) return status;
+    const int observed = instance->observer.update != NULL;
+    double taken = duration;
+    const sm_status stepped =
+        observed ? SM_OK : sm_component_step(instance->component, duration);
+    if (observed || stepped == SM_OUTSIDE_TABLE)
+        status = march_step(instance, &taken);
+    else if (stepped != SM_OK)
+        status = refuse(instance, duration, stepped, instance->outputs);
+    if (status != FMU_OK) return status;
+    instance->terminated = 0;
+    fmu_advance_inputs(&instance->inputs, taken);
+    instance->rates_current = 0;
+    instance->motion_current = FMU_NO_MOTION;
+    return fmu_read_outputs(instance);
+}

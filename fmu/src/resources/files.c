@@ -1,0 +1,202 @@
+/* Resource files: their folder, and reading .npy arrays. */
+#include "resources/files.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(_WIN32)
+#include <windows.h>
+#define SEPARATOR '\\'
+#else
+#define SEPARATOR '/'
+#endif
+
+static int is_separator(char c) { return c == '/' || c == SEPARATOR; }
+
+char *location_from_path(const char *path, const char **reason) {
+    *reason = "no resource path was given";
+    if (!path || !*path) return NULL;
+    const size_t length = strlen(path);
+    char *folder = malloc(length + 2);
+    *reason = folder ? NULL : "out of memory";
+    if (!folder) return NULL;
+    memcpy(folder, path, length + 1);
+    if (!is_separator(folder[length - 1])) {
+        folder[length] = SEPARATOR;
+        folder[length + 1] = '\0';
+    }
+    return folder;
+}
+
+static int lower(char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c; }
+
+/* Whether the text starts with a word of small letters, in letters of any size. */
+static int starts_with(const char *text, const char *word) {
+    for (; *word; text++, word++)
+        if (lower(*text) != *word) return 0;
+    return 1;
+}
+
+static int hex_digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    c = (char)lower(c);
+    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+}
+
+/* Decodes %XX in place; 0 where it is not two hexadecimal digits, or a zero byte. */
+static int decode_percents(char *text) {
+    char *to = text;
+    for (const char *from = text; *from; from++, to++) {
+        *to = *from;
+        if (*from != '%') continue;
+        const int high = hex_digit(from[1]), low = high < 0 ? -1 : hex_digit(from[2]);
+        if (low < 0 || 16 * high + low == 0) return 0;
+        *to = (char)(16 * high + low);
+        from += 2;
+    }
+    *to = '\0';
+    return 1;
+}
+
+/* What follows file:, file:// or file://localhost; NULL if it is on another host. */
+static const char *path_of(const char *after_scheme) {
+    if (after_scheme[0] != '/' || after_scheme[1] != '/') return after_scheme;
+    const char *authority = after_scheme + 2;
+    if (starts_with(authority, "localhost/")) return authority + strlen("localhost");
+    return *authority == '/' ? authority : NULL;
+}
+
+char *location_from_uri(const char *uri, const char **reason) {
+    if (!uri || !starts_with(uri, "file:")) {
+        if (uri && strstr(uri, "://")) {
+            *reason = "the resource location is not a file: URI";
+            return NULL;
+        }
+        return location_from_path(uri, reason); /* some importers give a path */
+    }
+    const char *path = path_of(uri + strlen("file:"));
+    if (!path) {
+        *reason = "the resource location is on another host";
+        return NULL;
+    }
+#if defined(_WIN32)
+    if (path[0] == '/' && path[1] && path[2] == ':') path++; /* /C:/... */
+#endif
+    char *folder = location_from_path(path, reason);
+    if (folder && !decode_percents(folder)) {
+        *reason = "the resource location has a % that no two hexadecimal digits follow";
+        free(folder);
+        return NULL;
+    }
+    return folder;
+}
+
+static FILE *open_native(const char *path) {
+#if defined(_WIN32)
+    const int length = MultiByteToWideChar(CP_UTF8, 0, path, -1, NULL, 0);
+    wchar_t *wide = length > 0 ? malloc((size_t)length * sizeof *wide) : NULL;
+    if (!wide) return NULL;
+    MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, length);
+    FILE *file = _wfopen(wide, L"rb");
+    free(wide);
+    return file;
+#else
+    return fopen(path, "rb");
+#endif
+}
+
+FILE *location_open(const char *folder, const char *name) {
+    const size_t length = strlen(folder), rest = strlen(name) + 1;
+    char *path = malloc(length + rest);
+    if (!path) return NULL;
+    memcpy(path, folder, length);
+    memcpy(path + length, name, rest);
+    FILE *file = open_native(path);
+    free(path);
+    return file;
+}
+
+/* ---- .npy ------------------------------------------------------------------------------ */
+
+#define MAGIC "\x93NUMPY\x01"   /* and a minor version 0 */
+#define PREFIX 10                /* bytes before the description of the array */
+#define DESCRIPTION 256          /* bytes that it has at most */
+
+uint32_t npy_crc(uint32_t crc, const void *bytes, size_t count) {
+    static const uint32_t nibble[16] = {
+        0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu, 0x76dc4190u, 0x6b6b51f4u,
+        0x4db26158u, 0x5005713cu, 0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+        0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu};
+    const unsigned char *byte = bytes;
+    crc = ~crc;
+    for (size_t k = 0; k < count; k++) {
+        crc ^= byte[k];
+        crc = (crc >> 4) ^ nibble[crc & 15u];
+        crc = (crc >> 4) ^ nibble[crc & 15u];
+    }
+    return ~crc;
+}
+
+static int little_endian(void) {
+    const uint16_t one = 1;
+    unsigned char first;
+    memcpy(&first, &one, 1);
+    return first == 1;
+}
+
+/* The description that numpy gives an array of this layout. */
+static void describe(const npy_layout *layout, char text[DESCRIPTION]) {
+    int length = snprintf(text, DESCRIPTION, "{'descr': '%s', 'fortran_order': False, 'shape': (",
+                          layout->type == NPY_INT32 ? "<i4" : "<f8");
+    for (int k = 0; k < layout->dimensions; k++)
+        length += snprintf(text + length, (size_t)(DESCRIPTION - length), k > 0 ? ", %lu" : "%lu",
+                           (unsigned long)layout->shape[k]);
+    snprintf(text + length, (size_t)(DESCRIPTION - length),
+             layout->dimensions == 1 ? ",), }" : "), }");
+}
+
+/* Reads up to the array; NULL, or what is wrong. */
+static const char *read_description(FILE *file, const npy_layout *layout, uint32_t *crc) {
+    unsigned char prefix[PREFIX];
+    char expected[DESCRIPTION], found[DESCRIPTION];
+    if (fread(prefix, 1, PREFIX, file) != PREFIX) return "it is truncated";
+    if (memcmp(prefix, MAGIC, 7) != 0 || prefix[7] != 0) return "it is not an .npy file of version 1.0";
+    const size_t length = prefix[8] + 256u * prefix[9];
+    if (length >= DESCRIPTION) return "its header is damaged";
+    if (fread(found, 1, length, file) != length) return "it is truncated";
+    *crc = npy_crc(npy_crc(0, prefix, PREFIX), found, length);
+    found[length] = '\0';
+    describe(layout, expected);
+    const size_t needed = strlen(expected);
+    int same = length > needed && memcmp(found, expected, needed) == 0;
+    for (size_t k = needed; same && k < length; k++) /* padded with spaces to the end of a line */
+        same = found[k] == (k + 1 < length ? ' ' : '\n');
+    return same ? NULL : "its header is damaged, or not that of this model";
+}
+
+void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char **reason) {
+    if (!little_endian()) {
+        *reason = "this machine is not little-endian";
+        return NULL;
+    }
+    *reason = read_description(file, layout, crc);
+    if (*reason) return NULL;
+    const size_t size = layout->type == NPY_INT32 ? sizeof(int32_t) : sizeof(double);
+    size_t count = 1;
+    for (int k = 0; k < layout->dimensions; k++) count *= layout->shape[k];
+    void *data = count <= SIZE_MAX / size ? malloc(count * size + 1) : NULL;
+    if (!data) {
+        *reason = "out of memory";
+        return NULL;
+    }
+    if (fread(data, size, count, file) != count)
+        *reason = "it is truncated";
+    else if (fgetc(file) != EOF)
+        *reason = "there is more in it than its array";
+    if (*reason) {
+        free(data);
+        return NULL;
+    }
+    *crc = npy_crc(*crc, data, count * size);
+    return data;
+}
