@@ -4,15 +4,15 @@ Variables are named <quantity>_<mode>, mode A or B:
 
 inputs    force [N], frequency [rad/s], phase [rad], and force_rate, frequency_rate, phase_rate
           per second; also limit_scale, the friction limits and preloads relative to the model's,
-          and limit_scale_rate, unless the law has what does not scale with them: the velocity of
-          tanh, a gap
+          and limit_scale_rate, unless the law has a parameter that does not scale with them: the
+          velocity of tanh, a gap
 outputs   time; A_re, A_im, B_re, B_im; theta_A, theta_B (carrier angles);
           input_power, dissipated_power [W], dissipated_energy [J] (mean over the fast cycles, at
           the contacts); with contact motion also contact_<i>_x, _v, _f and x_<dof>
 
 From rest an amplitude may start at a value other than 0 although no force is near its mode: the
-force of the other mode moves it off resonance, and where that force sets in, the free vibration
-that cancels this response is part of the amplitude. x_<dof> has both, and starts at 0.
+force of the other mode moves it off resonance, and when that force sets in, the free vibration
+that cancels this response is part of the amplitude. x_<dof> contains both, and starts at 0.
 
 An input holds its value, and moves at its rate, until it is set again; so sweeps are exact and
 continuous in phase whatever the step.
@@ -23,21 +23,16 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Iterator, Sequence
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.handle import create_component
-from slipmode.fmu.inputs import (
-    MODE_NAMES,
-    Inputs,
-    limit_scale,
-    moved_on,
-)
+from slipmode.fmu.handle import ComponentOptions, create_component
+from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.reduction.force_response import (
     AppliedForces,
     ForcePatterns,
@@ -55,7 +50,6 @@ from slipmode.rom.validity import (
     warn,
 )
 
-_SLOW_OUTPUTS = 10  # SM_OUTPUTS_FIXED
 _TRACED_ROWS = 4096  # outputs in memory together
 
 
@@ -66,23 +60,25 @@ class Component:
     ----------
     model : Model
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        The forces [N] that a force input of 1 N stands for; the inputs are the magnitudes.
-        Default: the input is the modal force [N kg^-1/2].
+        Forces [N] that a force input of 1 N represents; the inputs are their magnitudes. Default:
+        the input is the modal force [N kg^-1/2].
+
+    Other Parameters
+    ----------------
     contact : bool
-        Have the contact motion among the outputs. Where they are read it is marched to the
-        present, from where they were read last or over the last few periods; so it is off unless
-        asked for. In the consistent formulation the modes
-        respond to the harmonics of the contacts, so the model must keep some:
-        `rom.tabulate(..., harmonics=5)`. The response is that at the model's carriers: reduce it
-        with those of the forcing.
+        Adds the contact motion to the outputs; default False. When outputs are read, it is
+        marched to the present, from the last reading or over the last few periods. In the
+        consistent formulation the modes respond to the harmonics of the contacts, so the model
+        must keep some: `rom.tabulate(..., harmonics=5)`. The response is computed at the model's
+        carriers: reduce it with the carriers of the forcing.
     elastic : sequence of int
         DOFs whose displacement is computed; needs `contact`.
     mode_names : sequence of str
-        What the model's modes are called, of "A" and "B": ("B",) where mode B alone is modelled.
+        Names of the model's modes, of "A" and "B": ("B",) if only mode B is modelled.
     tolerance : float
         Relative tolerance of the slow flow per internal step.
     warned : bool
-        Warn of strained assumptions; a scene has them in its plan instead.
+        Warn of strained assumptions; default True.
 
     Raises
     ------
@@ -93,41 +89,30 @@ class Component:
     Warns
     -----
     ValidityWarning
-        Where contacts or friction strain what the method assumes, at the largest amplitudes of
-        the table, or frequencies of modes are implausible; and, once, where frequency inputs are
-        far from their mode.
+        If contacts or friction strain the assumptions of the method at the largest amplitudes of
+        the table, or frequencies of modes are implausible; and, once, if frequency inputs are far
+        from their mode.
     """
 
     def __init__(
-        self,
-        model: Model,
-        force_patterns: ForcePatterns | None = None,
-        *,
-        contact: bool = False,
-        elastic: Sequence[int] = (),
-        mode_names: Sequence[str] = MODE_NAMES,
-        tolerance: float = SLOW_FLOW,
-        warned: bool = True,
+        self, model: Model, force_patterns: ForcePatterns | None = None, **options: Any
     ) -> None:
-        if not 1e-13 <= tolerance <= 1e-2:
-            raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {tolerance}")
-        if elastic and not contact:
-            raise SlipmodeError("elastic: needs contact=True, for the contacts move the DOFs too")
+        chosen = ComponentOptions(**options)
         n_dofs = model.reduced.n_dofs
-        if not all(0 <= dof < n_dofs for dof in elastic):
-            raise SlipmodeError(f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(elastic)}")
+        if not all(0 <= dof < n_dofs for dof in chosen.elastic):
+            raise SlipmodeError(
+                f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(chosen.elastic)}"
+            )
         self.model = model
         self._force_patterns = force_patterns
-        self._named = Inputs(model, force_patterns, mode_names)
+        self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
-        self.output_names = _output_names(model, self._named.mode_names, contact, elastic)
-        self._handle = create_component(model, force_patterns, contact, elastic, tolerance)
+        self.output_names = _output_names(model, self._named.mode_names, chosen)
+        self._handle = create_component(model, force_patterns, chosen)
         self._inputs = self._named.at_rest
-        self._start = np.zeros(kernel.MODES, dtype=complex)
-        self._start_address = self._start.ctypes.data
         self.reset()
-        self._frequencies_checked = warned
-        if warned:
+        self._check_frequencies = chosen.warned
+        if chosen.warned:
             if force_patterns is not None:
                 check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
             warn(findings_of(model, self._named.mode_names))
@@ -135,13 +120,10 @@ class Component:
     @property
     def time(self) -> float:
         """Present time [s]."""
-        values = np.empty(_SLOW_OUTPUTS)
-        address = values.ctypes.data
-        kernel.check(kernel.lib.sm_component_slow_outputs(self._handle, address), "time")
-        return float(values[0])
+        return float(self._slow_outputs("time")[0])
 
     def reset(self, time: float = 0.0, amplitude: ArrayLike = 0.0) -> None:
-        """Start anew at `time` with complex amplitudes (modes,), contacts at rest.
+        """Start at `time` with complex amplitudes (modes,), contacts at rest.
 
         The inputs stay as they are.
 
@@ -150,16 +132,18 @@ class Component:
         SlipmodeError
             If the time or an amplitude is not finite, or outside the friction table.
         """
-        given, start = np.atleast_1d(np.asarray(amplitude, dtype=complex)), self._start
+        given, start = (
+            np.atleast_1d(np.asarray(amplitude, dtype=complex)),
+            np.zeros(kernel.MODES, complex),
+        )
         modes = self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
             raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
-        start[:] = 0.0
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
-        status = kernel.lib.sm_component_reset(self._handle, time, self._start_address)
+        status = kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
         if status == kernel.OK:
             return
         if not np.isfinite(start).all():
@@ -170,12 +154,12 @@ class Component:
         kernel.check(status, "reset")
 
     def set_amplitude(self, amplitude: Complexes) -> None:
-        """Go on from complex amplitudes (modes,) that something else found for the present time.
+        """Continue at the present time from other complex amplitudes (modes,).
 
         Raises
         ------
         SlipmodeError
-            If one is not finite, or outside the friction table.
+            If an amplitude is not finite, or outside the friction table.
         """
         given = np.zeros(kernel.MODES, dtype=complex)
         given[: self.model.modes] = amplitude
@@ -188,8 +172,8 @@ class Component:
         Raises
         ------
         SlipmodeError
-            If a name is unknown, a value not finite, a frequency none that the slow flow of its
-            mode can follow or that of the other mode.
+            If a name is unknown, a value not finite, or a frequency out of the range that the
+            slow flow of its mode can follow or equal to the frequency of the other mode.
         """
         changed = self._inputs.copy()
         for name, value in values.items():
@@ -205,7 +189,7 @@ class Component:
             self._warn_of_frequencies(changed)
 
     def do_step(self, time: float, duration: float) -> None:
-        """Advance from `time`, where the component must stand, by `duration` > 0 [s].
+        """Advance from `time`, the present time, by `duration` > 0 [s].
 
         Raises
         ------
@@ -227,13 +211,13 @@ class Component:
         self._inputs = later
 
     def outputs(self) -> dict[str, float]:
-        """Outputs at the present time, by name."""
+        """Return the outputs at the present time, by name."""
         values = np.empty(len(self.output_names))
         kernel.check(kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs")
         return dict(zip(self.output_names, values.tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Many steps in one call.
+        """Advance by many steps in one call.
 
         Parameters
         ----------
@@ -250,7 +234,7 @@ class Component:
         Raises
         ------
         StoppedError
-            If a step cannot be taken; it carries the outputs up to there.
+            If a step cannot be taken; it has the outputs of the steps before.
         SlipmodeError
             If the arrays have other shapes.
         """
@@ -261,7 +245,10 @@ class Component:
         done = ctypes.c_size_t()
         status = kernel.lib.sm_component_run(
             self._handle,
-            *(allowed, lengths.ctypes.data, scaled.ctypes.data, outputs.ctypes.data),
+            allowed,
+            lengths.ctypes.data,
+            scaled.ctypes.data,
+            outputs.ctypes.data,
             ctypes.byref(done),
         )
         if done.value:
@@ -276,20 +263,19 @@ class Component:
         return outputs
 
     def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
-        """Many steps as in `run`, with outputs after each internal step.
+        """Advance by many steps as in `run`, with outputs after each internal step.
 
-        These lie close where the amplitudes change fast, and far apart where they rest, so that
-        their number says what happens, not how long it takes.
+        Internal steps are short where the amplitudes change fast, and long where they rest.
 
         Yields
         ------
         (rows, outputs) ndarray
-            The next of them, in the order of `output_names`.
+            The next outputs, in the order of `output_names`.
 
         Raises
         ------
         StoppedError, SlipmodeError
-            As `run`; the outputs that the error carries follow those that were yielded.
+            As `run`; the outputs in the error follow the outputs that were yielded.
         """
         lengths, records = self._checked(durations, inputs)
         scaled = self._named.modal(records)
@@ -299,9 +285,15 @@ class Component:
         while done.value < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
             status = kernel.lib.sm_component_trace(
-                *(self._handle, allowed, lengths.ctypes.data, scaled.ctypes.data),
-                *(len(outputs), outputs.ctypes.data),
-                *(ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed)),
+                self._handle,
+                allowed,
+                lengths.ctypes.data,
+                scaled.ctypes.data,
+                len(outputs),
+                outputs.ctypes.data,
+                ctypes.byref(count),
+                ctypes.byref(done),
+                ctypes.byref(elapsed),
             )
             before, k = k, done.value
             self._warn_of_frequencies(records[before:k])
@@ -318,13 +310,13 @@ class Component:
             yield outputs[: count.value]
 
     def get_state(self) -> Floats:
-        """Everything that continues the run, as an array that `set_state` takes."""
+        """Return the state of the run as an array for `set_state`."""
         state = np.empty(kernel.lib.sm_component_state_count(self._handle))
         kernel.check(kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
         return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
-        """Continue from a state of this component, or of another of the same model."""
+        """Continue from a state of this component, or of another component of the same model."""
         given = kernel.contiguous(state)
         count = kernel.lib.sm_component_state_count(self._handle)
         own = self._inputs.size
@@ -340,9 +332,7 @@ class Component:
 
         Steady states have no such error; see `slipmode.rom.slow.transient`.
         """
-        values = np.empty(_SLOW_OUTPUTS)
-        status = kernel.lib.sm_component_slow_outputs(self._handle, values.ctypes.data)
-        kernel.check(status, "transient error")
+        values = self._slow_outputs("transient error")
         modes = slice(0, self.model.modes)
         amplitude = values[1:5].view(complex)[np.newaxis, modes]
         inputs = self._named.modal(self._inputs).view(kernel.INPUTS).ravel()
@@ -357,19 +347,25 @@ class Component:
         return np.asarray(scale * error[0])
 
     def work(self) -> tuple[int, int]:
-        """Accepted and rejected internal steps since creation."""
+        """Return the numbers of accepted and rejected internal steps since creation."""
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
+    def _slow_outputs(self, doing: str) -> Floats:
+        values = np.empty(kernel.OUTPUTS_FIXED)
+        status = kernel.lib.sm_component_slow_outputs(self._handle, values.ctypes.data)
+        kernel.check(status, doing)
+        return values
+
     def _warn_of_frequencies(self, records: Floats) -> None:
         """Warn once of frequency inputs that are far from their mode."""
-        if self._frequencies_checked and (findings := self._named.findings(records)):
-            self._frequencies_checked = False
+        if self._check_frequencies and (findings := self._named.findings(records)):
+            self._check_frequencies = False
             warn(findings, stacklevel=4)
 
     def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats]:
-        """Lengths of steps, and the inputs at their starts as records."""
+        """Return lengths of steps, and the inputs at their starts as records."""
         lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
@@ -379,8 +375,8 @@ class Component:
     def _stopped_in(
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
-        """Why one of many steps failed, which had set its own inputs."""
-        now, left = np.empty(_SLOW_OUTPUTS), status == kernel.OUTSIDE_TABLE
+        """Return why one of many steps failed, after it had set its inputs."""
+        now, left = np.empty(kernel.OUTPUTS_FIXED), status == kernel.OUTSIDE_TABLE
         read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
         outside = left and read == kernel.OUTSIDE_TABLE  # already at the start of the step
         stop = None if outside else self._stopped(status, float(duration), inputs, outputs)
@@ -427,7 +423,7 @@ class Component:
         name = self._named.mode_names[mode]
         advice = "tabulate a larger range or lower the force"
         if self.model.reduced.modal_damping[mode] < 0.0:
-            advice = "it is self-excited: up to where friction holds it says rom.limit_cycles"
+            advice = "it is self-excited: rom.limit_cycles computes the amplitude limits"
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"
@@ -435,7 +431,7 @@ class Component:
 
 
 def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
-    """Return what a model strains of what the method assumes."""
+    """Return the assumptions of the method that a model strains."""
     reduced, largest = model.reduced, model.table.amplitude_range
     return [
         *mode_frequency_findings(mode_names, reduced.frequency),
@@ -444,13 +440,13 @@ def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
 
 
 def _output_names(
-    model: Model, mode_names: Sequence[str], contact: bool, elastic: Sequence[int]
+    model: Model, mode_names: Sequence[str], options: ComponentOptions
 ) -> tuple[str, ...]:
     names = ["time", *(f"{mode}_{part}" for mode in mode_names for part in ("re", "im"))]
     names += [f"theta_{mode}" for mode in mode_names]
     names += ["input_power", "dissipated_power", "dissipated_energy"]
-    if contact:
+    if options.contact:
         contacts = range(model.reduced.n_contacts)
         names += [f"contact_{i}_{quantity}" for quantity in "xvf" for i in contacts]
-        names += [f"x_{dof}" for dof in elastic]
+        names += [f"x_{dof}" for dof in options.elastic]
     return tuple(names)

@@ -1,4 +1,4 @@
-"""Inputs of a component: their names, what is allowed, how they move."""
+"""Inputs of a component: their names, their allowed values, how they move."""
 
 from __future__ import annotations
 
@@ -25,29 +25,29 @@ MODE_NAMES = ("A", "B")
 
 
 def place(quantity: str, mode: int = 0) -> int:
-    """Where a record, the core's sm_inputs as doubles, holds a quantity."""
+    """Return the column of a quantity in a record, the core's sm_inputs as doubles."""
     fields = kernel.INPUTS.fields
     assert fields is not None
     return int(fields[quantity][1]) // 8 + mode
 
 
-_MODES = range(kernel.MODES)
-FORCES = [place("force", j) for j in _MODES]
-_FREQUENCIES = [place("frequency", j) for j in _MODES]
-_MOVING = [place(name, j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
-_RATES = [place(f"{name}_rate", j) for name in kernel.INPUT_QUANTITIES for j in _MODES]
+# Columns of inputs that move, and of their rates.
+_MOVING = [place(name, j) for name in kernel.INPUT_QUANTITIES for j in range(kernel.MODES)]
 _MOVING.append(place("limit_scale"))
+_RATES = [
+    place(f"{name}_rate", j) for name in kernel.INPUT_QUANTITIES for j in range(kernel.MODES)
+]
 _RATES.append(place("limit_scale_rate"))
 
 
 class Inputs:
-    """Names of a model's inputs, and the records (n, width) in which the core takes them.
+    """Names of a model's inputs, and records (n, width) of them for the core.
 
     Parameters
     ----------
     model : Model
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        The forces that a force input of 1 N stands for. Default: the input is the modal force.
+        Forces that a force input of 1 N represents. Default: the input is the modal force.
     mode_names : sequence of str
         See `present_modes`.
     """
@@ -82,7 +82,7 @@ class Inputs:
             self._to_modal[[place("force", j), place("force_rate", j)]] = factor
 
     def column(self, name: str) -> int:
-        """Where the records hold an input; a name that is none is refused."""
+        """Return the column of an input in the records; other names are refused."""
         if name in self._column:
             return self._column[name]
         if name not in kernel.SCALE_FIELDS:
@@ -93,19 +93,19 @@ class Inputs:
         )
 
     def records(self, values: Floats) -> Floats:
-        """Of inputs (n, inputs) in the order of the names."""
+        """Return records of inputs (n, inputs) in the order of the names."""
         return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
 
     def first_refused(self, records: Floats, durations: Floats) -> int:
-        """Number of the first record (n, width) with frequencies that no slow flow can follow.
+        """Return the number of the first record (n, width) whose frequencies are not allowed.
 
-        At its start, or while it moves for its duration (n,); n if there is none.
+        They must be allowed at its start and while it moves for its duration (n,). n: all are.
         """
         fine = np.ones(len(records), dtype=bool)
         reached = []
         for j, omega in enumerate(self._natural.values()):
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
-            with np.errstate(all="ignore"):  # what is not finite is refused
+            with np.errstate(all="ignore"):  # values that are not finite are refused
                 end = start + rate * durations
                 fine &= can_carry(omega, start) & can_carry(omega, end)
             reached.append((start, end))
@@ -115,15 +115,14 @@ class Inputs:
         return len(records) if fine.all() else int(np.argmin(fine))
 
     def modal(self, records: Floats) -> Floats:
-        """Records with forces in newtons turned into modal forces."""
+        """Return records with modal forces."""
         return records * self._to_modal
 
     def refusal(self, record: Floats) -> str:
-        """Why a record (1, width) is refused, naming an input; "" if it is not."""
-        return self._refusal_by_itself(record) or self._meeting(record)
+        """Return why a record (1, width) is refused, naming an input; "" if it is not."""
+        return self._refusal_of_one(record) or self._meeting(record)
 
-    def _refusal_by_itself(self, record: Floats) -> str:
-        """Of inputs one by one."""
+    def _refusal_of_one(self, record: Floats) -> str:
         for name, column in self._column.items():
             value = record[0, column]
             if not np.isfinite(value):
@@ -138,45 +137,45 @@ class Inputs:
 
     def findings(self, records: Floats) -> list[Finding]:
         """Report frequencies of records (n, width) that are far from their mode."""
-        frequency = records[:, _FREQUENCIES[: self._omega.size]]
+        frequency = records[:, [place("frequency", j) for j in range(self._omega.size)]]
         if is_near(self._omega, frequency).all():
             return []
         return carrier_findings("frequency_{}", self.mode_names, self._omega, frequency)
 
     def refusal_later(self, start: Floats, end: Floats) -> str:
-        """Why a step from record to record (1, width) is refused; "" if it is not."""
-        if refusal := self._refusal_by_itself(end):
+        """Return why a step from record to record (1, width) is refused; "" if it is not."""
+        if refusal := self._refusal_of_one(end):
             return f"{refusal} at the end of the step"
         refusal = self._meeting(start, end)
         return f"{refusal}; they meet during the step" if refusal else ""
 
     def _meeting(self, *records: Floats) -> str:
-        """`carriers_meet` of a few records, for the hot path."""
+        """Return why the frequencies of a few records meet; faster than `carriers_meet`."""
         if len(self._natural) < kernel.MODES:
             return ""
-        A, B = _FREQUENCIES
-        gaps = [record.item(B) - record.item(A) for record in records]
+        first = place("frequency")
+        gaps = [record.item(first + 1) - record.item(first) for record in records]
         return meeting_refusal(", ".join(self._natural)) if min(gaps) <= 0.0 <= max(gaps) else ""
 
 
 def moved_on(record: Floats, duration: float) -> Floats:
-    """A record (1, width) after its inputs moved at their rates for `duration`."""
+    """Return a record (1, width) after its inputs moved at their rates for `duration`."""
     rates = record.take(_RATES, axis=1)
     if not rates.any():
         return record
     later = record.copy()
-    with np.errstate(invalid="ignore"):  # what is not finite is refused
+    with np.errstate(invalid="ignore"):  # records that are not finite are refused
         later[:, _MOVING] += duration * rates
     return later
 
 
 def limit_scale(record: Floats) -> float:
-    """Friction limits and preloads relative to the model's."""
+    """Return friction limits and preloads relative to the model's."""
     return float(record[0, place("limit_scale")])
 
 
 def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
-    """What the model's modes are called; names past their number are left out."""
+    """Return the names of the model's modes; further names are left out."""
     present = tuple(mode_names)[: model.modes]
     if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
         raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
@@ -184,7 +183,7 @@ def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
 
 
 def force_factors(model: Model, force_patterns: ForcePatterns | None) -> Floats:
-    """Modal force per unit of the force input, (MODES,)."""
+    """Return the modal force per unit of the force input, (MODES,)."""
     factors = np.ones(kernel.MODES)
     if force_patterns is not None:
         n_dofs = model.reduced.n_dofs

@@ -10,27 +10,12 @@ from pathlib import Path
 from slipmode.fmu.description.description import FmiVersion
 from slipmode.rom import SlipmodeError
 
-_PACKAGE = Path(__file__).parents[1]
-_FACE = _PACKAGE / "src"
-_KERNEL = _PACKAGE.parent / "rom" / "kernel"
-INCLUDE_FOLDERS = (_FACE, _KERNEL)  # in an FMU one folder, sources/
-
-# Rooms of the kernel that the FMU has no use for: it makes no friction tables and computes nothing
-# in full order.
-_ROOMS_LEFT_OUT = ("torus/", "full/")
-
-EXTENSIONS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
-
-# FMI 2.0 has names of its own for the platforms that it knew.
-_FMI2_NAMES = {
-    "x86_64-linux": "linux64",
-    "x86_64-windows": "win64",
-    "x86_64-darwin": "darwin64",
-}
+# Headers and sources: those of the FMU and those of the core; in an FMU one folder, sources/.
+INCLUDE_FOLDERS = (Path(__file__).parents[1] / "src", Path(__file__).parents[2] / "rom" / "kernel")
 
 
 def host_platform() -> str:
-    """The platform tuple of this machine, as FMI 3.0 names it."""
+    """Return the platform tuple of this machine, as FMI 3.0 names it."""
     machine = platform.machine().lower()
     architecture = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
     system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
@@ -38,7 +23,7 @@ def host_platform() -> str:
 
 
 def host_binary() -> bytes:
-    """The shared library that was built with the package."""
+    """Return the shared library that was built with the package."""
     found = importlib.util.find_spec("slipmode.fmu._native")
     if found is None or found.origin is None:
         raise SlipmodeError(
@@ -48,20 +33,33 @@ def host_binary() -> bytes:
 
 
 def folder(platform_tuple: str, fmi: int) -> str:
-    """Folder of a platform's library inside binaries/."""
-    return _FMI2_NAMES.get(platform_tuple, platform_tuple) if fmi == 2 else platform_tuple
+    """Return the folder of a platform's library inside binaries/.
+
+    FMI 2.0 has its own names for the platforms that it knew.
+    """
+    machine, system = platform_tuple.split("-")
+    short = {"linux": "linux64", "windows": "win64", "darwin": "darwin64"}
+    return short[system] if fmi == 2 and machine == "x86_64" else platform_tuple
 
 
 def extension(platform_tuple: str) -> str:
-    """Suffix of a shared library there."""
-    return EXTENSIONS[platform_tuple.rpartition("-")[2]]
+    """Return the suffix of a shared library there."""
+    system = platform_tuple.rpartition("-")[2]
+    return {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}[system]
+
+
+def library_path(platform_tuple: str, fmi: int, identifier: str) -> str:
+    """Return the path of a platform's library inside an FMU."""
+    name = f"{identifier}{extension(platform_tuple)}"
+    return f"binaries/{folder(platform_tuple, fmi)}/{name}"
 
 
 def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
-    """C sources and headers by their place in sources/, without the standard's own headers.
+    """Return C sources and headers by their place in sources/, without the standard's headers.
 
-    No two have the same file name, for importers that put all objects into one folder. With
-    `fmi`, those that need the headers of that version of the standard alone; else of both.
+    No two have the same file name, for importers that put all objects into one folder. With `fmi`
+    the files of the other version of the standard are left out, and always those of the core that
+    make friction tables or compute in full order.
     """
     found = {
         path.relative_to(folder).as_posix(): path
@@ -71,10 +69,10 @@ def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
         raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
     other = {None: (), 2: ("faces/fmi3",), 3: ("faces/fmi2",)}[fmi]
-    left_out = (*_ROOMS_LEFT_OUT, *other)
+    left_out = ("torus/", "full/", *other)
     return {name: path for name, path in found.items() if not name.startswith(left_out)}
 
 
 def is_face(source: Path) -> bool:
-    """Whether a source is the FMU's own, not the core's."""
-    return source.is_relative_to(_FACE)
+    """Return whether a source is the FMU's own, not the core's."""
+    return source.is_relative_to(INCLUDE_FOLDERS[0])

@@ -1,4 +1,4 @@
-"""What is in an .fmu file, read without loading it."""
+"""The content of an .fmu file, read without loading it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slipmode.fmu.archive.binaries import extension, folder, host_platform
+from slipmode.fmu.archive.binaries import host_platform, library_path
 from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
@@ -19,7 +19,6 @@ fmpy = extra("fmpy", "fmu")
 settable_in_instantiated = extra("fmpy.simulation", "fmu").settable_in_instantiated
 
 _REAL = {"2.0": "Real", "3.0": "Float64"}
-_MOST_NAMES = 12  # in a message
 
 
 class Archive:
@@ -39,16 +38,16 @@ class Archive:
     inputs, outputs : dict of str to int
         Value references of its scalar floating-point inputs and outputs.
     settable : tuple of str
-        What can be given a value before the initialization.
+        Names of variables that can be set before the initialization.
     identity : str
-        Which model it holds, as `resources.identity` has it; "" if it does not say.
+        Hash of its model by `resources.identity`; "" if it has none.
     amplitude_range : tuple of float
-        How far its friction table goes [kg^1/2 m], by mode; empty if it does not say.
+        Largest amplitudes of its friction table [kg^1/2 m], by mode; empty if it has none.
 
     Raises
     ------
     SlipmodeError
-        If the file is no such FMU.
+        If the file is not such an FMU.
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
@@ -74,9 +73,9 @@ class Archive:
         self.identity, self.amplitude_range = self._model()
 
     def require(self, names: Iterable[str], present: Iterable[str], words: str) -> None:
-        """Refuse if one of the names is not among those present, which `words` describe."""
-        found = list(present)
-        shown = ", ".join(found[:_MOST_NAMES]) + (", ..." if len(found) > _MOST_NAMES else "")
+        """Raise SlipmodeError if a name is not among the present names, described by `words`."""
+        found, shown_names = list(present), 12
+        shown = ", ".join(found[:shown_names]) + (", ..." if len(found) > shown_names else "")
         for name in names:
             if name not in found:
                 raise SlipmodeError(f"{self.path}: {name} is not among its {words}: {shown}")
@@ -92,8 +91,8 @@ class Archive:
 
     def _check_library(self) -> None:
         host = host_platform()
-        name = f"{self.description.coSimulation.modelIdentifier}{extension(host)}"
-        library = f"binaries/{folder(host, int(self.fmi[0]))}/{name}"
+        identifier = self.description.coSimulation.modelIdentifier
+        library = library_path(host, int(self.fmi[0]), identifier)
         with zipfile.ZipFile(self.path) as archive:
             present = library in archive.namelist()
         if not present:
@@ -101,7 +100,7 @@ class Archive:
             raise SlipmodeError(f"{self.path}: has no library for {host}, only for {platforms}")
 
     def _model(self) -> tuple[str, tuple[float, ...]]:
-        """Identity and amplitude range of an FMU of ours."""
+        """Return identity and amplitude range of an FMU that slipmode exported."""
         with zipfile.ZipFile(self.path) as archive:
             members = {f"resources/{name}" for name in (IDENTITY, "node_a.npy", "node_b.npy")}
             if not members <= set(archive.namelist()):

@@ -1,14 +1,18 @@
-"""What an FMU says of itself in modelDescription.xml, whatever the version of the standard."""
+"""What an FMU is exported with, and what it says of itself in either version of the standard."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from math import isfinite
 from typing import Literal
 
+from slipmode.fmu.handle import ComponentOptions
 from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import SlipmodeError
+from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.text import checked_line
 
 FmiVersion = Literal[2, 3]
@@ -16,34 +20,13 @@ MODEL_IDENTIFIER = "slipmode"
 
 
 @dataclass(frozen=True)
-class Experiment:
-    """The experiment that an importer offers first.
-
-    Attributes
-    ----------
-    stop_time : float
-        [s]
-    step_size : float
-        Communication step, and that of fixed-step integrators [s].
-    tolerance : float
-    reference_step : float
-        Interval of the reference result [s].
-    """
-
-    stop_time: float
-    step_size: float
-    tolerance: float
-    reference_step: float
-
-
-@dataclass(frozen=True)
 class Origin:
-    """Whose model it is; what is None is not said.
+    """Origin of a model; None is not written.
 
     Attributes
     ----------
     author, copyright, license : str, optional
-        One line each; of the model. The library in the FMU has the license of slipmode.
+        One line each, of the model. The library in the FMU has the license of slipmode.
     generated : datetime, optional
         With a time zone.
     """
@@ -61,39 +44,87 @@ class Origin:
             raise SlipmodeError("generated: must have a time zone")
 
     def attributes(self) -> dict[str, str]:
-        """As both versions of the standard write it."""
-        said = {"author": self.author, "copyright": self.copyright, "license": self.license}
+        """Return the attributes that both versions of the standard have."""
+        given = {"author": self.author, "copyright": self.copyright, "license": self.license}
         if self.generated is not None:
             at = self.generated.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-            said["generationDateAndTime"] = at
-        return {name: value for name, value in said.items() if value is not None}
+            given["generationDateAndTime"] = at
+        return {name: value for name, value in given.items() if value is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class Stimuli:
+    """Inputs of an experiment, step by step.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Names of inputs, each with its rate.
+    durations : (steps,) ndarray
+        Communication steps [s].
+    values : (steps, names) ndarray
+        Values at the start of each step, after jumps; during it inputs move at their rates.
+    """
+
+    names: Sequence[str]
+    durations: Floats
+    values: Floats
+
+    __repr__ = short_repr
+
+
+@dataclass(frozen=True)
+class ExportOptions(ComponentOptions):
+    """The keyword arguments of `export`, which describes them."""
+
+    fmi: FmiVersion = 3
+    platforms: Sequence[str] = ()
+    name: str = "slipmode"
+    start: Mapping[str, float] = field(default_factory=dict)
+    largest_force: Mapping[str, float] = field(default_factory=dict)
+    stop_time: float = 100.0
+    step_size: float = 1.0
+    reference_step: float | None = None
+    stimuli: Stimuli | None = None
+    origin: Origin = Origin()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked_line("name", self.name)
+        if self.fmi not in (2, 3):
+            raise SlipmodeError(f"fmi: must be 2 or 3, got {self.fmi}")
+        for key in ("stop_time", "step_size", "reference_step"):
+            value = getattr(self, key)
+            if value is not None and not (isfinite(value) and value > 0):
+                raise SlipmodeError(f"{key}: must be a finite number > 0 [s], got {value}")
+
+    @property
+    def interval(self) -> float:
+        """Interval of the reference result [s]."""
+        return self.step_size if self.reference_step is None else self.reference_step
 
 
 @dataclass(frozen=True)
 class Description:
-    """What an FMU says of itself.
+    """Content of modelDescription.xml.
 
     Attributes
     ----------
-    name : str
-        Of the model.
-    description : str
+    options : ExportOptions
+    summary : str
+        Description of the model.
     version : str
         Of slipmode.
     token : str
         Instantiation token: the content hash of the resources.
     variables : sequence of Variable
-    experiment : Experiment
     sources : sequence of str
         C files in sources/.
-    origin : Origin
     """
 
-    name: str
-    description: str
+    options: ExportOptions
+    summary: str
     version: str
     token: str
     variables: Sequence[Variable]
-    experiment: Experiment
     sources: Sequence[str]
-    origin: Origin = Origin()

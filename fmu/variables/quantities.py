@@ -15,8 +15,8 @@ class Unit:
     ----------
     name : str
     base : dict of str to int
-        Exponents of the SI base units and rad; empty where they are not whole numbers, which
-        the standard cannot say.
+        Exponents of the SI base units and rad; empty if they are not whole numbers, which the
+        standard cannot express.
     display : str, optional
         Name of the display unit.
     factor : float
@@ -29,43 +29,31 @@ class Unit:
     factor: float = 1.0
 
 
-@dataclass(frozen=True)
-class EnumerationItem:
-    """One value of an enumeration."""
-
-    name: str
-    value: int
-    description: str
-
-
-TABLE_STATUS = (
-    EnumerationItem("inside", 1, "The amplitudes are well inside the friction table"),
-    EnumerationItem("near_edge", 2, "An amplitude is near the edge of the friction table"),
-)
-
-_UNITS = (
-    Unit("1"),
-    Unit("s", {"s": 1}),
-    Unit("1/s", {"s": -1}),
-    Unit("N", {"kg": 1, "m": 1, "s": -2}, "mN", 1e3),
-    Unit("N/s", {"kg": 1, "m": 1, "s": -3}),
-    Unit("N/kg^0.5"),
-    Unit("N/(kg^0.5.s)"),
-    Unit("rad/s", {"rad": 1, "s": -1}, "Hz", 1.0 / (2.0 * pi)),
-    Unit("rad/s2", {"rad": 1, "s": -2}),
-    Unit("rad", {"rad": 1}, "deg", 180.0 / pi),
-    Unit("kg^0.5.m"),
-    Unit("kg^0.5.m/s"),
-    Unit("m", {"m": 1}, "mm", 1e3),
-    Unit("m/s", {"m": 1, "s": -1}, "mm/s", 1e3),
-    Unit("J", {"kg": 1, "m": 2, "s": -2}, "mJ", 1e3),
-    Unit("W", {"kg": 1, "m": 2, "s": -3}, "mW", 1e3),
-)
-UNITS = {unit.name: unit for unit in _UNITS}
+UNITS = {
+    unit.name: unit
+    for unit in (
+        Unit("1"),
+        Unit("s", {"s": 1}),
+        Unit("1/s", {"s": -1}),
+        Unit("N", {"kg": 1, "m": 1, "s": -2}, "mN", 1e3),
+        Unit("N/s", {"kg": 1, "m": 1, "s": -3}),
+        Unit("N/kg^0.5"),
+        Unit("N/(kg^0.5.s)"),
+        Unit("rad/s", {"rad": 1, "s": -1}, "Hz", 1.0 / (2.0 * pi)),
+        Unit("rad/s2", {"rad": 1, "s": -2}),
+        Unit("rad", {"rad": 1}, "deg", 180.0 / pi),
+        Unit("kg^0.5.m"),
+        Unit("kg^0.5.m/s"),
+        Unit("m", {"m": 1}, "mm", 1e3),
+        Unit("m/s", {"m": 1, "s": -1}, "mm/s", 1e3),
+        Unit("J", {"kg": 1, "m": 2, "s": -2}, "mJ", 1e3),
+        Unit("W", {"kg": 1, "m": 2, "s": -3}, "mW", 1e3),
+    )
+}
 
 
 class Quantity(Enum):
-    """A declared type: its name, the unit ("" for an enumeration), what it is."""
+    """A declared type: its name, unit ("" for an enumeration) and description."""
 
     TIME = ("Time", "s", "Time")
     RATIO = ("Ratio", "1", "Number without a dimension")
@@ -90,19 +78,3 @@ class Quantity(Enum):
         self.type_name = type_name
         self.unit = unit
         self.description = description
-
-    @property
-    def rate(self) -> Quantity:
-        """The quantity per second."""
-        return _RATES[self]
-
-
-_RATES = {
-    Quantity.RATIO: Quantity.RATIO_RATE,
-    Quantity.FORCE: Quantity.FORCE_RATE,
-    Quantity.MODAL_FORCE: Quantity.MODAL_FORCE_RATE,
-    Quantity.FREQUENCY: Quantity.FREQUENCY_RATE,
-    Quantity.ANGLE: Quantity.FREQUENCY,
-    Quantity.AMPLITUDE: Quantity.AMPLITUDE_RATE,
-    Quantity.ENERGY: Quantity.POWER,
-}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import IntEnum
 
 from slipmode.fmu.variables.quantities import Quantity
 
 
 class Type(IntEnum):
-    """Data type of a variable, as fmu/src/resources/model.h counts them."""
+    """Data type of a variable, with the values of fmu/src/resources/model.h."""
 
     REAL = 0
     ENUMERATION = 1
@@ -18,26 +18,16 @@ class Type(IntEnum):
 
 
 class Kind(IntEnum):
-    """What a variable is, as fmu/src/resources/model.h counts them; what its slot counts."""
+    """Kind of a variable, with the values of fmu/src/resources/model.h; what its slot counts."""
 
-    OUTPUT = 0  # outputs of sm_component_outputs
-    START = 1  # likewise, an amplitude, which may be set before the start
+    OUTPUT = 0  # outputs of sm_component_outputs; the first is the time
+    START = 1  # the same outputs: an amplitude, which may be set before the start
     INPUT = 2  # doubles of sm_inputs
     PARAMETER = 3
     RATE = 4  # derivatives of the states
     MODULUS = 5  # modes
     PHASE = 6  # modes
     MARGIN = 7
-
-
-class Causality(Enum):
-    """Causality of a variable as both versions of the standard call it."""
-
-    INDEPENDENT = "independent"
-    PARAMETER = "parameter"
-    INPUT = "input"
-    OUTPUT = "output"
-    LOCAL = "local"
 
 
 @dataclass(frozen=True)
@@ -47,59 +37,65 @@ class Variable:
     Attributes
     ----------
     name : str
-        As in `fmu.Component`, where that has it too.
-    description : str
+        The name in `fmu.Component`, if that has the variable too.
     kind : Kind
     slot : int
-    causality : Causality
     quantity : Quantity or None
         Declared type with its unit; None for a boolean.
-    type : Type
+    description : str
     start : float, bool or None
         None: calculated by the FMU.
-    minimum : float, optional
-    maximum : float, optional
+    minimum, maximum : float, optional
     nominal : float, optional
         Of a state.
     derivative_of : str, optional
         Name of the state.
     needs : tuple of str
-        Names of the inputs and states that it depends on.
-    parameters : tuple of str
-        Names of the parameters that it depends on.
-    tunable : bool
-        Of a parameter: whether it may change between steps and at events.
+        Names of the inputs, states and parameters on which it depends.
     size : int, optional
-        Of an array.
+        Number of elements of an array.
     """
 
     name: str
-    description: str
     kind: Kind
     slot: int
-    causality: Causality
     quantity: Quantity | None
-    type: Type = Type.REAL
+    description: str
     start: float | bool | None = None
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None
     derivative_of: str | None = None
     needs: tuple[str, ...] = ()
-    parameters: tuple[str, ...] = ()
-    tunable: bool = False
     size: int | None = None
 
     @property
+    def type(self) -> Type:
+        """Data type."""
+        if self.size is not None:
+            return Type.ARRAY
+        if self.quantity is None:
+            return Type.BOOLEAN
+        return Type.REAL if self.quantity.unit else Type.ENUMERATION
+
+    @property
+    def causality(self) -> str:
+        """Causality as both versions of the standard name it."""
+        if self.kind is Kind.OUTPUT and self.slot == 0:
+            return "independent"
+        named = {Kind.INPUT: "input", Kind.PARAMETER: "parameter", Kind.RATE: "local"}
+        return named.get(self.kind, "output")
+
+    @property
     def variability(self) -> str:
-        """Variability as both versions of the standard call it."""
-        if self.causality is Causality.PARAMETER:
-            return "tunable" if self.tunable else "fixed"
+        """Variability as both versions of the standard name it; real parameters are tunable."""
+        if self.kind is Kind.PARAMETER:
+            return "tunable" if self.type is Type.REAL else "fixed"
         return "continuous" if self.type in (Type.REAL, Type.ARRAY) else "discrete"
 
     @property
     def initial(self) -> str | None:
         """`initial` of an output, a parameter or a local variable; inputs have none."""
-        if self.causality in (Causality.INPUT, Causality.INDEPENDENT):
+        if self.causality in ("input", "independent"):
             return None
         return "calculated" if self.start is None else "exact"

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import isfinite
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from slipmode import fmu
-from slipmode.fmu.description.description import FmiVersion, Origin
-from slipmode.fmu.description.reference_result import Stimuli
+from slipmode.fmu.description.description import FmiVersion, Stimuli
 from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
@@ -24,37 +23,36 @@ def export_fmu(
     scene: Scene | str | PathLike[str],
     output: str | PathLike[str] | None = None,
     fmi: FmiVersion = 3,
-    platforms: Sequence[str] = (),
     *,
     headroom: float = HEADROOM,
     contacts: bool = False,
-    origin: Origin | None = None,
     progress: bool = False,
+    **options: Any,
 ) -> Path:
     """Export the model that a scene needs.
 
-    Inputs and amplitudes start as in the scene at t = 0; what happens to the inputs later is up
-    to the importer. Contact motion is among the outputs if the scene asks for it anywhere. The
-    step that it declares is the scene's, or a part of it that fixed-step integrators can take in
-    Model Exchange. All of it is in slow time: a warning says so where the estimated transient
-    error of the scene is above the allowed one.
+    Inputs and amplitudes start as in the scene at t = 0; the importer sets the inputs later.
+    Contact motion is among the outputs if any part of the scene uses it. The declared step is the
+    scene's, or a part of it that fixed-step integrators can take in Model Exchange. The FMU
+    computes in slow time: a warning says so if the estimated transient error of the scene is above
+    the allowed one.
 
     Parameters
     ----------
     scene : Scene, path of a scene file, or name of a shipped scene
     output : path, optional
         Default: the scene's name with .fmu, in the present folder.
-    fmi, platforms
-        As in `slipmode.fmu.archive.export`.
+    fmi : {2, 3}
+        Version of the standard.
     headroom : float
-        Range of the friction table relative to what the scene needs, 1 or more, rounded up to
-        eighths: for importers that force the model harder.
+        Range of the friction table relative to the range that the scene needs, 1 or more, rounded
+        up to eighths: for importers that force the model harder.
     contacts : bool
-        Have the contacts among the outputs though the scene has no [[contact]] window.
-    origin
-        As in `slipmode.fmu.archive.export`.
+        Adds the contacts to the outputs if the scene has no [[contact]] window.
     progress : bool
-        Progress bars on work longer than a second.
+        Shows progress bars on work longer than a second.
+    **options
+        `platforms` and `origin` of `slipmode.fmu.export`.
     """
     if not (isfinite(headroom) and headroom >= 1.0):
         raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
@@ -72,7 +70,6 @@ def export_fmu(
         output or f"{scene.name}.fmu",
         plan.excited.force_patterns,
         fmi=fmi,
-        platforms=platforms,
         contact=contact,
         elastic=elastic,
         mode_names=plan.excited.modes,
@@ -84,12 +81,12 @@ def export_fmu(
         reference_step=scene.run.step,
         stimuli=_stimuli(plan),
         tolerance=scene.run.tolerance,
-        origin=origin,
+        **options,
     )
 
 
 def _stimuli(plan: Plan) -> Stimuli:
-    """What the scripts of a scene do to the inputs."""
+    """Return the inputs that the scripts of a scene set."""
     scripts = tuple(plan.schedule.scripts)
     names = (*scripts, *map(rate_of, scripts))
     return Stimuli(names, plan.schedule.durations(), plan.schedule.inputs(names))

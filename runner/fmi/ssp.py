@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from slipmode.fmu.description.xml_writer import literal, to_bytes
+from slipmode.fmu.description.model_description import literal, to_bytes
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
@@ -24,7 +24,6 @@ fmpy = extra("fmpy", "fmu")
 _SSP = "http://ssp-standard.org/SSP1/SystemStructure"
 _NAMES = {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}
 _COMPONENT = "structure"
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the same scene gives the same bytes
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
 
 
@@ -91,7 +90,7 @@ def write_ssp(
         files[f"resources/{_file_of(part, scene)}"] = part.fmu.read_bytes()
     with replacing(output) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
-            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry = zipfile.ZipInfo(name)  # dated 1980: the same scene gives the same bytes
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, content)
     return output

@@ -2,6 +2,7 @@
 
 import re
 from graphlib import TopologicalSorter
+from itertools import pairwise
 
 from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS
 
@@ -31,8 +32,7 @@ def test_the_instance_s_header_has_the_order_of_the_calls():
     assert sorted(sections) == sorted(path.name for path in folder.glob("*.c"))
     starts = [header.index(f"---- {name}") for name in sections] + [len(header)]
     declared = [
-        set(re.findall(r"\b(fmu_\w+)\(", header[start:end]))
-        for start, end in zip(starts, starts[1:], strict=False)
+        set(re.findall(r"\b(fmu_\w+)\(", header[start:end])) for start, end in pairwise(starts)
     ]
     for k, name in enumerate(sections):
         used = set(re.findall(r"\b(fmu_\w+)\(", (folder / name).read_text()))

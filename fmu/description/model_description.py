@@ -1,0 +1,280 @@
+"""modelDescription.xml, in FMI 2.0 and 3.0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from slipmode.fmu.description.description import MODEL_IDENTIFIER, Description
+from slipmode.fmu.variables.quantities import UNITS, Quantity
+from slipmode.fmu.variables.variable import Kind, Type, Variable
+
+
+def to_bytes(root: Element) -> bytes:
+    """Return the document as UTF-8, indented."""
+    ElementTree.indent(root)
+    text: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return text + b"\n"
+
+
+def literal(value: float | bool) -> str:
+    """Return a number or truth value as XML writes it."""
+    return str(value).lower() if isinstance(value, bool) else repr(float(value))
+
+
+def model_description(given: Description) -> bytes:
+    """Return modelDescription.xml of the version of the standard that the options say."""
+    writer = _Fmi2 if given.options.fmi == 2 else _Fmi3
+    return to_bytes(writer(given).root())
+
+
+class _Fmi3:
+    """FMI 3.0: each type has its own elements; the model structure has value references."""
+
+    def __init__(self, given: Description) -> None:
+        self.given = given
+        self.variables = given.variables
+        self.index = {variable.name: k for k, variable in enumerate(given.variables)}
+
+    def root(self) -> Element:
+        """Return the document."""
+        given = self.given
+        attributes = {
+            "modelName": given.options.name,
+            "description": given.summary,
+            "version": given.version,
+            **given.options.origin.attributes(),
+            "generationTool": f"slipmode {given.version}",
+            "variableNamingConvention": "structured",
+        }
+        root = Element("fmiModelDescription", self._version() | attributes)
+        self._add_interfaces(root)
+        used = [
+            quantity for quantity in Quantity if quantity in {v.quantity for v in self.variables}
+        ]
+        _add_units(SubElement(root, "UnitDefinitions"), used)
+        types = SubElement(root, "TypeDefinitions")
+        for quantity in used:
+            self._add_type(types, quantity)
+        _add_log_categories(SubElement(root, "LogCategories"))
+        experiment = {
+            "startTime": 0.0,
+            "stopTime": given.options.stop_time,
+            "tolerance": given.options.tolerance,
+            "stepSize": given.options.step_size,
+        }
+        SubElement(root, "DefaultExperiment", {k: literal(v) for k, v in experiment.items()})
+        listed = SubElement(root, "ModelVariables")
+        for variable in self.variables:
+            self._add_variable(listed, variable)
+        self._add_structure(SubElement(root, "ModelStructure"))
+        return root
+
+    def _version(self) -> dict[str, str]:
+        return {"fmiVersion": "3.0", "instantiationToken": self.given.token}
+
+    def _reference(self, name: str) -> str:
+        """Return how the model structure refers to a variable."""
+        return str(self.index[name])
+
+    def _add_interfaces(self, root: Element) -> None:
+        common = {
+            "modelIdentifier": MODEL_IDENTIFIER,
+            "canGetAndSetFMUState": "true",
+            "canSerializeFMUState": "true",
+            "providesDirectionalDerivatives": "true",
+            "providesAdjointDerivatives": "true",
+        }
+        SubElement(root, "ModelExchange", common)
+        SubElement(
+            root,
+            "CoSimulation",
+            common,
+            canHandleVariableCommunicationStepSize="true",
+            maxOutputDerivativeOrder="1",
+            mightReturnEarlyFromDoStep="true",
+            providesIntermediateUpdate="true",
+            canReturnEarlyAfterIntermediateUpdate="true",
+            hasEventMode="true",
+        )
+
+    def _add_type(self, types: Element, quantity: Quantity) -> None:
+        named = {"name": quantity.type_name, "description": quantity.description}
+        if quantity.unit:
+            SubElement(types, "Float64Type", named | _unit_attributes(quantity))
+        else:
+            named["quantity"] = quantity.type_name
+            _add_items(SubElement(types, "EnumerationType", named))
+
+    def _add_variable(self, variables: Element, variable: Variable) -> None:
+        attributes = self._general(variable) | self._typed(variable)
+        if variable.causality == "output":
+            attributes["intermediateUpdate"] = "true"
+        tags = {Type.ENUMERATION: "Enumeration", Type.BOOLEAN: "Boolean"}
+        element = SubElement(variables, tags.get(variable.type, "Float64"), attributes)
+        if variable.size is not None:
+            SubElement(element, "Dimension", start=str(variable.size))
+
+    def _add_structure(self, structure: Element) -> None:
+        for tag, unknowns in (
+            ("Output", self._outputs()),
+            ("ContinuousStateDerivative", self._derivatives()),
+            ("InitialUnknown", self._initial_unknowns()),
+        ):
+            for unknown in unknowns:
+                SubElement(structure, tag, self._unknown("valueReference", *unknown))
+
+    def _general(self, variable: Variable) -> dict[str, str]:
+        """Return the attributes of variables of any type."""
+        attributes = {
+            "name": variable.name,
+            "valueReference": str(self.index[variable.name]),
+            "description": variable.description,
+            "causality": variable.causality,
+            "variability": variable.variability,
+        }
+        if variable.initial is not None:
+            attributes["initial"] = variable.initial
+        return attributes
+
+    def _typed(self, variable: Variable) -> dict[str, str]:
+        """Return the attributes that belong to the type of a variable."""
+        attributes = {}
+        if variable.quantity is not None:
+            attributes["declaredType"] = variable.quantity.type_name
+        for name, value in (
+            ("min", variable.minimum),
+            ("max", variable.maximum),
+            ("nominal", variable.nominal),
+            ("start", variable.start),
+        ):
+            if value is not None:
+                attributes[name] = literal(value)
+        if variable.derivative_of is not None:
+            attributes["derivative"] = self._reference(variable.derivative_of)
+        if variable.kind is Kind.START:  # at discontinuities of forces, in Model Exchange
+            attributes["reinit"] = "true"
+        return attributes
+
+    def _unknown(self, key: str, name: str, needs: Sequence[str]) -> dict[str, str]:
+        ordered = sorted(needs, key=lambda name: self.index[name])
+        dependencies = " ".join(self._reference(name) for name in ordered)
+        return {key: self._reference(name), "dependencies": dependencies}
+
+    def _outputs(self) -> list[tuple[str, Sequence[str]]]:
+        """Return outputs and what they depend on; a state depends on itself."""
+        found = self._needs("output")
+        return [(name, needs or [name]) for name, needs in found]
+
+    def _derivatives(self) -> list[tuple[str, Sequence[str]]]:
+        """Return derivatives of the states and what they depend on."""
+        return list(self._needs("local"))
+
+    def _needs(self, causality: str) -> list[tuple[str, list[str]]]:
+        """Return variables and what they depend on, without parameters."""
+        parameters = {v.name for v in self.variables if v.kind is Kind.PARAMETER}
+        return [
+            (v.name, [name for name in v.needs if name not in parameters])
+            for v in self.variables
+            if v.causality == causality
+        ]
+
+    def _initial_unknowns(self) -> list[tuple[str, Sequence[str]]]:
+        """Return what is calculated at the start, and the start values it depends on."""
+        exact = {v.name for v in self.variables if v.start is not None}
+        return [
+            (v.name, [name for name in v.needs if name in exact])
+            for v in self.variables
+            if v.initial == "calculated"
+        ]
+
+
+class _Fmi2(_Fmi3):
+    """FMI 2.0: types are nested in types and variables; the structure counts variables from 1."""
+
+    def _version(self) -> dict[str, str]:
+        return {"fmiVersion": "2.0", "guid": self.given.token}
+
+    def _reference(self, name: str) -> str:
+        return str(self.index[name] + 1)
+
+    def _add_interfaces(self, root: Element) -> None:
+        common = {
+            "modelIdentifier": MODEL_IDENTIFIER,
+            "canNotUseMemoryManagementFunctions": "true",
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            "providesDirectionalDerivative": "true",
+        }
+        exchange = SubElement(
+            root, "ModelExchange", common, completedIntegratorStepNotNeeded="true"
+        )
+        simulation = SubElement(
+            root,
+            "CoSimulation",
+            common,
+            canHandleVariableCommunicationStepSize="true",
+            canInterpolateInputs="true",
+            maxOutputDerivativeOrder="1",
+        )
+        for interface in (exchange, simulation):
+            files = SubElement(interface, "SourceFiles")
+            for name in self.given.sources:
+                SubElement(files, "File", name=name)
+
+    def _add_type(self, types: Element, quantity: Quantity) -> None:
+        named = {"name": quantity.type_name, "description": quantity.description}
+        simple = SubElement(types, "SimpleType", named)
+        if quantity.unit:
+            SubElement(simple, "Real", _unit_attributes(quantity))
+        else:
+            _add_items(SubElement(simple, "Enumeration", quantity=quantity.type_name))
+
+    def _add_variable(self, variables: Element, variable: Variable) -> None:
+        scalar = SubElement(variables, "ScalarVariable", self._general(variable))
+        SubElement(scalar, variable.type.name.capitalize(), self._typed(variable))
+
+    def _add_structure(self, structure: Element) -> None:
+        for group, unknowns in (
+            ("Outputs", self._outputs()),
+            ("Derivatives", self._derivatives()),
+            ("InitialUnknowns", self._initial_unknowns()),
+        ):
+            listed = SubElement(structure, group)
+            for unknown in unknowns:
+                SubElement(listed, "Unknown", self._unknown("index", *unknown))
+
+
+def _add_units(definitions: Element, used: Sequence[Quantity]) -> None:
+    names = {quantity.unit for quantity in used}
+    for unit in (unit for unit in UNITS.values() if unit.name in names):
+        element = SubElement(definitions, "Unit", name=unit.name)
+        if unit.base or unit.name == "1":
+            SubElement(element, "BaseUnit", {name: str(n) for name, n in unit.base.items()})
+        if unit.display:
+            SubElement(element, "DisplayUnit", name=unit.display, factor=literal(unit.factor))
+
+
+def _unit_attributes(quantity: Quantity) -> dict[str, str]:
+    unit = UNITS[quantity.unit]
+    display = {"displayUnit": unit.display} if unit.display else {}
+    return {"quantity": quantity.type_name, "unit": unit.name, **display}
+
+
+def _add_items(enumeration: Element) -> None:
+    for name, value, description in (
+        ("inside", "1", "The amplitudes are well inside the friction table"),
+        ("near_edge", "2", "An amplitude is near the edge of the friction table"),
+    ):
+        SubElement(enumeration, "Item", name=name, value=value, description=description)
+
+
+def _add_log_categories(categories: Element) -> None:
+    for name, description in (
+        ("logEvents", "What the instance does, besides warnings and errors"),
+        ("logStatusWarning", "Calls with another effect than requested, and implausible inputs"),
+        ("logStatusDiscard", "Steps and evaluations that could not be done, and why"),
+        ("logStatusError", "Calls that were refused, and why"),
+    ):
+        SubElement(categories, "Category", name=name, description=description)
